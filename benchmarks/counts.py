@@ -15,7 +15,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent / "src" / "dforce"
-CORE = ("kernel", "integrators", "observables", "solvers")
+CORE = ("kernel", "integrators", "engine", "observables", "solvers")
 MOST_ARGUMENTS = 8
 LAW = ("law", "evolve", "switch")  # of a force: their arguments are its parameters
 Function = ast.FunctionDef | ast.AsyncFunctionDef

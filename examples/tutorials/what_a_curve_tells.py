@@ -1,9 +1,4 @@
 r"""
-
-*You have measured amplitude and phase on a stiff sample, once down to the surface. Which modulus, Hamaker constant and
-viscosity fit the curve, and how large are their errors?* This tutorial fits a synthetic curve with noise. The true values are
-at the end.
-=======
 My own data: modulus, adhesion and viscosity
 ============================================
 

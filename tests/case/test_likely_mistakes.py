@@ -145,7 +145,7 @@ def test_set_points_are_taken_in_percent():
     assert list(shares_of("80 %")) == [0.8]
     assert list(shares_of({"start": "50 %", "stop": 0.6, "points": 2})) == [0.5, 0.6]
     for wrong in (1.0, [0.5, 1]):
-        with pytest.raises(df.ParameterError, match="set_points holds 1, which is not between 0 and 1"):
+        with pytest.raises(df.ParameterError, match="set_points contains 1, which is not between 0 and 1"):
             shares_of(wrong)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import runpy
 import shutil
@@ -57,6 +58,13 @@ def test_a_validation_by_another_version_is_marked(tmp_path, version, marked):
     page = tmp_path / "validation.md"
     page.write_text(f"# Validation\n\n(cores 2, dforce {version}, numpy 2.4)\n", encoding="utf-8")
     assert (f"dForce {version} wrote this page" in text(str(page))) is marked
+
+
+def test_every_script_begins_with_its_title():
+    begins = {
+        path: (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n") for path in SCRIPTS
+    }
+    assert [named(path) for path, lines in begins.items() if lines[1:2] != ["=" * len(lines[0])]] == []
 
 
 def test_every_room_of_the_architecture_exists():

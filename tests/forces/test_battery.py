@@ -138,7 +138,7 @@ def test_a_hidden_dissipation_and_a_source_of_energy_are_found(registry):
 
     assert "set dissipative" in problems(spring(drag))
     REGISTRY.pop("tried")
-    assert "gives" in problems(spring(push, dissipative=True))
+    assert "adds" in problems(spring(push, dissipative=True))
 
 
 HIDDEN = {"value": 1.0}
@@ -170,7 +170,7 @@ def test_a_law_must_take_its_own_fields(registry):
     def law(d, rate, t, stifness, a0):
         return 0.0
 
-    with pytest.raises(ForceError, match="takes 'stifness', which is neither a field nor a property"):
+    with pytest.raises(ForceError, match="takes 'stifness', neither a field nor a property"):
         spring(law)
 
 

@@ -143,7 +143,7 @@ BAD = {
     "x = 1": "it defines no force model",
     "raise RuntimeError": "RuntimeError in line 1",
     GOOD.replace('"repulsion"', '"dmt"'): "'dmt' of .* is already defined in dforce.forces.dmt; rename one",
-    GOOD.replace("t, strength", "t, stength"): "takes 'stength', which is neither a field nor a property",
+    GOOD.replace("t, strength", "t, stength"): "takes 'stength', neither a field nor a property",
 }
 
 

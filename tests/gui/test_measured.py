@@ -110,7 +110,7 @@ def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path)
 
 
 def test_what_is_no_curve_is_refused_by_its_name(tmp_path):
-    with pytest.raises(df.ResultError, match=r"^notes\.csv holds no table") as refused:
+    with pytest.raises(df.ResultError, match=r"^notes\.csv contains no table") as refused:
         measured.curve_from(b"a,b\nhello,there\n", "notes.csv", {}, CASE, tmp_path)
     assert not isinstance(refused.value, measured.Question)
     assert not list(tmp_path.glob("upload-*"))
@@ -268,7 +268,7 @@ def test_an_answer_that_does_not_do_is_asked_for_again_with_what_is_wrong(tmp_pa
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             await page.files.open("\n".join([*lines, ""]).encode(), "map.csv")
-            for wrong, sentence in (("9", "has no curve 9; it holds 2"), ("first", "is not a whole number")):
+            for wrong, sentence in (("9", "has no curve 9; it contains 2"), ("first", "is not a whole number")):
                 before = form_of(user)
                 assert before.props["fields"][0]["label"] == "Which curve, 1 to 2"
                 send(before, "save", [wrong])

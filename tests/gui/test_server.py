@@ -102,8 +102,8 @@ def test_without_such_a_browser_the_window_says_so(monkeypatch, tmp_path, capsys
 @pytest.mark.parametrize(
     ("lacking", "words"),
     [
-        ({"nicegui", "plotly"}, "nicegui and plotly, which are not installed"),
-        ({"plotly"}, "plotly, which is not installed"),
+        ({"nicegui", "plotly"}, "nicegui and plotly, but they are not installed"),
+        ({"plotly"}, "plotly, but it is not installed"),
     ],
 )
 def test_without_its_packages_the_command_says_what_to_install(monkeypatch, lacking, words):

@@ -300,6 +300,15 @@ def test_a_plan_names_the_damping_that_a_case_leaves_out(case, said):
         assert words in text
 
 
+def test_a_plan_whose_curves_reach_no_set_point_says_how_far_they_come_and_what_is_missing():
+    soft = SOFT.replace(forces=[{"model": "hertz"}]).replace("sample.youngs_modulus", "10 kPa")
+    with pytest.raises(df.ParameterError) as error:
+        df.plan(soft, {"drive.A0": ["1 nm"]}, [0.3], {"peak_force": "< 1 pN"})
+    (ratio,) = re.findall(r"the lowest A/A0 down to zc = -1.2 A0 is ([\d.]+);", str(error.value))
+    assert 0.3 < float(ratio) <= 1.0
+    assert "dissipates no energy" in str(error.value)
+
+
 def test_a_setting_without_room_is_not_recommended_and_a_sentence_says_what_would_help(tmp_path: Path):
     file = tmp_path / "plan.toml"
     file.write_text(TEXT.replace("points = 4", "points = 2").replace("0.85, ", ""))

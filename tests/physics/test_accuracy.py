@@ -122,6 +122,15 @@ def test_a_motion_over_a_wall_narrower_than_a_step_is_found_to_repeat(settings):
     assert repeats(df.run(case).status)
 
 
+def test_the_engine_finds_a_motion_over_a_wall_narrower_than_a_step():
+    case = WALL.replace("solver", {})
+    found = df.run(case.set("solver.method=transient", "solver.integrator=engine"))
+    exact = df.run(case.replace("solver.points_per_period", 65_536))
+    assert exact.status == df.Status.OK
+    assert repeats(found.status)
+    assert off(found, exact, case.problem).max() < 1e-4
+
+
 def test_an_estimate_above_the_accuracy_is_never_ok(monkeypatch):
     """A dwell, a curve, a sweep along the frequency: with samples that are never enough."""
     monkeypatch.setattr("dforce.solvers.accuracy.MOST_SAMPLES", 512)

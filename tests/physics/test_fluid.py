@@ -197,7 +197,7 @@ def test_tip_that_is_no_higher_than_its_motion_is_refused(beam, A0, zc, refused)
         {"kind": "approach", "zc": {"start": zc, "stop": "0 nm", "points": 3}},
     ):
         if refused:
-            with pytest.raises(ParameterError, match=r"tip_height = 5 um is no more than the way of the tip"):
+            with pytest.raises(ParameterError, match=r"tip_height = 5 um is not above the path of the tip"):
                 build(experiment)
         else:
             build(experiment)

@@ -56,7 +56,9 @@ def from_rest(case, periods):
 
 # The steps of RK4 turn the phase by (2 pi / points)^4 / 120 a radian: 3e-10 in 50 periods of 2048 points.
 @pytest.mark.parametrize(
-    "solver", [{"points_per_period": 2048}, {"integrator": "adaptive"}, {"integrator": "lsoda"}], ids=str
+    "solver",
+    [{"points_per_period": 2048}, {"integrator": "engine"}, {"integrator": "adaptive"}, {"integrator": "lsoda"}],
+    ids=str,
 )
 def test_start_from_rest_has_the_reference_values(solver):
     case = single(df.Drive(A0="10 nm"), **solver)
@@ -118,7 +120,7 @@ def test_free_bimodal_amplitudes_are_those_of_the_sum_of_the_modes(acts_on):
     assert (abs(free[1, 0]) > 1e-12) == (acts_on == "all_modes")
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "adaptive"])
+@pytest.mark.parametrize("integrator", ["rk4", "engine", "adaptive"])
 def test_linear_force_gives_the_exact_orbit(integrator):
     """A flat punch always in contact is a spring; pressed 20 nm in, the reference with zc - d* = -20 nm."""
     stiffness = 0.05

@@ -9,7 +9,7 @@ import pytest
 import dforce as df
 
 NM, PN = 1e-9, 1e-12
-INTEGRATORS = ("rk4", "lsoda", "adaptive")
+INTEGRATORS = ("rk4", "engine", "lsoda", "adaptive")
 
 
 def dwell(case, zc=None, integrator="adaptive", **settings):

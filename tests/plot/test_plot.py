@@ -351,7 +351,7 @@ def test_a_layout_that_the_user_chose_is_kept():
         (lambda: plot.traces(synthetic.approach()), "this result has no 'deflection'"),
         (lambda: plot.spectrum(synthetic.dwell().drop_vars("spectrum")), "this result has no 'spectrum'"),
         (lambda: plot.traces(synthetic.dwell(), "forse"), "did you mean 'force'"),
-        (lambda: plot.traces(synthetic.dwell(), "amplitude"), "'amplitude' is no trace"),
+        (lambda: plot.traces(synthetic.dwell(), "amplitude"), "'amplitude' is not a trace"),
         (lambda: plot.curve(synthetic.approach(), "force"), "this result has no 'force'"),
         (lambda: plot.curve(synthetic.dwell(), "peak_force"), "no values against zc"),
         (lambda: plot.amplitude_phase(synthetic.approach(), tone=2), "has no tone 2; it has 1"),

@@ -66,6 +66,6 @@ def test_every_row_of_the_kinds_leads_to_its_functions() -> None:
 
 
 def test_a_name_that_no_kind_has_is_a_mistake_of_the_program() -> None:
-    with pytest.raises(ValueError, match="named fits"):
+    with pytest.raises(ValueError, match="unknown kind of result: fits"):
         is_kind(xr.Dataset(), "fits")
     assert kind_of(xr.Dataset()) is None

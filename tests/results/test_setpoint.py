@@ -209,7 +209,7 @@ def test_a_sweep_that_keeps_few_quantities_reads_across_no_jump_either():
 
 def test_a_sweep_without_the_ratio_says_how_to_keep_it():
     without = grid().drop_vars("amplitude_ratio")
-    with pytest.raises(df.ParameterError, match="does not keep 'amplitude_ratio'; name it among the quantities"):
+    with pytest.raises(df.ParameterError, match="has no 'amplitude_ratio'; add it to the quantities"):
         df.at_set_point(without, 0.8)
 
 

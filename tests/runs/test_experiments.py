@@ -113,7 +113,7 @@ def test_a_motion_that_has_not_settled_says_so():
 
 def test_results_do_not_depend_on_how_often_the_watch_is_looked_at(monkeypatch):
     """Runs are cut into pieces by the clock; with LSODA a piece must not start its history anew."""
-    for integrator in ("rk4", "adaptive", "lsoda"):
+    for integrator in ("rk4", "engine", "adaptive", "lsoda"):
         solver = df.SolverSettings(integrator=integrator, settle="fixed", periods=60, measured_periods=20)
         case = df.example("table-1-am").replace(solver=solver)
         amplitudes = []
@@ -139,7 +139,9 @@ def with_hole(experiment, **solver):
     return case
 
 
-@pytest.mark.parametrize("solver", [{}, {"integrator": "adaptive"}, {"integrator": "lsoda"}], ids=str)
+@pytest.mark.parametrize(
+    "solver", [{}, {"integrator": "engine"}, {"integrator": "adaptive"}, {"integrator": "lsoda"}], ids=str
+)
 @pytest.mark.parametrize(
     "motion", [{}, {"protocol": "stepwise"}, {"protocol": "stepwise", "carry_state": False}], ids=str
 )

@@ -23,7 +23,7 @@ LEVELS = (
     ("problem",),
     ("kernel",),
     ("observables",),
-    ("integrators",),
+    ("integrators", "engine"),
     ("solvers",),
     ("results",),
     ("experiments",),
@@ -39,7 +39,7 @@ LEVEL = {module: level for level, modules in enumerate(LEVELS) for module in mod
 
 # These show what others compute; what computes is closed to them.
 EDGE = ("cli", "gui")
-INSIDE = ("kernel", "integrators", "solvers")
+INSIDE = ("kernel", "integrators", "engine", "solvers")
 
 # A circle that stands until the solvers are written anew.
 LEFT = {frozenset({"solvers.block", "solvers.beside"})}

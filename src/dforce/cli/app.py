@@ -61,7 +61,7 @@ def options(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Take the options that stand before a command; without a command, show what there is."""
+    """Read the options before a command; without a command, show the list of commands."""
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
 

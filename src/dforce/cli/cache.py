@@ -15,7 +15,7 @@ def cache(
     clear: Annotated[bool, typer.Option("--clear", help="Remove them; each is compiled again when needed.")] = False,
     json: Json = False,
 ) -> int:
-    """Show where compiled force models are kept on disk and how large they are, or remove them."""
+    """Show the folder and size of compiled force models on disk, or remove them."""
     found = df.clear_kernel_cache() if clear else df.kernel_cache()
     if json:
         print_json({"folder": str(found.folder), "kernels": found.kernels, "bytes": found.size, "removed": clear})

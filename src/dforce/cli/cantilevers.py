@@ -16,7 +16,7 @@ def cantilevers(
     name: Annotated[str | None, typer.Argument(show_default=False, help="Show this cantilever only.")] = None,
     json: Json = False,
 ) -> int:
-    """List the cantilevers known by name, or show one, with the nominal values of their makers."""
+    """List the cantilevers of the library, or show one, with the nominal values of their makers."""
     known = df.cantilevers()
     if name is None:
         if json:

@@ -12,9 +12,9 @@ from dforce.cli._terminal import DONE, console, print_json, width, wrapped
 
 
 def check(case: CaseName, settings: Settings, json: Json = False) -> int:
-    """Tell where a case leaves the range of its models; nothing is computed.
+    """Check whether the models of a case are valid, without a run.
 
-    CASE may be a result: what its motion says is told, too.
+    CASE may be a result: then the check includes its motion.
     """
     source = open_source(case, settings)
     pieces = df.advice(source.case, source.result)

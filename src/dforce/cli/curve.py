@@ -41,7 +41,7 @@ def curve(
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the curve.")] = None,
     json: Json = False,
 ) -> int:
-    """Compute the force against distance, both directions of motion."""
+    """Compute the force against distance, on approach and retract."""
     import numpy as np
 
     source = open_source(case, settings)

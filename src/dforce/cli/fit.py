@@ -39,17 +39,15 @@ def fit(
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Tell parameters of a case, with errors, from measured curves of amplitude and phase.
+    """Fit parameters of a case, with errors, to measured curves of amplitude and phase.
 
-    The table [fit] of the case says which; CASE may be a fit, which is done again. Ctrl-C keeps the best so far.
-    Exit code 1: fitted, with advice. Several files or curves in one: one fit each; a bad one does not stop the others.
+    The table [fit] of the case lists the parameters. CASE may be a fit, to repeat it. Ctrl-C keeps the best values so far. Exit
+    code 1: fitted, with advice. Each file, and each curve in a file, has its own fit; a bad curve does not stop the others.
     """
     source = open_source(case, settings)
     again = source.result is not None and source.result.attrs.get("kind") == "fit"
     if source.case.fit is None and not again:
-        raise df.ParameterError(
-            f'{quoted(case)} has no table [fit]; write for example free = ["sample.youngs_modulus"]'
-        )
+        raise df.ParameterError(f'{quoted(case)} has no table [fit]; add it, such as free = ["sample.youngs_modulus"]')
     files = list(dict.fromkeys(data or []))
     if output is not None:
         check_target(output, spare=[*map(Path, files), *_named(source.case)])

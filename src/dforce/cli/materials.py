@@ -16,7 +16,7 @@ def materials(
     name: Annotated[str | None, typer.Argument(show_default=False, help="Show this material alone.")] = None,
     json: Json = False,
 ) -> int:
-    """List the samples known by name, or show one: nominal values with their range and source."""
+    """List the samples of the library, or show one: nominal values with their range and source."""
     known = df.materials()
     if name is not None and name not in known:
         raise df.ParameterError(f"there is no material '{shorten(name)}'{nearest(name, known)}")

@@ -39,7 +39,7 @@ def models(
 ) -> int:
     """List the force models, or show one: equation, domain, parameters, source.
 
-    dforce models check FILE.py runs every check of a force model over those that a file of your own defines.
+    dforce models check FILE.py runs every check over the force models in your file.
     """
     registry = df.forces.REGISTRY
     if name == "check":

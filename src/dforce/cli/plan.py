@@ -34,8 +34,8 @@ def plan(
 ) -> int:
     """Find the settings at which limits hold, and the point with the most room around it.
 
-    Exit code 1 where nothing is allowed: the limit in the way and the point of least violation are printed. Ctrl-C keeps the
-    states that are solved.
+    Exit code 1: no setting is allowed; the limit in the way and the point of least violation are printed. Ctrl-C keeps the
+    solved states.
     """
     asked = df.load_plan(file)
     if output is not None:

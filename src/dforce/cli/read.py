@@ -121,12 +121,12 @@ def read(
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the curve.")] = None,
     json: Json = False,
 ) -> int:
-    """Read a measured curve, calibrate it, and say what was done.
+    """Read a measured curve, calibrate it, and list the steps.
 
-    Files: HDF5 (.h5, .hdf5), text (.csv, .tsv, .txt, .dat, .asc), Igor binary wave of Asylum Research (.ibw), Nanosurf .nid,
-    result of dForce (.nc), text of Bruker's NanoScope and text of JPK (.txt), and those of installed packages. Some need the
-    extra dforce[readers]. If something is missing, dForce asks; it never guesses. What is typed here goes before the case.
-    Exit code 1: the curve was read, but not calibrated.
+    Files: HDF5 (.h5, .hdf5), text (.csv, .tsv, .txt, .dat, .asc), Igor binary wave of Asylum Research (.ibw). Also
+    Nanosurf .nid, result of dForce (.nc), text of Bruker's NanoScope and text of JPK (.txt). Packages may add others. Some
+    need the extra dforce[readers]. If something is missing, dForce asks; it never guesses. Options here replace settings of
+    the case. Exit code 1: the curve was read, but not calibrated.
     """
     from dforce.case import Data
     from dforce.inverse.fitting.load import calibration_of, reading_of
@@ -171,7 +171,7 @@ def read(
 
 
 def named(option: str, given: list[str]) -> dict[str, str]:
-    """Return what was typed as NAME=VALUE."""
+    """Return the options typed as NAME=VALUE."""
     found = {}
     for text in given:
         name, equals, value = text.partition("=")

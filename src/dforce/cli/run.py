@@ -35,8 +35,10 @@ from dforce.core.units import parse_share
 if TYPE_CHECKING:
     import xarray as xr
 
-# of a case without an experiment: from free motion to a tenth of its amplitude
-OVER_A0 = {"of": "drive.A0", "start": 1.2, "stop": 0.1, "points": 221}
+# Distances of a case without an experiment, as shares of A0: down to a tenth of it. At a low quality factor the amplitude
+# falls more slowly, and the lever presses the tip in.
+OVER_A0 = {"of": "drive.A0", "start": 1.2}
+CLOSE, BELOW, LOW_Q = 0.1, -0.5, 10.0
 
 
 @seldom_collected()
@@ -69,12 +71,12 @@ def run(
 ) -> int:
     """Run a case and write its result.
 
-    CASE may be a result: a complete one is computed again, an interrupted one is continued.
-    Ctrl-C and SIGTERM keep the points that are done.
+    CASE may be a result: a complete result is computed again, an interrupted result is continued. Ctrl-C and SIGTERM keep the
+    finished points.
     """
-    source = open_source(case, settings)
+    source = open_source(case, settings if at_set_point is None else [])
     if at_set_point is not None:
-        source = dataclasses.replace(source, case=_at(source.case, at_set_point), result=None)
+        source = dataclasses.replace(source, case=_at(source.case, settings, at_set_point), result=None)
     continued = source.result is not None and bool(source.result.attrs.get("interrupted"))
     over = "" if source.result is None else source.result.attrs.get("over", "")
     _refuse_sweep(case, source.case, over, continued)
@@ -142,15 +144,19 @@ def run(
     return code
 
 
-def _at(case: df.Case, shares: str) -> df.Case:
-    """Return a case that asks for set points; without an experiment it becomes an approach and retract."""
+def _at(case: df.Case, settings: list[str], shares: str) -> df.Case:
+    """Return a case, changed by settings, that asks for set points; one without an experiment is approached and retracted."""
     wanted = [parse_share(share.strip(), "--at-set-point") for share in shares.split(",")]
     if case.experiment is None:
-        return case.replace("experiment", {"kind": "approach", "direction": "both", "zc": OVER_A0, "set_point": wanted})
+        in_liquid = min(mode.Q for mode in case.problem.modes) < LOW_Q
+        zc = OVER_A0 | {"stop": BELOW if in_liquid else CLOSE, "points": 221}
+        case = case.replace("experiment", {"kind": "approach", "direction": "both", "zc": zc})
+    case = case.set(*settings)
     if not hasattr(case.experiment, "set_point"):
+        kind = "none" if case.experiment is None else case.experiment.kind
         raise df.ParameterError(
-            f"--at-set-point needs an approach or branches; this experiment is {case.experiment.kind}. "
-            "Without [experiment] dForce runs an approach and retract from 1.2 A0 to 0.1 A0"
+            f"--at-set-point goes with an approach or branches; this experiment is {kind}. "
+            "Without [experiment] dForce runs an approach and retract from 1.2 A0"
         )
     return case.replace("experiment.set_point", wanted)
 

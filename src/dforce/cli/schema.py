@@ -14,7 +14,7 @@ from dforce.core.files import check_target, write_whole
 
 
 def schema(output: Annotated[Path | None, option("--output -o", "FILE.json", "File for the schema.")] = None) -> int:
-    """Print the JSON schema of case files, which editors use to complete and check them."""
+    """Print the JSON schema of case files, for editors that complete and check them."""
     from dforce.case import case_schema
 
     text = json.dumps(case_schema(), indent=2, ensure_ascii=output is None)

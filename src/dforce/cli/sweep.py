@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_WORKERS = 100_000
-MOST_LINES = 30  # of states at a set point
+MOST_LINES = 12  # of states at a set point
 
 
 @dataclass(frozen=True)
@@ -74,12 +74,12 @@ def sweep(
 ) -> int:
     """Compute all cases of a table [sweep] and write one result.
 
-    Ctrl-C and SIGTERM keep the cases that are done, and a store keeps them whatever happens; --resume goes on.
+    Ctrl-C and SIGTERM keep the finished cases. A store also keeps them after a crash; --resume continues.
     """
     source = open_source(case, settings)
     if source.case.sweep is None:
         raise df.ParameterError(
-            f"{quoted(case)} has no table [sweep]; write for example "
+            f"{quoted(case)} has no table [sweep]; add it, such as "
             'over = { "sample.youngs_modulus" = ["1 GPa", "2 GPa"] }'
         )
     from dforce.results.store import is_store
@@ -146,8 +146,9 @@ def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:
         missing = set_point_not_met(result)
         lines += [f"{missing.label}: {missing.text}"] if missing.value else []
     states = [_shown(result, state) for state in _states(result)]
-    more = [f"and {len(states) - MOST_LINES} more states"] if len(states) > MOST_LINES else []
-    return [*lines, f"{share} points{took}, over {sizes}", *states[:MOST_LINES], *more]
+    if len(states) > MOST_LINES:
+        states = [f"{len(states)} states at the set point; draw them with --plot, or by dforce plot"]
+    return [*lines, f"{share} points{took}, over {sizes}", *states]
 
 
 def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:

@@ -67,7 +67,7 @@ def thermal(
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the spectrum and its fit.")] = None,
     json: Json = False,
 ) -> int:
-    """Tune a lever: fit the thermal spectrum of the free lever, and give f0, Q and k with errors.
+    """Tune a lever: fit the thermal spectrum of the free lever for f0, Q and k, with errors.
 
     The spectrum is text with two columns, or any file that dForce reads. Its last line goes into a case.
     """

@@ -19,7 +19,7 @@ def validate(
 ) -> int:
     """Check dForce against published values, exact balances and independent integrators.
 
-    Prints a page in Markdown, or writes it. Exit code 1: a check is not met; the page says which.
+    Prints a page in Markdown, or writes it. Exit code 1: the page contains a failed check.
     """
     target = None if output is None else check_target(output, (".md",))
     from dforce.checks import validation

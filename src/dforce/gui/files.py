@@ -192,7 +192,7 @@ class FileMenu:
 
             await self._attempt("the file could not be opened", read)
 
-        why = f"{as_sentence(sentence)} Please tell:"
+        why = f"{as_sentence(sentence)} Please answer:"
         ask(f"Read {shorten(name, 60)}", list(asked.values()), answered, why=why, button="Read")
 
     async def save_project(self) -> None:

@@ -7,6 +7,7 @@ import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, ClassVar, Literal, Self
 
 import pydantic
@@ -23,6 +24,7 @@ from dforce.instrument.medium import Medium
 from dforce.library.cantilevers import cantilevers, own_cantilevers
 
 MOST_MODES = 10
+LONGEST_REPEAT = 15  # periods of mode 1 after which it and an ideal higher mode repeat together
 DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies are those in air
 
 
@@ -429,12 +431,14 @@ class Cantilever(Parameters):
         .. math:: f_n = (\kappa_n / \kappa_1)^2 f_1, \qquad k_n = (\kappa_n / \kappa_1)^4 k_1, \qquad
                   Q_n = Q_1\, \Gamma_i(f_1) / \Gamma_i(f_n)
 
-        All modes of such a beam move the same mass, so that k goes as the square of f.
+        All modes of such a beam move the same mass, so that k goes as the square of f. The ratio of the frequencies is
+        rounded to a simple one, 94/15 for mode 2, by less than 1e-4: tones on the modes then repeat together.
         """
         ratio, path = (beam.wavenumber(n) / beam.wavenumber(1)) ** 2, f"cantilever.higher_modes.{n - 1}"
+        simple = Fraction(ratio).limit_denominator(LONGEST_REPEAT)
         if given.f0 is None and medium.density and medium.density > DENSEST:
             raise ParameterError(f"{path}.f0 is missing: the ratio of an ideal beam holds in air; give f0 as measured")
-        f0 = ratio * first.f0 if given.f0 is None else given.f0
+        f0 = float(simple) * first.f0 if given.f0 is None else given.f0
         k = ratio**2 * first.k if given.k is None else given.k * normal_factor(self.tilt)
         shipped = self.name is not None and self.library is None
         width = cantilevers()[str(self.name)].width if shipped else None

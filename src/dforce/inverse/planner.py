@@ -15,11 +15,12 @@ from dforce.core.errors import ParameterError, checked
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.inverse._plan_result import result_of
+from dforce.inverse._plan_words import missing_damping
 from dforce.inverse._states import Judged, PlannedPoints, Rest, Solver, one_of_each
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.regime_map import refuse_others, shares_of
-from dforce.maps.seeds import Curves, curves_of, walk
+from dforce.maps.seeds import NEAR, Curves, curves_of, walk
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -185,8 +186,12 @@ class _Work:
         self.next("states")
         seeds = list(self.curves.seeds(self.shares))
         if not seeds:
+            missing = " ".join(missing_damping(self.case))
             raise ParameterError(
-                "no curve reaches any of the set points; choose other set points, or other values under vary"
+                f"no curve reaches any of the set points: the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is "
+                f"{self.curves.lowest_ratio():.3g}; choose other set points, or other values under vary. {missing}".rstrip(
+                    ". "
+                )
             )
         near = np.array([seed.case for seed in seeds])
         points = PlannedPoints(

@@ -148,14 +148,14 @@ class _Search:
             left = np.flatnonzero(np.abs(self.miss) > CLOSE)
             if not len(left):
                 break
-            self._move(left, self.zc[left] - self._step(left))
+            self._move(left, self.zc[left] - self._step(left, self.miss[left]))
         points, columns = self._measured()
         for _ in range(POLISH):
             miss = columns["amplitude_ratio"][:, 0] - self.wanted.set_points
             left = np.flatnonzero(np.abs(miss) > CLOSE)
             if not len(left):
                 break
-            self._move(left, self.zc[left] - self.length[left] * miss[left] / self.slope[left], keep_slope=True)
+            self._move(left, self.zc[left] - self._step(left, miss[left]), keep_slope=True)
             points, columns = self._measured()
         near = np.abs(columns["amplitude_ratio"][:, 0] - self.wanted.set_points) < 1e3 * CLOSE
         out.found[which], out.zc[which] = near, self.zc
@@ -167,9 +167,10 @@ class _Search:
                 out.columns[name] = np.full((len(out.zc), *values.shape[2:]), np.nan)
             out.columns[name][which] = np.where(near.reshape(-1, *[1] * (values.ndim - 2)), values[:, 0], np.nan)
 
-    def _step(self, which: Any) -> Array:
+    def _step(self, which: Any, miss: Array) -> Array:
         longest = LARGEST * self.length[which]
-        step = self.length[which] * self.miss[which] / self.slope[which]
+        with np.errstate(divide="ignore", invalid="ignore"):  # a slope of 0: the longest step
+            step = self.length[which] * miss / self.slope[which]
         return np.asarray(np.clip(np.nan_to_num(step), -longest, longest))
 
     def _move(self, which: Any, to: Array, keep_slope: bool = False) -> None:

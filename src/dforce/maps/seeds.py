@@ -58,6 +58,10 @@ class Curves:
                 return float(np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))[place].min())
         raise KeyError(case)
 
+    def lowest_ratio(self) -> float:
+        """Return the lowest amplitude ratio on all curves."""
+        return min((float(data["amplitude_ratio"].min()) for _, data in self.parts), default=1.0)
+
     def seeds(self, set_points: Sequence[float] | Array) -> Iterator[Seed]:
         """Give a motion of each curve beside each of its states at the set points."""
         for numbers, data in self.parts:

@@ -7,7 +7,7 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from dforce.observables import lockin, measure
 from dforce.problem import Problem
 from dforce.solvers import newton, period_map, quasi_static, relaxation
 from dforce.solvers.settings import SolverSettings
+
+if TYPE_CHECKING:
+    from dforce.engine.marching import Marched
 
 # what the solvers call by its address: compiled for each combination of forces
 CALLED: dict[str, Callable[..., Any]] = {
@@ -52,6 +55,7 @@ RELAXED = 0.5  # of the shortest relaxation time: longest step; at 2.8 RK4 is un
 MOST_POINTS = 1_000_000  # samples per period that a force's relaxation may ask for
 ROUND = 16  # sample counts are multiples of this
 SLACK = 1e-9  # of the samples needed: one so few more is rounding
+HARMONIC = 100.0  # times the tolerance: error of a step of the engine in the fastest harmonic of the force
 STEPS_PER_PERIOD = 60  # of the fastest mode, that LSODA takes at least: so that it cannot step over a contact
 
 
@@ -268,6 +272,56 @@ class Adaptive(Integrator):
         return Motion(y, memory, latched, motion.period + periods)
 
 
+class Engine(Integrator):
+    """Steps that fit the motion, in the frame of the free lever; they end on kinks, turns and changes of branches."""
+
+    name = "engine"
+    order = "8(5,3)"
+    source = "E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, Springer (1993)"
+
+    def take(self, problem: Problem) -> None:
+        """Go over to a problem with other numbers in the same modes, tones and forces; `place` has to follow."""
+        from dforce.engine.marching import Marcher  # loads the compiler
+
+        super().take(problem)
+        if problem.late_fluid:
+            raise ParameterError(
+                'solver.integrator = "engine" takes no fluid with a memory; write integrator = "adaptive" for it'
+            )
+        self._marcher = Marcher.of(problem)
+        self._limits = (self.settings.relative_tolerance, math.inf, HARMONIC * self.settings.relative_tolerance)
+        self._places = np.unique(np.append(self.kinks, problem.a0))
+
+    def record(self, motion: Motion) -> tuple[Motion, Array]:
+        """Advance one period; return the motion and its samples, both ends included."""
+        found = self._marched(motion, 1, parts=self.points, sampled=True)
+        return self._end(found, motion.period + 1), np.concatenate([found.path[0], found.samples[0]], axis=1)
+
+    def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
+        found = self._marched(motion, periods, harmonics=self.harmonics if every else 0)
+        if every:
+            out[:] = found.rows[0]
+        else:  # of the lock-ins those of the whole deflection
+            modes, tones = len(self.problem.modes), len(self.tones)
+            first = measure.FIRST + 2 * modes
+            for j in range(tones):
+                place = first + 2 * j * (modes + 1)
+                out[:, 2 * j : 2 * j + 2] = found.rows[0, :, place : place + 2]
+        return self._end(found, motion.period + periods)
+
+    def _marched(self, motion: Motion, periods: int, **wanted: Any) -> Marched:
+        from dforce.engine.marching import Start
+
+        p, x = np.array([self.p]), np.array([motion.y])
+        start = Start(
+            p, self.tones[None], self._places[None], x, motion.memory[None], motion.latched[None], motion.period
+        )
+        return self._marcher.march(start, periods, self._limits, **wanted)
+
+    def _end(self, found: Marched, period: int) -> Motion:
+        return Motion(tuple(found.path[0, -1].tolist()), found.memory[0], found.branch[0], period)
+
+
 class LSODA(Integrator):
     """SciPy's LSODA over the compiled right-hand side."""
 
@@ -332,4 +386,4 @@ class LSODA(Integrator):
         return left
 
 
-INTEGRATORS: dict[str, type[Integrator]] = {cls.name: cls for cls in (RK4, LSODA, Adaptive)}
+INTEGRATORS: dict[str, type[Integrator]] = {cls.name: cls for cls in (RK4, Engine, LSODA, Adaptive)}

@@ -109,7 +109,7 @@ def noise_root(mode: ModeNumbers, h: float, kT: float) -> Array:
 
 
 @dataclass(frozen=True)
-class Lanes:
+class NoisyLanes:
     """Motions of one problem at the start of a period, each with random numbers of its own.
 
     Attributes
@@ -134,9 +134,9 @@ class Lanes:
     lowest: Array
     lock_ins: Array
 
-    def part(self, which: Any) -> Lanes:
+    def part(self, which: Any) -> NoisyLanes:
         """Return some of them."""
-        return Lanes(
+        return NoisyLanes(
             self.y[which],
             self.memory[which],
             self.latched[which],
@@ -190,9 +190,9 @@ class Langevin(Integrator):
         self._decay = 1.0 / (self.points * self.problem.tones[0].frequency * time_constant(bandwidth, poles))
         self._poles = poles
 
-    def lanes(self, starts: Sequence[Motion], seeds: Sequence[int]) -> Lanes:
+    def lanes(self, starts: Sequence[Motion], seeds: Sequence[int]) -> NoisyLanes:
         """Return motions as lanes, each with the noise of its seed."""
-        return Lanes(
+        return NoisyLanes(
             np.array([start.y for start in starts]),
             np.array([start.memory for start in starts]),
             np.array([start.latched for start in starts]),
@@ -209,7 +209,7 @@ class Langevin(Integrator):
         case = zlib.crc32(text.encode())
         return (seed & WORD) ^ case, (seed >> 32) & WORD ^ (case * 0x9E3779B1 & WORD)
 
-    def run(self, lanes: Lanes, periods: int) -> tuple[Lanes, Complexes]:
+    def run(self, lanes: NoisyLanes, periods: int) -> tuple[NoisyLanes, Complexes]:
         """Advance lanes; return them and the scaled complex amplitude of each at each tone, (lanes, periods, tones).
 
         It is that of each period alone, of the tip; or what the detector reads of the modes by a lock-in, see `read_by`.
@@ -248,7 +248,7 @@ class Langevin(Integrator):
             lowest,
         )
         self._check_step(float(lowest.min()))
-        after = Lanes(y, memory, latched, lanes.keys, lanes.period + periods, lowest, held)
+        after = NoisyLanes(y, memory, latched, lanes.keys, lanes.period + periods, lowest, held)
         return after, out[..., ::2] + 1j * out[..., 1::2]
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:

@@ -22,7 +22,7 @@ LEAST_SAMPLES = 32  # per period of a mode
 
 
 def has_own_samples(problem: Problem, settings: SolverSettings) -> bool:
-    """Say whether :meth:`Lot.samples` knows all that decides how many samples problems like this need."""
+    """Say whether :meth:`ProblemBatch.samples` knows all that decides how many samples problems like this need."""
     return (
         len(problem.tones) == 1
         and problem.heights is None

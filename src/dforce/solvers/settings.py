@@ -19,10 +19,10 @@ class SolverSettings(Parameters):
         default="periodic",
         description="periodic: solve for the periodic orbit (with rk4); transient: integrate until the motion has settled",
     )
-    integrator: Literal["rk4", "lsoda", "adaptive", "langevin"] = pydantic.Field(
+    integrator: Literal["rk4", "engine", "lsoda", "adaptive", "langevin"] = pydantic.Field(
         default="rk4",
-        description="rk4: fixed steps locked to the drive; lsoda: SciPy's; adaptive: lands on the force's kinks; langevin: "
-        "fixed steps with thermal motion, for a dwell",
+        description="rk4: fixed steps locked to the drive; engine, adaptive: steps of order 8 and 5 that end on kinks; lsoda: "
+        "SciPy's; langevin: thermal motion, for a dwell",
     )
     points_per_period: int = pydantic.Field(
         default=256,
@@ -41,7 +41,7 @@ class SolverSettings(Parameters):
         default=1e-10,
         ge=1e-13,
         le=1e-3,
-        description="allowed error per step of lsoda and adaptive, relative to the motion",
+        description="allowed error per step of engine, adaptive and lsoda, relative to the motion",
     )
     settle: Literal["converged", "fixed"] = pydantic.Field(
         default="converged",

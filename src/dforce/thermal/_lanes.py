@@ -22,7 +22,7 @@ from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
 from dforce.runs import dwell, watched
-from dforce.solvers.langevin import Lanes, Langevin
+from dforce.solvers.langevin import Langevin, NoisyLanes
 from dforce.solvers.transient import LATE, decay_periods
 from dforce.thermal._noise_along_curve import Progress, lock_in_of
 
@@ -168,7 +168,7 @@ def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
     return LATE * decay_periods(problem) + math.ceil(of_lock_in)
 
 
-def march(integrator: Langevin, lanes: Lanes, periods: int, report_progress: Any) -> tuple[Complexes, Lanes]:
+def march(integrator: Langevin, lanes: NoisyLanes, periods: int, report_progress: Any) -> tuple[Complexes, NoisyLanes]:
     """Advance lanes and check for a stop now and then; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
 
     Ctrl-C ends it with what there is.

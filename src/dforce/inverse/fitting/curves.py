@@ -64,7 +64,7 @@ class Solved:
     short
         How far each branch ends before its last point (m), 0 where it does not, (problems, branches).
     states, monodromy, at
-        The orbits, for :meth:`Curves.slopes`: (problems, points, size), (problems, points, size, size), (problems, points).
+        The orbits, for `ModelBranches.slopes`: (problems, points, size), (problems, points, size, size), (problems, points).
     """
 
     values: Array

@@ -13,7 +13,7 @@ from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.points import MeasuredPoints
 from dforce.inverse.fitting.profile import Profile
 from dforce.inverse.fitting.sides import Sides
-from dforce.inverse.fitting.starts import Start
+from dforce.inverse.fitting.starts import SearchStart
 from dforce.inverse.fitting.unknowns import Unknown
 
 
@@ -46,7 +46,7 @@ class Fitted:
     data: MeasuredPoints
     unknowns: list[Unknown]
     minima: list[Minimum]
-    starts: list[Start]
+    starts: list[SearchStart]
     certain: Certainty
     sides: Sides
     passed: Array

@@ -140,7 +140,7 @@ class Objective:
 
 
 def jacobian(model: CurveModel, varied: Array, predicted: Prediction, both_sides: bool = True) -> Array:
-    """Return the derivatives of the residuals, those of the priors last, by what is varied; see :meth:`Model.slopes`."""
+    """Return the derivatives of the residuals, those of the priors last, by what is varied; see :meth:`CurveModel.slopes`."""
     slopes = model.slopes(varied, predicted, both_sides) / model.sigma[..., None]
     out: list[Any] = [slopes.reshape(-1, len(varied))]
     values = model.values(varied)

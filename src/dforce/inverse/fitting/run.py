@@ -24,7 +24,7 @@ from dforce.inverse.fitting.points import MeasuredPoints, checked_reading, measu
 from dforce.inverse.fitting.profile import Profile, profile_of
 from dforce.inverse.fitting.result import to_dataset
 from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
-from dforce.inverse.fitting.starts import Start, different, first_guess, refined, searched
+from dforce.inverse.fitting.starts import SearchStart, different, first_guess, refined, searched
 from dforce.inverse.fitting.unknowns import CASE, Unknown, given_values, make_unknowns
 from dforce.runs import watched
 
@@ -162,7 +162,7 @@ class _FitRun:
             report_progress,
         )
         self.runs, self.chi2 = 0, np.inf
-        self.starts: list[Start] = []
+        self.starts: list[SearchStart] = []
         self.minima: list[Minimum] = []
         self.model = CurveModel(case, unknowns, data, check_cancelled=self.check_cancelled)
         self.met: Minimum | None = None
@@ -233,7 +233,7 @@ class _FitRun:
         given = set(self.settings.start)
         first = first_guess(self.data, self.unknowns, given)
         self.check_cancelled()
-        self.starts = searched(self.model, first) if self.settings.search else [Start(first, np.nan)]
+        self.starts = searched(self.model, first) if self.settings.search else [SearchStart(first, np.nan)]
         self.minima = refined(self.model, self.starts, self.on_run)
         self._leave_unseen()
 

@@ -35,7 +35,7 @@ LOWEST = 0.25  # share of the points, those of the least amplitude, whose height
 
 
 @dataclass(frozen=True)
-class Start:
+class SearchStart:
     """A place to start from, what chi2 is there, and what became of it."""
 
     varied: Array
@@ -66,7 +66,7 @@ def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) 
     return varied
 
 
-def searched(model: CurveModel, varied: Array) -> list[Start]:
+def searched(model: CurveModel, varied: Array) -> list[SearchStart]:
     """Return starts near a first guess, the best of them first; the guess itself is among those that were searched."""
     from scipy.stats import qmc
 
@@ -86,10 +86,10 @@ def searched(model: CurveModel, varied: Array) -> list[Start]:
     many = np.clip(many, low, high)
     many = many[[allowed(model, row) for row in many]]
     if not len(many):
-        return [Start(varied, np.inf)]
+        return [SearchStart(varied, np.inf)]
     size = np.array([REACH if unknowns[i].is_log else WIDE for i in wide])
-    starts: list[Start] = []
-    chosen: list[Start] = []
+    starts: list[SearchStart] = []
+    chosen: list[SearchStart] = []
     for more, floor in _shifted(model, many):
         starts = sorted(starts + more, key=lambda one: one.chi2)
         chosen = []
@@ -103,7 +103,7 @@ def searched(model: CurveModel, varied: Array) -> list[Start]:
     return chosen
 
 
-def _shifted(model: CurveModel, many: Array) -> Iterator[tuple[list[Start], float]]:
+def _shifted(model: CurveModel, many: Array) -> Iterator[tuple[list[SearchStart], float]]:
     """Give many places with the heights, and the phase, where their curves fit best; and below which chi2 none will follow.
 
     All are followed along the first branch. What chi2 is there it is at least on both, so the best are followed on first.
@@ -132,7 +132,7 @@ def _shifted(model: CurveModel, many: Array) -> Iterator[tuple[list[Start], floa
                 varied[k] += shifts[best] / unknowns[k].scale
             for k in turns:
                 varied[k] += turn[i, best]
-            out.append(Start(varied, float(chi2[i, best])))
+            out.append(SearchStart(varied, float(chi2[i, best])))
         yield out, float(least[later].min(initial=np.inf))
 
 
@@ -168,7 +168,7 @@ def _chi2(apart: Array, data: MeasuredPoints) -> Array:
     return np.asarray(((apart / data.sigma) ** 2).sum(axis=(2, 3)))
 
 
-def refined(model: CurveModel, starts: list[Start], on_run: Callable[[Objective], None]) -> list[Minimum]:
+def refined(model: CurveModel, starts: list[SearchStart], on_run: Callable[[Objective], None]) -> list[Minimum]:
     """Return the different minima that starts lead to, the lowest first."""
     far: list[Minimum] = []
     if len(starts) > 1:
@@ -183,7 +183,7 @@ def refined(model: CurveModel, starts: list[Start], on_run: Callable[[Objective]
         for points in (rough, model):
             minima = [Objective(points, start.varied, on_run=on_run).minimize(ROUGH, MOST_ROUGH) for start in starts]
             found = different(minima, points)
-            starts = [Start(one.varied, one.chi2) for one in found if one.chi2 < found[0].chi2 + CLOSE]
+            starts = [SearchStart(one.varied, one.chi2) for one in found if one.chi2 < found[0].chi2 + CLOSE]
         far = found[len(starts) :]
     return different([*(lowest(Objective(model, start.varied, on_run=on_run)) for start in starts), *far], model)
 

@@ -1,0 +1,1 @@
+"""Motions in time: one compiled function, :func:`dforce.engine.advance.advance`, for all forces, modes and tones."""

@@ -1,0 +1,286 @@
+"""The seam: motions advanced over intervals of time, each with steps of its own."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from dforce.engine.events import (
+    KINK,
+    NOTHING,
+    PEAK,
+    SWITCH,
+    TURN,
+    change_latches,
+    crest,
+    event_in,
+    force_now,
+    largest_switch,
+    place_between,
+    salt,
+)
+from dforce.engine.lanes import (
+    BEGIN,
+    D0,
+    D1,
+    D_MIN,
+    F1,
+    F_MAX,
+    F_MIN,
+    HEADING,
+    HIGH,
+    LENGTH,
+    LOW,
+    SIDE,
+    V0,
+    V1,
+    Z_MAX,
+    Z_MIN,
+    ZC,
+    T,
+    compiled,
+    lane_of,
+)
+from dforce.engine.step import ARRIVING, LEAVING, PLAIN, attempt, free_tip, span, take_step
+from dforce.engine.sums import add_speed_and_turn, add_sums
+
+LONGEST = 1.2  # rad of the first tone: step
+FIRST = 0.3  # rad: first step of an interval
+SMALLEST = 1e-9  # rad: step
+SAFE, SHRINK, GROWTH = 0.9, 0.25, 5.0
+BEYOND = 1.3  # times the way to the next kink at the present speed: longest step towards it
+LANDED = 1e-9  # of the free amplitude: how near to a kink a step ends
+SWITCHED, MOST_TRIES = 1e-12, 60  # rad: how close behind a switch a step ends; attempts at it
+MOST_STEPS = 4000  # in an interval
+
+
+@compiled
+def begin_interval(lane: Any, begin: float, phases: Any) -> None:
+    """Put a lane to the start of an interval."""
+    numbers, kinks = lane.numbers, lane.kinks
+    lane.state[T], lane.state[BEGIN] = 0.0, begin
+    for j in range(lane.turn.shape[0]):
+        lane.turn[j, 5] = phases[j]
+        lane.turn[j, 3], lane.turn[j, 4] = math.cos(phases[j]), math.sin(phases[j])
+    x, v = free_tip(lane.turn, 0.0)
+    for n in range(lane.u.shape[0]):
+        x += lane.u[n, 0, 0]
+        v += lane.u[n, 1, 0]
+    d = numbers[ZC] + numbers[LENGTH] * x
+    lane.state[D0], lane.state[V0], lane.state[HEADING] = d, v, 1.0 if v > 0.0 else -1.0
+    side = 0
+    while side < kinks.shape[0] and (kinks[side] < d or (kinks[side] == d and v > 0.0)):
+        side += 1
+    place_between(lane, side)
+
+
+@compiled
+def fastest_turn(lane: Any) -> float:
+    """Return the largest frequency ratio of tones and modes."""
+    fast = 1.0
+    for j in range(lane.turn.shape[0]):
+        fast = max(fast, lane.turn[j, 0])
+    for n in range(lane.mode.shape[0]):
+        fast = max(fast, math.sqrt(lane.mode[n, 2]))
+    return fast
+
+
+@compiled
+def speed_bound(lane: Any) -> float:
+    """Return a scaled speed that the tip does not exceed without new forces."""
+    speed = 0.0
+    for j in range(lane.turn.shape[0]):
+        speed += lane.turn[j, 0] * math.hypot(lane.turn[j, 1], lane.turn[j, 2])
+    for n in range(lane.mode.shape[0]):
+        speed += math.hypot(lane.u[n, 1, 0], math.sqrt(lane.mode[n, 2]) * lane.u[n, 0, 0])
+    return speed
+
+
+@compiled
+def longest_step(lane: Any, fast: float, speed: float, measured: bool) -> float:
+    """Return how long a step may be, so that the tip neither turns twice in it nor passes a kink and comes back."""
+    length = lane.numbers[LENGTH]
+    if measured or lane.state[LOW] == -np.inf:
+        return LONGEST / fast
+    away = (lane.state[D0] - lane.state[LOW]) / length
+    if lane.state[HIGH] < np.inf:
+        away = min(away, (lane.state[HIGH] - lane.state[D0]) / length)
+    return float(max(LONGEST / fast, min(LONGEST, away / speed)))
+
+
+@compiled
+def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
+    """Advance a lane over one interval; return whether it came to the end."""
+    measured, switches, length = sums.shape[0] > 0, lane.latched.shape[0] > 0, lane.numbers[LENGTH]
+    if switches:
+        change_latches(lane, laws, lane.state[D0], lane.state[V0])
+    want, kind = FIRST, PLAIN
+    if measured:
+        for k in range(sums.shape[0]):
+            sums[k] = 0.0
+        sums[Z_MIN], sums[F_MIN], sums[D_MIN] = np.inf, np.inf, np.inf
+        sums[Z_MAX], sums[F_MAX] = -np.inf, -np.inf
+    steps, crested, fast = 0, False, fastest_turn(lane)
+    speed = speed_bound(lane)
+    while lane.state[T] < interval:
+        left = interval - lane.state[T]
+        h = min(want, left, lane.limits[3], longest_step(lane, fast, speed, measured))
+        v0 = lane.state[V0]
+        if kind == PLAIN and v0 < 0.0 and lane.state[LOW] > -np.inf:
+            h = min(h, max(BEYOND * (lane.state[LOW] - lane.state[D0]) / (length * v0), 1e-3))
+        if left - h < 1e-3 * h:
+            h = left
+        begun, aim, level, tries = kind, NOTHING, 0.0, 0
+        low_s, high_s, low_g, high_g, error = 0.0, 0.0, 0.0, 0.0, 0.0
+        while True:
+            steps += 1
+            if steps > MOST_STEPS:
+                return False
+            count[0] += 1
+            error = attempt(lane, laws, kind, h, measured)
+            if not (error >= 0.0 and error < 1e300):
+                if h < SMALLEST:
+                    return False
+                h, aim, kind = h * SHRINK, NOTHING, begun
+                continue
+            fit = SAFE * max(error, 1e-10) ** (-1.0 / 8.0)
+            d1, v1 = lane.state[D1], lane.state[V1]
+            if aim == KINK:
+                off = (d1 - level) / length
+                if abs(off) > LANDED and tries < 8 and abs(off) < 0.5 * h * abs(v1):
+                    h, tries = h - off / v1, tries + 1
+                    if h > left:
+                        h, aim, kind = left, NOTHING, begun
+                    continue
+                if error > 1.0 and h > SMALLEST:
+                    h, aim, kind = h * max(SHRINK, min(0.7, fit)), NOTHING, begun
+                    continue
+                if switches:  # one that changes on the way, not at the kink itself
+                    before = level + (2.0 if v1 < 0.0 else -2.0) * LANDED * length
+                    high_g = largest_switch(lane, laws, before, v1)
+                    if high_g > 0.0:
+                        low_g = largest_switch(lane, laws, lane.state[D0], v0)
+                        low_s, high_s, tries, aim, kind, h = 0.0, h, 0, SWITCH, begun, 0.5 * h
+                        continue
+                break
+            if aim == SWITCH:
+                value = largest_switch(lane, laws, d1, v1)
+                if value > 0.0:
+                    if h == high_s or h - low_s < SWITCHED or tries > MOST_TRIES:
+                        break
+                    high_s, high_g, low_g = h, value, 0.5 * low_g
+                else:
+                    low_s, low_g, high_g = h, value, 0.5 * high_g
+                tries += 1
+                h = low_s + (high_s - low_s) * low_g / (low_g - high_g)  # Illinois
+                if high_s - low_s < SWITCHED or tries > MOST_TRIES:
+                    h = high_s
+                continue
+            if aim in (TURN, PEAK):
+                if error > 1.0 and h > SMALLEST:
+                    h, aim, kind = h * max(SHRINK, min(0.7, fit)), NOTHING, begun
+                    continue
+                if switches:
+                    high_g = largest_switch(lane, laws, d1, v1)
+                    if high_g > 0.0:
+                        low_g = largest_switch(lane, laws, lane.state[D0], v0)
+                        low_s, high_s, tries, aim, kind, h = 0.0, h, 0, SWITCH, begun, 0.5 * h
+                        continue
+                break
+            leaves = d1 < lane.state[LOW] or d1 > lane.state[HIGH]
+            turned = lane.state[HEADING] * v1 < 0.0
+            if (leaves or turned) and error < 1e4:
+                aim, level, s = event_in(lane, h, turned)
+                if aim == KINK:
+                    kind = ARRIVING if begun == PLAIN else begun
+                elif abs(s - h) < 1e-6 * h and error <= 1.0:
+                    break
+                h, tries = max(s, 1e-12), 0
+                continue
+            if error > 1.0 and h > SMALLEST:
+                h *= max(SHRINK, min(0.9, fit))
+                continue
+            if switches:
+                high_g = largest_switch(lane, laws, d1, v1)
+                if high_g > 0.0:
+                    low_g = largest_switch(lane, laws, lane.state[D0], v0)
+                    low_s, high_s, tries, aim, h = 0.0, h, 0, SWITCH, 0.5 * h
+                    continue
+            break
+        if measured and aim not in (PEAK, SWITCH) and not crested:
+            share = crest(lane.force, lane.state[F1], sums[F_MIN], sums[F_MAX])
+            if share > 0.0:  # the step is made again, to end there
+                h, kind, aim, crested = span(kind, share, h), begun, PEAK, True
+                count[0] += 1
+                error = attempt(lane, laws, kind, h, measured)
+        elif aim != PEAK:
+            crested = False
+        # the step is taken
+        count[1] += 1
+        f1 = lane.state[F1]
+        if measured:
+            add_sums(lane, kind, h, sums)
+            add_speed_and_turn(lane, h, aim == TURN, sums)
+        fit = h * min(GROWTH, max(0.3, SAFE * max(error, 1e-10) ** (-1.0 / 8.0)))
+        want = fit if aim == NOTHING else max(fit, want)
+        take_step(lane, h)
+        if lane.state[T] > interval - 1e-13:
+            lane.state[T] = interval
+        kind = PLAIN
+        if aim == KINK:
+            down = v1 < 0.0
+            side = int(lane.state[SIDE])
+            place_between(lane, side - 1 if level == lane.state[LOW] else side + 1)
+            lane.state[D0] = level
+            before = f1
+            if switches:
+                change_latches(lane, laws, level + (-1e-15 if down else 1e-15), v1)
+            f0 = force_now(lane, laws)
+            if f0 != before:
+                salt(lane, before - f0, v1)
+            kind = LEAVING
+        elif aim == SWITCH:
+            before = f1
+            change_latches(lane, laws, lane.state[D0], lane.state[V0])
+            f0 = force_now(lane, laws)
+            salt(lane, before - f0, v1)
+        elif aim == TURN:
+            lane.state[HEADING] = -lane.state[HEADING]
+    return True
+
+
+@compiled
+def take_sample(lane: Any, laws: Any, sample: Any) -> None:
+    """Write memory, branches and force where the lane is."""
+    states = lane.memory.shape[1]
+    for m in range(states):
+        sample[m] = lane.memory[0, m]
+    for k in range(lane.latched.shape[0]):
+        sample[states + k] = lane.latched[k]
+    sample[sample.shape[0] - 1] = force_now(lane, laws)
+
+
+@compiled
+def advance(lanes: Any, laws: Any) -> None:
+    """Advance each lane over all intervals."""
+    modes, sampled = lanes.deviation.shape[1], lanes.samples.shape[1] > 0
+    for i in range(lanes.numbers.shape[0]):
+        lane, good = lane_of(lanes, i), True
+        for k in range(lanes.phases.shape[0]):
+            begin_interval(lane, lanes.begin[k], lanes.phases[k])
+            if sampled and k == 0:
+                change_latches(lane, laws, lane.state[D0], lane.state[V0])
+                take_sample(lane, laws, lanes.samples[i, 0])
+            good = march(lane, laws, lanes.span, lanes.sums[i, k], lanes.count[i])
+            if not good:
+                break
+            for n in range(modes):
+                lanes.ends[i, k, 2 * n], lanes.ends[i, k, 2 * n + 1] = lane.u[n, 0, 0], lane.u[n, 1, 0]
+            if sampled:
+                take_sample(lane, laws, lanes.samples[i, k + 1])
+        if not good:
+            lane.u[:] = np.nan
+        lanes.deviation[i] = lane.u
+        lanes.memory[i] = lane.memory[0]

@@ -1,0 +1,171 @@
+"""What a step ends on: kinks of a law, turns of the tip, switches of a force's branch, crests of the force."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from dforce.engine.lanes import BEGIN, D0, D1, HIGH, LENGTH, LOW, OMEGA, SIDE, SPEED, V0, ZC, T, compiled
+from dforce.engine.laws import call_block
+from dforce.engine.step import BESIDE, inside
+from dforce.engine.tableau import C
+
+NOTHING, KINK, TURN, SWITCH, PEAK = 0, 1, 2, 3, 4
+CREST = 1e-6  # of the largest force: more than this beyond both ends of a step is a crest of the force
+
+
+@compiled
+def place_between(lane: Any, side: int) -> None:
+    """Let a lane lie between two kinks, the one number `side` and the one below."""
+    lane.state[SIDE] = side
+    lane.state[LOW] = lane.kinks[side - 1] if side > 0 else -np.inf
+    lane.state[HIGH] = lane.kinks[side] if side < lane.kinks.shape[0] else np.inf
+
+
+@compiled
+def root(lane: Any, h: float, level: float, wanted: int, last: float) -> float:
+    """Return when in the step that was tried the tip passes a distance (KINK) or turns (TURN), before the time `last`."""
+    mode, turn, u, end = lane.mode, lane.turn, lane.u, lane.end
+    length, zc = lane.numbers[LENGTH], lane.numbers[ZC]
+    low, high = 0.0, last
+    d, v = inside(mode, turn, u, end, length, zc, h, last)
+    above = (d > level) if wanted == KINK else (v > 0.0)
+    s = 0.5 * last
+    for _ in range(40):
+        d, v = inside(mode, turn, u, end, length, zc, h, s)
+        value = (d - level) / length if wanted == KINK else v
+        if ((d > level) if wanted == KINK else (v > 0.0)) == above:
+            high = s
+        else:
+            low = s
+        if wanted == KINK:
+            slope = v
+        else:
+            slope = (inside(mode, turn, u, end, length, zc, h, min(s + 1e-4 * h, h))[1] - v) / (1e-4 * h)
+        new = s - value / slope if slope != 0.0 else 0.5 * (low + high)
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if abs(new - s) < 1e-7 * h:
+            return new
+        s = new
+    return s
+
+
+@compiled
+def event_in(lane: Any, h: float, turned: bool) -> Any:
+    """Return what comes first in a step that leaves its interval of kinks or turns: KINK or TURN, the kink, and when."""
+    low, high, d1, last, level = lane.state[LOW], lane.state[HIGH], lane.state[D1], h, 0.0
+    if turned:
+        last = root(lane, h, 0.0, TURN, h)
+        d1, _ = inside(lane.mode, lane.turn, lane.u, lane.end, lane.numbers[LENGTH], lane.numbers[ZC], h, last)
+        if low <= d1 <= high:
+            return TURN, level, last
+    level = low if d1 < low else high
+    return KINK, level, root(lane, h, level, KINK, last)
+
+
+@compiled
+def switch_value(lane: Any, laws: Any, f: int, d: float, v: float) -> float:
+    """Return the switch of a force, which is positive where its latch changes."""
+    numbers = lane.numbers
+    lane.d[0], lane.rate[0] = d, v * numbers[SPEED]
+    lane.t[0] = (lane.state[BEGIN] + lane.state[T]) / numbers[OMEGA]
+    call_block(
+        laws.address[f, 2],
+        1,
+        lane.at[0],
+        lane.at[1],
+        lane.at[2],
+        lane.at[4],
+        lane.latched[laws.place[f, 3]],
+        numbers[ZC],
+        lane.at[6] + 8 * laws.place[f, 0],
+        lane.at[3],
+    )
+    return float(lane.result[0])
+
+
+@compiled
+def largest_switch(lane: Any, laws: Any, d: float, v: float) -> float:
+    """Return the largest switch of all forces at a distance and velocity."""
+    largest = -np.inf
+    for f in range(laws.address.shape[0]):
+        if laws.address[f, 2] != 0:
+            largest = max(largest, switch_value(lane, laws, f, d, v))
+    return largest
+
+
+@compiled
+def change_latches(lane: Any, laws: Any, d: float, v: float) -> bool:
+    """Change the latches whose switch is positive; say whether there are any."""
+    changed = False
+    for f in range(laws.address.shape[0]):
+        if laws.address[f, 2] != 0 and switch_value(lane, laws, f, d, v) > 0.0:
+            latch = laws.place[f, 3]
+            lane.latched[latch] = 1.0 - lane.latched[latch]
+            changed = True
+    return changed
+
+
+@compiled
+def force_now(lane: Any, laws: Any) -> float:
+    """Return the force at the start of the next step."""
+    numbers, state = lane.numbers, lane.state
+    for m in range(lane.memory.shape[1]):
+        lane.kept[0, m] = lane.memory[0, m]
+    lane.d[0], lane.rate[0] = min(max(state[D0], state[LOW] + BESIDE), state[HIGH] - BESIDE), state[V0] * numbers[SPEED]
+    lane.t[0], lane.result[0] = (state[BEGIN] + state[T]) / numbers[OMEGA], 0.0
+    for f in range(laws.address.shape[0]):
+        latch = laws.place[f, 3]
+        call_block(
+            laws.address[f, 0],
+            1,
+            lane.at[0],
+            lane.at[1],
+            lane.at[2],
+            lane.at[4] + 8 * laws.place[f, 1],
+            lane.latched[latch] if latch >= 0 else 0.0,
+            numbers[ZC],
+            lane.at[6] + 8 * laws.place[f, 0],
+            lane.at[3],
+        )
+    return float(lane.result[0])
+
+
+@compiled
+def crest(force: Any, f1: float, lowest: float, highest: float) -> float:
+    """Return at which share of a step the force is beyond what is known and both ends, by a cubic; 0 where it is not."""
+    f0, fa, fb, ca, cb = force[0], force[5], force[8], C[5], C[8]
+    p1, p2 = (fa - f0) / ca, 0.0
+    p2 = ((fb - fa) / (cb - ca) - p1) / cb
+    p3 = ((f1 - fb) / (1.0 - cb) - (fb - fa) / (cb - ca)) / (1.0 - ca) - p2
+    a3, a2, a1 = p3, p2 - p3 * (ca + cb), p1 - ca * p2 + ca * cb * p3  # of the powers of the share
+    under, found = a2 * a2 - 3.0 * a1 * a3, 0.0
+    best = CREST * (max(f0, f1, highest) - min(f0, f1, lowest))
+    if under > 0.0:
+        for sign in (-1.0, 1.0):
+            below = -a2 + sign * math.sqrt(under)
+            c = a1 / below if below != 0.0 else 0.0
+            if 0.02 < c < 0.98:
+                value = f0 + c * (a1 + c * (a2 + c * a3))
+                beyond = max(value - max(f0, f1, highest), min(f0, f1, lowest) - value)
+                if beyond > best:
+                    best, found = beyond, c
+    return found
+
+
+@compiled
+def salt(lane: Any, jump: float, v: float) -> None:
+    """Let the columns pass a jump of the force at a distance: a neighbor meets it earlier or later.
+
+    Source: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer (2004).
+    """
+    length = lane.numbers[LENGTH]
+    for k in range(1, lane.u.shape[2]):
+        moved = lane.unit[k - 1] / length
+        for n in range(lane.u.shape[0]):
+            moved += lane.u[n, 0, k]
+        for n in range(lane.u.shape[0]):
+            lane.u[n, 1, k] -= lane.mode[n, 3] * jump * moved / v

@@ -1,0 +1,134 @@
+"""Force laws as compiled functions over several points, called by their address.
+
+Each law is compiled alone, once, with the functions that it calls; what calls it knows its address and where its numbers lie.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.core import sigutils, types
+from numba.extending import intrinsic
+
+from dforce.forces import Force
+from dforce.kernel import Kernel, cache, texts
+from dforce.kernel.codegen import HEADER, tuple_of
+from dforce.kernel.linker import Linker
+
+TYPES = "void(i8,voidptr,voidptr,voidptr,voidptr,f8,f8,voidptr,voidptr)"
+KINDS = ("law", "evolve", "switch")
+BLOCK = """
+def {name}_block(count, distances, rates, times, memories, latched, zc, given, results):
+    d, rate, t = carray(distances, count, np.float64), carray(rates, count, np.float64), carray(times, count, np.float64)
+    numbers, memory = carray(given, {numbers}, np.float64), carray(memories, (count, {memory}), np.float64)
+    out = carray(results, {shape}, np.float64)
+    for i in range(count):
+        {call}
+"""
+
+
+class Laws(NamedTuple):
+    """The laws of a sum of forces.
+
+    Attributes
+    ----------
+    address
+        Of each law, of the function that evolves its memory, and of its switch (0 where there is none), (forces, 3).
+    place
+        Of each force: its first number behind those of the lever, its first state of memory, its number of states, its latch
+        (-1 where there is none), (forces, 4).
+    rate
+        Whether any law may depend on the rate of the distance, or on what only the motion decides.
+    """
+
+    address: Any
+    place: Any
+    rate: bool
+
+
+def text_of(force: Force) -> str:
+    """Return the text of a module with the law of one force over points."""
+    linker = Linker()
+    linker.emit(HEADER.format(what=force.name) + "from numba import carray")
+    numbers, place = [], 0
+    for several in force.layout():
+        if several is None:
+            numbers.append(f"numbers[{place}]")
+        else:
+            numbers.append(tuple_of([f"numbers[{place + k}]" for k in range(several)]))
+        place += several or 1
+    memory = ["memory[i]"] if force.evolve is not None else []
+    latched = ["latched"] if force.switch is not None else []
+    located = ["zc"] if "zc" in force.leading() else []
+    motion = ["d[i]", "rate[i]", "t[i]"]
+    calls: dict[str, tuple[str, Callable[..., Any], list[str]]] = {
+        "law": ("out[i] += ", force.law_function(), [*motion, *memory, *latched, *located])
+    }
+    if force.evolve is not None:
+        calls["evolve"] = ("", force.evolve, [*motion, *memory, "out[i]"])
+    if force.switch is not None:
+        calls["switch"] = ("out[i] = ", force.switch, ["latched", *motion])
+    for name, (result, function, given) in calls.items():
+        call = f"{result}{linker.add(function)}({', '.join([*given, *numbers])})"
+        shape = f"(count, {force.memory})" if name == "evolve" else "count"
+        text = BLOCK.format(name=name, call=call, numbers=place, memory=force.memory, shape=shape)
+        linker.emit(text.strip(), "compiled")
+    return "\n\n".join(linker.text) + "\n"
+
+
+@functools.lru_cache(maxsize=256)
+def _kernel(text: str, name: str) -> Kernel:
+    return Kernel(cache.load(text), f"the law of {name}")
+
+
+def laws_of(forces: Sequence[Force]) -> Laws:
+    """Return the laws of forces, compiled."""
+    address, place = np.zeros((len(forces), 3), np.int64), np.zeros((len(forces), 4), np.int64)
+    numbers, states, latches = 0, 0, 0
+    for i, force in enumerate(forces):
+        parts = ("engine law", force.memory, force.layout())
+        kernel = _kernel(texts.remembered(parts, [force], functools.partial(text_of, force)), force.name)
+        has_latch = force.switch is not None
+        names = ["law", *(["evolve"] if force.evolve is not None else []), *(["switch"] if has_latch else [])]
+        for name in names:
+            address[i, KINDS.index(name)] = kernel.address(f"{name}_block", TYPES)
+        place[i] = numbers, states, force.memory, latches if has_latch else -1
+        numbers, states, latches = numbers + len(force.numbers()), states + force.memory, latches + has_latch
+    return Laws(address, place, not all(force.is_of_distance_alone for force in forces))
+
+
+def _call_block(
+    context: Any,
+    address: Any,
+    count: Any,
+    d: Any,
+    rate: Any,
+    t: Any,
+    memory: Any,
+    latched: Any,
+    zc: Any,
+    numbers: Any,
+    out: Any,
+) -> Any:
+    """Call a compiled block function; arrays are given by their address."""
+    arguments, result = sigutils.normalize_signature(TYPES)  # type: ignore[no-untyped-call]
+    addresses = [types.intp if kind == types.voidptr else kind for kind in arguments]
+
+    def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
+        kind = target.call_conv.get_function_type(result, arguments)
+        function = builder.inttoptr(values[0], kind.as_pointer())
+        pointer = target.get_value_type(types.voidptr)
+        given = [
+            builder.inttoptr(value, pointer) if kind == types.voidptr else value
+            for kind, value in zip(arguments, values[1:], strict=True)
+        ]
+        target.call_conv.call_function(builder, function, result, arguments, given)
+        return target.get_dummy_value()
+
+    return result(address, *addresses), generate
+
+
+call_block: Callable[..., None] = intrinsic(_call_block)

@@ -1,0 +1,254 @@
+"""Motions marched side by side over whole periods or parts of one, and what is measured on the way, as arrays."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from dforce.core.arrays import Array, Complexes
+from dforce.engine.compiled import engine
+from dforce.engine.lanes import (
+    D_MIN,
+    F_MAX,
+    F_MIN,
+    FIRST_PAIR,
+    SUM_F,
+    SUM_V,
+    SUM_Z,
+    TOUCHED,
+    V_MAX,
+    Z_MAX,
+    Z_MIN,
+    Lanes,
+)
+from dforce.engine.laws import Laws, laws_of
+from dforce.kernel import base_of, drive_of, stiffness_of
+from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE
+from dforce.observables import measure
+from dforce.problem import Problem
+
+TAU = 2.0 * math.pi
+RESOLVED = 2.0  # of the shortest relaxation time: longest step
+
+
+class Start(NamedTuple):
+    """Where motions start.
+
+    Attributes
+    ----------
+    numbers, tones, kinks
+        The kernel's parameters and tone tables, and the distances (m) where a law is not smooth, a row for each motion.
+    x, memory, branch
+        Scaled motion, the forces' memory and their branches.
+    period
+        Periods of the first tone that are over.
+    """
+
+    numbers: Array
+    tones: Array
+    kinks: Array
+    x: Array
+    memory: Array
+    branch: Array
+    period: int = 0
+
+
+class Marched(NamedTuple):
+    """Where motions end, and what was found on the way.
+
+    Attributes
+    ----------
+    path
+        Scaled motion at the start and at the end of each interval, (motions, intervals + 1, size).
+    memory, branch
+        The forces' memory and branches at the end, a row for each motion.
+    columns
+        Derivatives of the end by the motion at the start and by the distance (per unit), (motions, size, size + 1), or none.
+    rows
+        What was measured over each interval, (motions, intervals, columns), see ``observables``, or none.
+    samples
+        Memory, branches and force (N) at the same times as `path`, or none.
+    """
+
+    path: Array
+    memory: Array
+    branch: Array
+    columns: Array
+    rows: Array
+    samples: Array
+
+
+@dataclass(frozen=True)
+class Marcher:
+    """Marches motions of problems with the modes, tones and forces of one.
+
+    Attributes
+    ----------
+    example
+        The problem.
+    laws
+        Its forces' laws, compiled.
+    """
+
+    example: Problem
+    laws: Laws
+
+    @classmethod
+    def of(cls, example: Problem) -> Self:
+        """Return the marcher of a problem; its laws are compiled or loaded."""
+        return cls(example, laws_of(example.forces))
+
+    def march(
+        self,
+        start: Start,
+        periods: int,
+        limits: tuple[float, float, float],
+        *,
+        harmonics: int | None = None,
+        parts: int = 1,
+        sampled: bool = False,
+        unit: Array | None = None,
+    ) -> Marched:
+        """March motions over so many periods of the first tone.
+
+        Parameters
+        ----------
+        limits
+            Errors allowed in a step: of the scaled motion, of the columns, and of the fastest harmonic.
+        harmonics
+            Given: each period is measured, with so many harmonics.
+        parts
+            Intervals in a period.
+        sampled
+            Whether the forces' memory, their branches and the force are wanted at the ends of the intervals.
+        unit
+            Given: columns are wanted, and this is the unit of the distance (m), (motions,).
+        """
+        count, size = start.x.shape
+        modes, intervals, ratios = size // 2, periods * parts, start.tones[0, :, 0]
+        omega = np.broadcast_to(ratios[:, None], (count, len(ratios), modes))
+        free = drive_of(start.tones, modes) / stiffness_of(start.numbers[:, None], modes, 0, omega)
+        base = base_of(start.tones)
+        table = np.empty((count, len(ratios), 3 + 2 * modes))
+        table[:, :, 0], table[:, :, 1], table[:, :, 2] = ratios, base.real, base.imag
+        table[:, :, 3::2], table[:, :, 4::2] = free.real, free.imag
+        whole, part = np.divmod(np.arange(intervals + 1), parts)
+        turns = np.outer(start.period + whole, ratios)
+        phases = start.tones[0, :, 1] + TAU * (turns - np.floor(turns)) + TAU / parts * np.outer(part, ratios)
+        still = np.stack([_motion(free, ratios, phase) for phase in phases], axis=1)
+        columns = 0 if unit is None else size + 1
+        deviation, by = np.zeros((count, modes, 2, 1 + columns)), np.zeros((count, columns))
+        deviation[..., 0] = (start.x - still[:, 0]).reshape(count, modes, 2)
+        if unit is not None:
+            deviation[..., 1 : 1 + size], by[:, size] = np.eye(size).reshape(modes, 2, size), unit
+        pairs = np.empty(0) if harmonics is None else np.append(ratios, np.arange(2.0, harmonics + 1.0))
+        states, latches = start.memory.shape[1], start.branch.shape[1]
+        lanes = Lanes(
+            np.ascontiguousarray(start.numbers),
+            table,
+            TAU / parts,
+            TAU * (start.period + whole[:-1] + part[:-1] / parts),
+            np.ascontiguousarray(phases[:-1]),
+            np.ascontiguousarray(start.kinks),
+            self._limits(start.numbers, limits),
+            deviation,
+            by,
+            start.memory.copy(),
+            np.array([force.memory_scale for force in self.example.forces for _ in range(force.memory)]),
+            start.branch.copy(),
+            pairs,
+            np.empty((count, intervals, 0 if harmonics is None else FIRST_PAIR + 2 * len(pairs))),
+            np.full((count, intervals, size), np.nan),
+            np.empty((count, intervals + 1 if sampled else 0, states + latches + 1 if sampled else 0)),
+            np.zeros((count, 2), np.int64),
+        )
+        before = deviation[..., 0].reshape(count, 1, size).copy()
+        engine()(lanes, self.laws)
+        ends = np.concatenate([before, lanes.ends], axis=1)
+        rows = np.empty((count, intervals, 0))
+        if harmonics is not None:
+            rows = measured(start.numbers, free, ratios, phases, ends, harmonics, lanes.sums)
+        return Marched(
+            ends + still,
+            lanes.memory,
+            lanes.latched,
+            deviation[..., 1:].reshape(count, size, columns),
+            rows,
+            lanes.samples,
+        )
+
+    def _limits(self, numbers: Array, limits: tuple[float, float, float]) -> Array:
+        """Return the limits of a step of each motion; the fastest relaxation of a memory limits its length."""
+        fastest = max((force.fastest_rate for force in self.example.forces), default=0.0)
+        out = np.full((len(numbers), 4), np.inf)
+        out[:, :3] = limits
+        if fastest > 0.0:
+            out[:, 3] = RESOLVED * numbers[:, OMEGA] / fastest
+        return out
+
+
+def measured(
+    numbers: Array, free: Complexes, ratios: Array, phases: Array, ends: Array, harmonics: int, sums: Array
+) -> Array:
+    """Return what ``observables`` reads of each period, from the sums over it.
+
+    The Fourier sums U of the deviation u of a mode follow from those of the force F and from its ends:
+    (r^2 - w^2 + i w c) U = g F - [(v + (i w + c) u) exp(-i w t)] from start to end.
+    """
+    modes, tones = free.shape[2], len(ratios)
+    lever = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * modes].reshape(-1, 1, modes, PER_MODE)
+    stiff, drag, gain = lever[..., 0], lever[..., 1], lever[..., 2]
+    force = sums[..., FIRST_PAIR::2] + 1j * sums[..., FIRST_PAIR + 1 :: 2]
+    u, v, turned = ends[..., ::2], ends[..., 1::2], np.exp(1j * phases[:-1])
+
+    def moved(w: float, push: Any) -> Complexes:
+        """Return the Fourier sum of each mode over each period at a frequency, (motions, periods, modes)."""
+        edge = v + (1j * w + drag) * u
+        edge = edge[:, 1:] * np.exp(-1j * w * TAU) - edge[:, :-1]
+        out = (gain * push[..., None] - edge) / (stiff - w * w + 1j * w * drag)
+        for j, ratio in enumerate(ratios):
+            swing = free[:, None, j] * turned[None, :, j, None]
+            out = out + 0.5 * swing * _window(ratio - w) + 0.5 * swing.conj() * _window(-ratio - w)
+        return np.asarray(out)
+
+    found: list[Complexes] = []
+    for j, ratio in enumerate(ratios):
+        of_modes = moved(float(ratio), force[..., j]) / turned[:, j, None]
+        found += [*np.moveaxis(of_modes, -1, 0), of_modes.sum(axis=-1)]
+    for k in range(1, harmonics + 1):
+        total = moved(float(k), force[..., 0 if k == 1 else tones + k - 2]).sum(axis=-1)
+        found.append(total / turned[:, 0] ** k)
+    found += [force[..., j] / turned[:, j] for j in range(tones)]
+    pairs = np.stack(found, axis=-1) * (2.0 / TAU)
+    rows = np.empty((*sums.shape[:2], measure.FIRST + 2 * pairs.shape[2]))
+    rows[..., measure.FIRST :: 2], rows[..., measure.FIRST + 1 :: 2] = pairs.real, pairs.imag
+    rows[..., measure.Z] = moved(0.0, sums[..., SUM_F]).sum(axis=-1).real / TAU
+    for place, mean in ((measure.F, SUM_F), (measure.F_Z, SUM_Z), (measure.F_V, SUM_V), (measure.CONTACT, TOUCHED)):
+        rows[..., place] = sums[..., mean] / TAU
+    for place, extreme in (
+        (measure.Z_MIN, Z_MIN),
+        (measure.Z_MAX, Z_MAX),
+        (measure.F_MIN, F_MIN),
+        (measure.F_MAX, F_MAX),
+        (measure.D_MIN, D_MIN),
+        (measure.V_MAX, V_MAX),
+    ):
+        rows[..., place] = sums[..., extreme]
+    return rows
+
+
+def _motion(free: Complexes, ratios: Array, phases: Array) -> Array:
+    """Return the scaled free motion at phases of the tones, (motions, size)."""
+    turned = free * np.exp(1j * phases)[:, None]
+    x, v = turned.sum(axis=1).real, (1j * ratios[:, None] * turned).sum(axis=1).real
+    return np.stack([x, v], axis=2).reshape(len(free), -1)
+
+
+def _window(a: float) -> complex:
+    """Return the integral of exp(i a t) over a period of the first tone."""
+    if abs(a) < 1e-12:
+        return TAU
+    return complex(math.sin(a * TAU) / a, (1.0 - math.cos(a * TAU)) / a)
