@@ -490,7 +490,7 @@ def test_a_real_ctrl_c_or_sigterm_keeps_the_points_and_ends_with_130(here, sent)
         child.send_signal(number)
     _, said = child.communicate(timeout=60)
     assert child.returncode == 130
-    assert said == b"dforce: stopped; 7 of 111 points are done and kept; continue with: dforce run case.nc\n"
+    assert said == b"dforce: stopped; 7 of 111 points are finished and kept; continue with: dforce run case.nc\n"
     assert count_status(df.read("case.nc"))[df.Status.OK] == 7
 
 

@@ -203,6 +203,17 @@ def test_an_import_is_not_broken_off_and_the_stop_comes_right_behind(module):
     assert time.monotonic() - begun < 5.0
 
 
+def test_a_stop_that_waited_for_an_import_is_heard_where_the_program_waits_for_a_lock_then(module):
+    module("stopped_before_a_lock", "os.kill(os.getpid(), signal.SIGTERM)")
+    lock, begun = threading.Lock(), time.monotonic()
+    lock.acquire()
+    threading.Timer(10.0, lock.release).start()
+    with pytest.raises(KeyboardInterrupt), sigterm_as_ctrl_c():
+        importlib.import_module("stopped_before_a_lock")
+        lock.acquire()
+    assert time.monotonic() - begun < 5.0
+
+
 def test_a_program_that_is_itself_imported_is_stopped_at_once(module):
     module(
         "a_program", "from dforce.core.stopping import sigterm_as_ctrl_c", "with sigterm_as_ctrl_c():",

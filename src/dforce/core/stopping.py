@@ -115,7 +115,12 @@ class Ending:
     def _try_again(self, number: signal.Signals) -> None:
         time.sleep(AGAIN)
         self._tried_again = True
-        _thread.interrupt_main(number)  # does nothing where the handler is the system's own by now
+        if signal.getsignal(number) != self.come:  # the system's own handler would end the program at once
+            return
+        if hasattr(signal, "pthread_kill"):  # a signal wakes a thread that waits for a lock
+            signal.pthread_kill(threading.main_thread().ident or 0, number)
+        else:
+            _thread.interrupt_main(number)
 
     def look(self) -> None:
         """Raise KeyboardInterrupt where a stop is due."""
