@@ -121,5 +121,5 @@ def test_no_command_writes_over_the_curve_that_it_reads(folder, words):
     )
     before = (folder / "stiff.csv").read_bytes()
     done = CliRunner().invoke(app, [*words, "-o", "stiff.csv"])
-    assert done.exit_code == 2 and "'stiff.csv' is what is read, and would be lost" in done.stderr
+    assert done.exit_code == 2 and "'stiff.csv' is the input, and would be lost" in done.stderr
     assert (folder / "stiff.csv").read_bytes() == before

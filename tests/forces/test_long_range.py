@@ -39,9 +39,9 @@ def test_charges_and_potentials_are_turned_into_each_other(at, bound):
 
 
 def test_dlvo_names_what_is_missing_or_given_twice():
-    with pytest.raises(ParameterError, match="one of tip_charge and tip_potential, and none given"):
+    with pytest.raises(ParameterError, match="one of tip_charge and tip_potential, but has none"):
         DLVO(hamaker=0.0, debye_length=1e-9, sample_charge=0.01)
-    with pytest.raises(ParameterError, match="one of debye_length and salt, and both given"):
+    with pytest.raises(ParameterError, match="one of debye_length and salt, but has both"):
         DLVO(**CHARGED, salt="0.1 mol/l")
 
 

@@ -35,7 +35,7 @@ def test_the_bootstrap_finds_the_noise_that_is_there() -> None:
     assert ratio.values == pytest.approx([0.5, 0.5], rel=0.35)
     assert fit.attrs["bootstrap_block"] == 1 and fit.sizes["draw"] == 100
     lines = df.fit_report(fit).splitlines()
-    assert "errors by bootstrap: 100 fits to residuals drawn anew one by one" in lines
+    assert "errors by bootstrap: 100 fits to redrawn residuals one by one" in lines
 
 
 def test_a_prior_is_redrawn_and_a_fit_done_again_draws_the_same() -> None:

@@ -109,7 +109,7 @@ def test_pictures_of_a_fit_show_data_model_residuals_and_profiles(air: xr.Datase
         assert df.plot.save(axes, tmp_path / "fit.png").stat().st_size > 10_000
         assert len(df.plot.fit_errors(air, df.plot.Sheet())) == 2
         assert len(df.plot.overview(air, df.plot.Sheet())) == 4
-    with pytest.raises(df.ParameterError, match="no fit"):
+    with pytest.raises(df.ParameterError, match="not a fit"):
         df.plot.fit(xr.Dataset())
 
 

@@ -39,7 +39,7 @@ import sys
 import dforce as df
 from dforce import kernel
 from dforce.kernel.vocabulary import distance, force, rate_of
-from dforce.problem import Problem
+from dforce.problem import Instrument, Problem
 
 def probe(y, p):
     return force(distance(y, p), rate_of(y, p), 0.0, y, y, p)
@@ -51,10 +51,9 @@ if __name__ == "__main__":
     if "LIMIT" in os.environ:
         import resource
         resource.setrlimit(resource.RLIMIT_FSIZE, 2 * (int(os.environ["LIMIT"]),))
-    problem = Problem.build(
-        df.Cantilever(f0=5e4, k=0.9, Q=10), df.Drive(A0=1e-8), df.Tip(radius=2e-9), df.Sample(youngs_modulus=1e9),
-        forces=[df.forces.Hertz()],
-    )
+    lever, drive = df.Cantilever(f0=5e4, k=0.9, Q=10), df.Drive(A0=1e-8)
+    instrument = Instrument(lever, drive, df.Tip(radius=2e-9), df.Sample(youngs_modulus=1e9))
+    problem = Problem.build(instrument, forces=[df.forces.Hertz()])
     called = sys.argv[1]
     loaded = kernel.load(problem, {"probe": probe, "twice": twice})
     value = loaded.entry(called)((-0.5, 0.0), kernel.parameters(problem, 4.5e-9))

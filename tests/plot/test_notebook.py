@@ -74,7 +74,8 @@ def test_a_case_shows_what_a_user_wrote_as_text():
 def test_every_example_has_a_table(name):
     case = df.example(name)
     cells = Reader(case._repr_html_()).cells
-    assert show(case.problem.modes[0].k, "N/m") in cells
+    if case.cantilever.beam is None:  # whose sizes are shown in its place
+        assert show(case.problem.modes[0].k, "N/m") in cells
     assert {f"forces.{force.name}" for force in case.forces} <= set(cells)
 
 

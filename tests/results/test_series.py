@@ -76,5 +76,5 @@ def test_what_cannot_be_drawn_is_refused_in_a_sentence(x, y, words):
 
 
 def test_quantities_along_different_dimensions_do_not_go_together():
-    with pytest.raises(df.ParameterError, match="its values go along time"):
+    with pytest.raises(df.ParameterError, match="its values lie along time"):
         list(lines_of(result("table-1-am"), "frequency", "deflection"))

@@ -140,10 +140,10 @@ KILLED = """
 import os, signal, sys
 import dforce as df
 import dforce.maps._map
-from dforce.results.store_files import Files
+from dforce.results.store_files import StoreFiles
 
 dforce.maps._map.BLOCKS = 10
-path, blocks, write, records = sys.argv[1], int(sys.argv[2]), Files.write, []
+path, blocks, write, records = sys.argv[1], int(sys.argv[2]), StoreFiles.write, []
 
 def written(files, content):
     if len(records) == blocks and any("status/c/" in key for key in content):
@@ -152,7 +152,7 @@ def written(files, content):
     write(files, content)
     records.extend(key for key in content if key.startswith("checksums/blocks/c/"))
 
-Files.write = written
+StoreFiles.write = written
 df.sweep(df.Case.from_toml(sys.stdin.read()), store=path, workers=1, quantities=sys.argv[3:] or None)
 """
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
@@ -12,7 +11,8 @@ import dforce as df
 from dforce.cli._names import complete_examples
 from dforce.cli._options import Json, option
 from dforce.cli._terminal import DONE, console, print_json, width, wrapped
-from dforce.core.files import check_target, write_whole
+from dforce.core.files import check_target, read_input, write_whole
+from dforce.library import measured_data
 
 
 def examples(
@@ -51,9 +51,10 @@ def examples(
 
 def _copy_data(json: bool) -> int:
     """Copy measured curves, a thermal spectrum and the cases that fit the curves into the working folder."""
-    shipped = {file.name: file.read_bytes() for file in (resources.files("dforce.library") / "measured").iterdir()}
+    shipped = measured_data()
+    most = max(map(len, shipped.values()))
     for name in sorted(shipped):
-        if Path(name).exists() and Path(name).read_bytes() != shipped[name]:
+        if Path(name).exists() and read_input(name, "measured curve", 100 * most, df.ResultError) != shipped[name]:
             raise df.ResultError(f"'{name}' is there already, with other content; go to an empty folder")
     for name, content in shipped.items():
         write_whole(Path(name), content)

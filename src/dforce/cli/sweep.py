@@ -18,7 +18,6 @@ from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, 
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
-from dforce.findings.motions import set_point_not_met
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -143,6 +142,8 @@ def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:
     share = f"{points}" if done == points else f"{done} of {points}"
     lines = [source.case.title] if source.case.title else []
     if "crossing" in result.dims:
+        from dforce.findings.motions import set_point_not_met  # loads NumPy, which help does without
+
         missing = set_point_not_met(result)
         lines += [f"{missing.label}: {missing.text}"] if missing.value else []
     states = [_shown(result, state) for state in _states(result)]

@@ -276,8 +276,11 @@ def advance(lanes: Any, laws: Any) -> None:
             good = march(lane, laws, lanes.span, lanes.sums[i, k], lanes.count[i])
             if not good:
                 break
-            for n in range(modes):
-                lanes.ends[i, k, 2 * n], lanes.ends[i, k, 2 * n + 1] = lane.u[n, 0, 0], lane.u[n, 1, 0]
+            for n in range(modes):  # rounded as where a new call begins: results depend on no cut into calls
+                for part in range(2):
+                    free = lanes.still[i, k + 1, 2 * n + part]
+                    lanes.path[i, k + 1, 2 * n + part] = free + lane.u[n, part, 0]
+                    lane.u[n, part, 0] = lanes.path[i, k + 1, 2 * n + part] - free
             if sampled:
                 take_sample(lane, laws, lanes.samples[i, k + 1])
         if not good:

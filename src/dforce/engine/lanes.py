@@ -58,8 +58,8 @@ class Lanes(NamedTuple):
         Frequency ratios of the Fourier sums of the force, (pairs,).
     sums
         What is summed over each interval, (lanes, intervals, FIRST_PAIR + 2 pairs); or nothing, (lanes, intervals, 0).
-    ends
-        Deviation at the end of each interval, (lanes, intervals, 2 modes).
+    still, path
+        Scaled free motion, and motion, at the start and the end of each interval, (lanes, intervals + 1, 2 modes).
     samples
         Memory, branches and force (N) at the start and at the end of each interval, (lanes, intervals + 1, states + latches +
         1); or nothing, (lanes, 0, 0).
@@ -81,7 +81,8 @@ class Lanes(NamedTuple):
     latched: Any
     pairs: Any
     sums: Any
-    ends: Any
+    still: Any
+    path: Any
     samples: Any
     count: Any
 

@@ -139,6 +139,8 @@ class Marcher:
         turns = np.outer(start.period + whole, ratios)
         phases = start.tones[0, :, 1] + TAU * (turns - np.floor(turns)) + TAU / parts * np.outer(part, ratios)
         still = np.stack([_motion(free, ratios, phase) for phase in phases], axis=1)
+        path: Array = np.full(still.shape, np.nan)
+        path[:, 0] = start.x
         columns = 0 if unit is None else size + 1
         deviation, by = np.zeros((count, modes, 2, 1 + columns)), np.zeros((count, columns))
         deviation[..., 0] = (start.x - still[:, 0]).reshape(count, modes, 2)
@@ -161,23 +163,17 @@ class Marcher:
             start.branch.copy(),
             pairs,
             np.empty((count, intervals, 0 if harmonics is None else FIRST_PAIR + 2 * len(pairs))),
-            np.full((count, intervals, size), np.nan),
+            still,
+            path,
             np.empty((count, intervals + 1 if sampled else 0, states + latches + 1 if sampled else 0)),
             np.zeros((count, 2), np.int64),
         )
-        before = deviation[..., 0].reshape(count, 1, size).copy()
         engine()(lanes, self.laws)
-        ends = np.concatenate([before, lanes.ends], axis=1)
         rows = np.empty((count, intervals, 0))
         if harmonics is not None:
-            rows = measured(start.numbers, free, ratios, phases, ends, harmonics, lanes.sums)
+            rows = measured(start.numbers, free, ratios, phases, path - still, harmonics, lanes.sums)
         return Marched(
-            ends + still,
-            lanes.memory,
-            lanes.latched,
-            deviation[..., 1:].reshape(count, size, columns),
-            rows,
-            lanes.samples,
+            path, lanes.memory, lanes.latched, deviation[..., 1:].reshape(count, size, columns), rows, lanes.samples
         )
 
     def _limits(self, numbers: Array, limits: tuple[float, float, float]) -> Array:

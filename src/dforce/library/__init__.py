@@ -53,6 +53,11 @@ def examples() -> Examples:
     return found
 
 
+def measured_data() -> dict[str, bytes]:
+    """Return the shipped measured files, and the cases that fit them, by name."""
+    return {file.name: file.read_bytes() for file in (resources.files(__package__) / "measured").iterdir()}
+
+
 def example_text(name: str) -> str:
     """Return the TOML text of a shipped case.
 
