@@ -16,6 +16,7 @@ from dforce.engine.events import (
     change_latches,
     crest,
     event_in,
+    force_at,
     force_now,
     largest_switch,
     place_between,
@@ -25,7 +26,6 @@ from dforce.engine.lanes import (
     BEGIN,
     D0,
     D1,
-    D_MIN,
     F1,
     F_MAX,
     F_MIN,
@@ -36,22 +36,23 @@ from dforce.engine.lanes import (
     SIDE,
     V0,
     V1,
-    Z_MAX,
-    Z_MIN,
     ZC,
     T,
     compiled,
     lane_of,
 )
-from dforce.engine.step import ARRIVING, LEAVING, PLAIN, attempt, free_tip, span, take_step
-from dforce.engine.sums import add_speed_and_turn, add_sums
+from dforce.engine.step import FARTHEST, attempt, free_tip, inside, span, take_step
+from dforce.engine.sums import add_speed_and_turn, add_sums, begin_sums, end_sums
+from dforce.engine.tableau import ARRIVING, LEAVING, PLAIN
 
 LONGEST = 1.2  # rad of the first tone: step
-FIRST = 0.3  # rad: first step of an interval
+FIRST = 0.6  # rad: first step of an interval
 SMALLEST = 1e-9  # rad: step
 SAFE, SHRINK, GROWTH = 0.9, 0.25, 5.0
+AIMED = 1e-3  # of the way to a kink: how near the guess is by which a step is aimed at it
 BEYOND = 1.3  # times the way to the next kink at the present speed: longest step towards it
-LANDED = 1e-9  # of the free amplitude: how near to a kink a step ends
+LANDED = 1e-9  # of the free amplitude: how near to a kink a step ends where the force jumps
+NEAR = 0.01  # times the root of a step's error: how near where it does not, as the error then goes with the square
 SWITCHED, MOST_TRIES = 1e-12, 60  # rad: how close behind a switch a step ends; attempts at it
 MOST_STEPS = 4000  # in an interval
 
@@ -78,12 +79,12 @@ def begin_interval(lane: Any, begin: float, phases: Any) -> None:
 
 @compiled
 def fastest_turn(lane: Any) -> float:
-    """Return the largest frequency ratio of tones and modes."""
+    """Return the largest frequency ratio of tones and modes, or rate of damping."""
     fast = 1.0
     for j in range(lane.turn.shape[0]):
         fast = max(fast, lane.turn[j, 0])
     for n in range(lane.mode.shape[0]):
-        fast = max(fast, math.sqrt(lane.mode[n, 2]))
+        fast = max(fast, math.sqrt(lane.mode[n, 2]), 2.0 * lane.mode[n, 0])
     return fast
 
 
@@ -107,7 +108,46 @@ def longest_step(lane: Any, fast: float, speed: float, measured: bool) -> float:
     away = (lane.state[D0] - lane.state[LOW]) / length
     if lane.state[HIGH] < np.inf:
         away = min(away, (lane.state[HIGH] - lane.state[D0]) / length)
-    return float(max(LONGEST / fast, min(LONGEST, away / speed)))
+    return float(max(LONGEST / fast, min(LONGEST, FARTHEST / fast, away / speed)))
+
+
+@compiled
+def meets(lane: Any, force: float, longest: float) -> Any:
+    """Return the kink towards which the tip moves, and when it is there if the force does not change; 0 where it is not."""
+    state, mode, turn, u = lane.state, lane.mode, lane.turn, lane.u
+    level = state[LOW] if state[V0] < 0.0 else state[HIGH]
+    way = (level - state[D0]) / lane.numbers[LENGTH]
+    s = way / state[V0]
+    if not 0.0 < s < 2.0 * longest:
+        return level, 0.0
+    target, gain = (level - lane.numbers[ZC]) / lane.numbers[LENGTH], 0.0
+    for n in range(mode.shape[0]):
+        gain += mode[n, 3]
+    for _ in range(5):
+        x, v = inside(mode, turn, u, 0.0, 0.0, 1.0, s)
+        off, v = x + 0.5 * gain * force * s * s - target, v + gain * force * s
+        if v * state[V0] <= 0.0:
+            return level, 0.0
+        s -= off / v
+        if not 0.0 < s < longest:
+            return level, 0.0
+        if abs(off) < AIMED * abs(way):
+            return level, s
+    return level, 0.0
+
+
+@compiled
+def landing(lane: Any, laws: Any, level: float, v: float) -> float:
+    """Return how near to a kink a step has to end."""
+    near = max(LANDED, NEAR * math.sqrt(lane.limits[0]))
+    if lane.latched.shape[0] > 0:
+        return LANDED
+    beside = 2.0 * LANDED * lane.numbers[LENGTH]
+    jump = abs(force_at(lane, laws, level + beside, v) - force_at(lane, laws, level - beside, v))
+    swing, gain = lane.limits[0] * abs(v), 0.0
+    for n in range(lane.mode.shape[0]):
+        gain += lane.mode[n, 3]
+    return float(max(LANDED, min(near, 0.1 * swing / (gain * jump) if jump > 0.0 else near)))
 
 
 @compiled
@@ -118,22 +158,24 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
         change_latches(lane, laws, lane.state[D0], lane.state[V0])
     want, kind = FIRST, PLAIN
     if measured:
-        for k in range(sums.shape[0]):
-            sums[k] = 0.0
-        sums[Z_MIN], sums[F_MIN], sums[D_MIN] = np.inf, np.inf, np.inf
-        sums[Z_MAX], sums[F_MAX] = -np.inf, -np.inf
+        begin_sums(lane, sums)
     steps, crested, fast = 0, False, fastest_turn(lane)
-    speed = speed_bound(lane)
+    speed, f1 = speed_bound(lane), force_now(lane, laws)
     while lane.state[T] < interval:
         left = interval - lane.state[T]
         h = min(want, left, lane.limits[3], longest_step(lane, fast, speed, measured))
         v0 = lane.state[V0]
-        if kind == PLAIN and v0 < 0.0 and lane.state[LOW] > -np.inf:
-            h = min(h, max(BEYOND * (lane.state[LOW] - lane.state[D0]) / (length * v0), 1e-3))
         if left - h < 1e-3 * h:
             h = left
-        begun, aim, level, tries = kind, NOTHING, 0.0, 0
+        begun, aim, level, tries, near = kind, NOTHING, 0.0, 0, -1.0
         low_s, high_s, low_g, high_g, error = 0.0, 0.0, 0.0, 0.0, 0.0
+        if kind == PLAIN:
+            level, s = meets(lane, f1, h)
+            if s > 0.0:
+                h, kind, aim = s, ARRIVING, KINK
+            elif v0 < 0.0 and lane.state[LOW] > -np.inf:
+                h = min(h, max(BEYOND * (lane.state[LOW] - lane.state[D0]) / (length * v0), 1e-3))
+        guessed = aim == KINK
         while True:
             steps += 1
             if steps > MOST_STEPS:
@@ -149,7 +191,14 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
             d1, v1 = lane.state[D1], lane.state[V1]
             if aim == KINK:
                 off = (d1 - level) / length
-                if abs(off) > LANDED and tries < 8 and abs(off) < 0.5 * h * abs(v1):
+                if guessed and not (
+                    abs(off) < 0.1 * h * abs(v1) and v0 * v1 > 0.0
+                ):  # the force turned the tip elsewhere
+                    guessed, aim, kind, h = False, NOTHING, begun, 0.9 * h
+                    continue
+                if near < 0.0:
+                    near = landing(lane, laws, level, v1)
+                if abs(off) > near and tries < 8 and abs(off) < 0.5 * h * abs(v1):
                     h, tries = h - off / v1, tries + 1
                     if h > left:
                         h, aim, kind = left, NOTHING, begun
@@ -221,7 +270,7 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
         count[1] += 1
         f1 = lane.state[F1]
         if measured:
-            add_sums(lane, kind, h, sums)
+            add_sums(lane, h, sums)
             add_speed_and_turn(lane, h, aim == TURN, sums)
         fit = h * min(GROWTH, max(0.3, SAFE * max(error, 1e-10) ** (-1.0 / 8.0)))
         want = fit if aim == NOTHING else max(fit, want)
@@ -234,20 +283,21 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
             side = int(lane.state[SIDE])
             place_between(lane, side - 1 if level == lane.state[LOW] else side + 1)
             lane.state[D0] = level
-            before = f1
+            before, kind = f1, LEAVING
             if switches:
                 change_latches(lane, laws, level + (-1e-15 if down else 1e-15), v1)
-            f0 = force_now(lane, laws)
-            if f0 != before:
-                salt(lane, before - f0, v1)
-            kind = LEAVING
+            f1 = force_now(lane, laws)
+            if f1 != before:
+                salt(lane, before - f1, v1)
         elif aim == SWITCH:
             before = f1
             change_latches(lane, laws, lane.state[D0], lane.state[V0])
-            f0 = force_now(lane, laws)
-            salt(lane, before - f0, v1)
+            f1 = force_now(lane, laws)
+            salt(lane, before - f1, v1)
         elif aim == TURN:
             lane.state[HEADING] = -lane.state[HEADING]
+    if measured:
+        end_sums(lane, sums)
     return True
 
 

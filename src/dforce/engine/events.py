@@ -9,7 +9,7 @@ import numpy as np
 
 from dforce.engine.lanes import BEGIN, D0, D1, HIGH, LENGTH, LOW, OMEGA, SIDE, SPEED, V0, ZC, T, compiled
 from dforce.engine.laws import call_block
-from dforce.engine.step import BESIDE, inside
+from dforce.engine.step import BESIDE, bend, inside
 from dforce.engine.tableau import C
 
 NOTHING, KINK, TURN, SWITCH, PEAK = 0, 1, 2, 3, 4
@@ -25,26 +25,24 @@ def place_between(lane: Any, side: int) -> None:
 
 
 @compiled
-def root(lane: Any, h: float, level: float, wanted: int, last: float) -> float:
-    """Return when in the step that was tried the tip passes a distance (KINK) or turns (TURN), before the time `last`."""
-    mode, turn, u, end = lane.mode, lane.turn, lane.u, lane.end
-    length, zc = lane.numbers[LENGTH], lane.numbers[ZC]
+def root(lane: Any, h: float, moved: float, fast: float, level: float, wanted: int, last: float) -> float:
+    """Return when in the step that was tried the tip passes a deflection (KINK) or turns (TURN), before the time `last`."""
+    mode, turn, u = lane.mode, lane.turn, lane.u
     low, high = 0.0, last
-    d, v = inside(mode, turn, u, end, length, zc, h, last)
-    above = (d > level) if wanted == KINK else (v > 0.0)
+    x, v = inside(mode, turn, u, moved, fast, h, last)
+    above = (x > level) if wanted == KINK else (v > 0.0)
     s = 0.5 * last
     for _ in range(40):
-        d, v = inside(mode, turn, u, end, length, zc, h, s)
-        value = (d - level) / length if wanted == KINK else v
-        if ((d > level) if wanted == KINK else (v > 0.0)) == above:
+        x, v = inside(mode, turn, u, moved, fast, h, s)
+        if ((x > level) if wanted == KINK else (v > 0.0)) == above:
             high = s
         else:
             low = s
         if wanted == KINK:
-            slope = v
+            new = s - (x - level) / v if v != 0.0 else 0.5 * (low + high)
         else:
-            slope = (inside(mode, turn, u, end, length, zc, h, min(s + 1e-4 * h, h))[1] - v) / (1e-4 * h)
-        new = s - value / slope if slope != 0.0 else 0.5 * (low + high)
+            slope = (inside(mode, turn, u, moved, fast, h, min(s + 1e-4 * h, h))[1] - v) / (1e-4 * h)
+            new = s - v / slope if slope != 0.0 else 0.5 * (low + high)
         if not low < new < high:
             new = 0.5 * (low + high)
         if abs(new - s) < 1e-7 * h:
@@ -57,13 +55,15 @@ def root(lane: Any, h: float, level: float, wanted: int, last: float) -> float:
 def event_in(lane: Any, h: float, turned: bool) -> Any:
     """Return what comes first in a step that leaves its interval of kinks or turns: KINK or TURN, the kink, and when."""
     low, high, d1, last, level = lane.state[LOW], lane.state[HIGH], lane.state[D1], h, 0.0
+    zc, length = lane.numbers[ZC], lane.numbers[LENGTH]
+    moved, fast = bend(lane, h)
     if turned:
-        last = root(lane, h, 0.0, TURN, h)
-        d1, _ = inside(lane.mode, lane.turn, lane.u, lane.end, lane.numbers[LENGTH], lane.numbers[ZC], h, last)
+        last = root(lane, h, moved, fast, 0.0, TURN, h)
+        d1 = zc + length * inside(lane.mode, lane.turn, lane.u, moved, fast, h, last)[0]
         if low <= d1 <= high:
             return TURN, level, last
     level = low if d1 < low else high
-    return KINK, level, root(lane, h, level, KINK, last)
+    return KINK, level, root(lane, h, moved, fast, (level - zc) / length, KINK, last)
 
 
 @compiled
@@ -112,10 +112,17 @@ def change_latches(lane: Any, laws: Any, d: float, v: float) -> bool:
 @compiled
 def force_now(lane: Any, laws: Any) -> float:
     """Return the force at the start of the next step."""
+    state = lane.state
+    return float(force_at(lane, laws, min(max(state[D0], state[LOW] + BESIDE), state[HIGH] - BESIDE), state[V0]))
+
+
+@compiled
+def force_at(lane: Any, laws: Any, d: float, v: float) -> float:
+    """Return the force at a distance and velocity, with time, memory and branches those at the start of the next step."""
     numbers, state = lane.numbers, lane.state
     for m in range(lane.memory.shape[1]):
         lane.kept[0, m] = lane.memory[0, m]
-    lane.d[0], lane.rate[0] = min(max(state[D0], state[LOW] + BESIDE), state[HIGH] - BESIDE), state[V0] * numbers[SPEED]
+    lane.d[0], lane.rate[0] = d, v * numbers[SPEED]
     lane.t[0], lane.result[0] = (state[BEGIN] + state[T]) / numbers[OMEGA], 0.0
     for f in range(laws.address.shape[0]):
         latch = laws.place[f, 3]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 import numba
 import numpy as np
 
-from dforce.engine.tableau import STAGES
+from dforce.engine.tableau import STAGES, WIDTH
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 # contract, arcp and nsz let the compiler fuse and reorder products but keep NaN and infinity meaningful
@@ -100,10 +100,14 @@ class Lane(NamedTuple):
     u: Any  # (modes, 2, q): deviation and columns at the start of the step
     end: Any  # the same at its end
     w: Any  # (2, q): the same of the tip, at a stage
-    push: Any  # (stages, q): force and its change for each column, times the pace of time
-    way: Any  # (stages, modes, 2): what a unit of force does to the modes, in the frame
-    force: Any  # (stages,)
-    stage: Any  # (stages, 2): scaled deflection and velocity of the tip
+    push: Any  # (q, WIDTH): force at each stage and its change for each column, times the pace of time
+    table: Any  # (modes, 6, WIDTH): what a mode does up to each stage, see ``step``
+    tip: Any  # (3, WIDTH): free deflection and velocity of the tip at each stage, and its time
+    wave: Any  # (tones, 2, WIDTH): cosine and sine of a tone's angle since the start of the step
+    swing: Any  # (4, WIDTH): waves of the first tone and of its harmonics, one after another
+    fourier: Any  # (pairs, 2, WIDTH): Fourier sums of the force over the interval, stage by stage
+    force: Any  # (WIDTH,)
+    stage: Any  # (2, WIDTH): scaled deflection and velocity of the tip
     memory: Any  # (2, states): at the start and the end of the step
     change: Any  # (stages, states): of the memory, over the step
     scale: Any  # (states,)
@@ -154,10 +158,14 @@ def lane_of(lanes: Any, i: int) -> Lane:
         u,
         np.empty((modes, 2, q)),
         np.empty((2, q)),
-        np.empty((STAGES, q)),
-        np.empty((STAGES, modes, 2)),
-        np.empty(STAGES),
-        np.empty((STAGES, 2)),
+        np.zeros((q, WIDTH)),
+        np.empty((modes, 6, WIDTH)),
+        np.empty((3, WIDTH)),
+        np.empty((tones.shape[0], 2, WIDTH)),
+        np.empty((4, WIDTH)),
+        np.zeros((lanes.pairs.shape[0], 2, WIDTH)),
+        np.empty(WIDTH),
+        np.empty((2, WIDTH)),
         memory,
         change,
         scale,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from dforce.engine.lanes import (
     CONTACT,
     D0,
@@ -30,42 +32,76 @@ from dforce.engine.lanes import (
     T,
     compiled,
 )
-from dforce.engine.step import inside, span
-from dforce.engine.tableau import STAGES, B, C
+from dforce.engine.step import bend, inside
+from dforce.engine.tableau import STAGES, A
 
 
 @compiled
-def add_sums(lane: Any, kind: int, h: float, sums: Any) -> None:
-    """Add a step to what is summed over a period."""
-    numbers, pairs, f_end = lane.numbers, lane.pairs, lane.state[F1]
-    length, speed = numbers[LENGTH], numbers[SPEED]
-    f, fz, fv = 0.0, 0.0, 0.0
+def begin_sums(lane: Any, sums: Any) -> None:
+    """Set the sums of an interval to nothing."""
+    sums[:], lane.fourier[:] = 0.0, 0.0
+    sums[Z_MIN], sums[F_MIN], sums[D_MIN] = np.inf, np.inf, np.inf
+    sums[Z_MAX], sums[F_MAX] = -np.inf, -np.inf
+
+
+@compiled
+def end_sums(lane: Any, sums: Any) -> None:
+    """Write the Fourier sums of an interval."""
+    for k in range(lane.pairs.shape[0]):
+        for part in range(2):
+            total = 0.0
+            for j in range(STAGES):
+                total += lane.fourier[k, part, j]
+            sums[FIRST_PAIR + 2 * k + part] = total
+
+
+@compiled
+def add_fourier(fourier: Any, push: Any, turn: Any, wave: Any, swing: Any, t: float) -> None:
+    """Add a step to the force's Fourier sums, stage by stage; a harmonic follows from the one before by a rotation."""
+    tones, width = turn.shape[0], push.shape[1]
+    for j in range(tones - 1, -1, -1):  # the first tone is the last of all: its harmonics follow
+        co0, si0 = math.cos(turn[j, 0] * t), math.sin(turn[j, 0] * t)
+        for i in range(width):
+            part = A[STAGES, i] * push[0, i]
+            co, si = co0 * wave[j, 0, i] - si0 * wave[j, 1, i], si0 * wave[j, 0, i] + co0 * wave[j, 1, i]
+            swing[0, i], swing[1, i], swing[2, i], swing[3, i] = co, si, part * co, part * si
+            fourier[j, 0, i] += part * co
+            fourier[j, 1, i] -= part * si
+    for k in range(tones, fourier.shape[0]):
+        for i in range(width):
+            co, si = swing[0, i], swing[1, i]
+            re, im = swing[2, i] * co - swing[3, i] * si, swing[3, i] * co + swing[2, i] * si
+            swing[2, i], swing[3, i] = re, im
+            fourier[k, 0, i] += re
+            fourier[k, 1, i] -= im
+
+
+@compiled
+def add_sums(lane: Any, h: float, sums: Any) -> None:
+    """Add a step to what is summed over an interval."""
+    numbers, state, push, stage = lane.numbers, lane.state, lane.push, lane.stage
+    f, fz, fv, fastest = 0.0, 0.0, 0.0, max(abs(state[V0]), abs(state[V1]))
     for j in range(STAGES):
-        push = B[j] * lane.push[j, 0]
-        f += push
-        fz += push * lane.stage[j, 0]
-        fv += push * lane.stage[j, 1]
-        for k in range(pairs.shape[0]):
-            angle = pairs[k] * (lane.state[T] + span(kind, C[j], h))
-            sums[FIRST_PAIR + 2 * k] += push * math.cos(angle)
-            sums[FIRST_PAIR + 2 * k + 1] -= push * math.sin(angle)
+        part = A[STAGES, j] * push[0, j]
+        f += part
+        fz += part * stage[0, j]
+        fv += part * stage[1, j]
     sums[SUM_F] += f
-    sums[SUM_Z] += fz * length
-    sums[SUM_V] += fv * speed
-    if lane.state[HIGH] <= numbers[CONTACT]:
+    sums[SUM_Z] += fz * numbers[LENGTH]
+    sums[SUM_V] += fv * numbers[SPEED]
+    add_fourier(lane.fourier, push, lane.turn, lane.wave, lane.swing, state[T])
+    if state[HIGH] <= numbers[CONTACT]:
         sums[TOUCHED] += h
-    sums[D_MIN] = min(sums[D_MIN], lane.state[D0], lane.state[D1])
-    sums[V_MAX] = max(sums[V_MAX], abs(lane.state[V0] * speed), abs(lane.state[V1] * speed))
-    sums[F_MIN], sums[F_MAX] = min(sums[F_MIN], lane.force[0], f_end), max(sums[F_MAX], lane.force[0], f_end)
+    sums[D_MIN] = min(sums[D_MIN], state[D0], state[D1])
+    sums[V_MAX] = max(sums[V_MAX], fastest * numbers[SPEED])
+    sums[F_MIN], sums[F_MAX] = min(sums[F_MIN], lane.force[0], state[F1]), max(sums[F_MAX], lane.force[0], state[F1])
 
 
 @compiled
-def deflection(lane: Any, h: float, s: float) -> Any:
+def deflection(lane: Any, h: float, moved: float, fast: float, s: float) -> Any:
     """Return the scaled deflection from a base that moves, and its velocity, a time s into the step that was tried."""
-    numbers = lane.numbers
     turn = lane.turn
-    d, v = inside(lane.mode, turn, lane.u, lane.end, numbers[LENGTH], numbers[ZC], h, s)
-    z = (d - numbers[ZC]) / numbers[LENGTH]
+    z, v = inside(lane.mode, turn, lane.u, moved, fast, h, s)
     for j in range(turn.shape[0]):
         ratio, angle = turn[j, 0], turn[j, 5] + turn[j, 0] * (lane.state[T] + s)
         co, si = math.cos(angle), math.sin(angle)
@@ -75,16 +111,16 @@ def deflection(lane: Any, h: float, s: float) -> Any:
 
 
 @compiled
-def add_deflection(lane: Any, h: float, sums: Any) -> None:
+def add_deflection(lane: Any, h: float, moved: float, fast: float, sums: Any) -> None:
     """Take the extremes of the deflection from a base that moves."""
-    z0, v0 = deflection(lane, h, 0.0)
-    z1, v1 = deflection(lane, h, h)
+    z0, v0 = deflection(lane, h, moved, fast, 0.0)
+    z1, v1 = deflection(lane, h, moved, fast, h)
     sums[Z_MIN], sums[Z_MAX] = min(sums[Z_MIN], z0, z1), max(sums[Z_MAX], z0, z1)
     if v0 * v1 < 0.0:
         low, high = 0.0, h
         for _ in range(30):
             s = 0.5 * (low + high)
-            z, v = deflection(lane, h, s)
+            z, v = deflection(lane, h, moved, fast, s)
             if v * v0 > 0.0:
                 low = s
             else:
@@ -95,26 +131,24 @@ def add_deflection(lane: Any, h: float, sums: Any) -> None:
 @compiled
 def add_speed_and_turn(lane: Any, h: float, turns: bool, sums: Any) -> None:
     """Take the largest speed within a step, and the place of a turn close behind its end."""
-    numbers = lane.numbers
-    mode, turn, u, end = lane.mode, lane.turn, lane.u, lane.end
+    numbers, mode, turn, u = lane.numbers, lane.mode, lane.turn, lane.u
     length, zc, e = numbers[LENGTH], numbers[ZC], 1e-3 * h
-    rise = inside(mode, turn, u, end, length, zc, h, e)[1] - lane.state[V0]
-    last = lane.state[V1] - inside(mode, turn, u, end, length, zc, h, h - e)[1]
+    moved, fast = bend(lane, h)
+    rise = inside(mode, turn, u, moved, fast, h, e)[1] - lane.state[V0]
+    last = lane.state[V1] - inside(mode, turn, u, moved, fast, h, h - e)[1]
     if rise * last < 0.0:
         s = h * rise / (rise - last)
         for _ in range(3):
-            before, here = (
-                inside(mode, turn, u, end, length, zc, h, s - e)[1],
-                inside(mode, turn, u, end, length, zc, h, s)[1],
-            )
-            after = inside(mode, turn, u, end, length, zc, h, s + e)[1]
-            bend = after - 2.0 * here + before
-            if bend != 0.0:
-                s = min(max(s - 0.5 * e * (after - before) / bend, e), h - e)
-        sums[V_MAX] = max(sums[V_MAX], abs(inside(mode, turn, u, end, length, zc, h, s)[1]) * numbers[SPEED])
+            before = inside(mode, turn, u, moved, fast, h, s - e)[1]
+            here = inside(mode, turn, u, moved, fast, h, s)[1]
+            after = inside(mode, turn, u, moved, fast, h, s + e)[1]
+            curve = after - 2.0 * here + before
+            if curve != 0.0:
+                s = min(max(s - 0.5 * e * (after - before) / curve, e), h - e)
+        sums[V_MAX] = max(sums[V_MAX], abs(inside(mode, turn, u, moved, fast, h, s)[1]) * numbers[SPEED])
     for j in range(turn.shape[0]):
         if turn[j, 6] != 0.0 or turn[j, 7] != 0.0:
-            add_deflection(lane, h, sums)
+            add_deflection(lane, h, moved, fast, sums)
             return
     z0, z1 = (lane.state[D0] - zc) / length, (lane.state[D1] - zc) / length
     sums[Z_MIN], sums[Z_MAX] = min(sums[Z_MIN], z0, z1), max(sums[Z_MAX], z0, z1)
