@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from dforce.results.status import Status
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run, thermal_spectrum
     from dforce.solvers import SolverSettings
-    from dforce.spectroscopy import force_along, force_curve
+    from dforce.spectroscopy import force_along, force_curve, force_parts
     from dforce.thermal import noise, noisy_motion, snap_in_distance, snap_in_rate, switching_rate
     from dforce.validity import Advice, advice
 
@@ -91,7 +91,7 @@ _HOMES = {
     "results.status": ("Status",),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run", "thermal_spectrum"),
     "solvers": ("SolverSettings",),
-    "spectroscopy": ("force_along", "force_curve"),
+    "spectroscopy": ("force_along", "force_curve", "force_parts"),
     "thermal": ("noise", "noisy_motion", "snap_in_distance", "snap_in_rate", "switching_rate"),
     "validity": ("Advice", "advice"),
 }
@@ -145,6 +145,7 @@ __all__ = [
     "fit_report",
     "force_along",
     "force_curve",
+    "force_parts",
     "forces",
     "frequency_sweep",
     "identify",
