@@ -44,7 +44,9 @@ def test_a_force_with_memory_is_what_the_others_leave():
     case = CASE.replace(forces=[df.forces.VanDerWaals(hamaker="2e-20 J"), df.forces.SLS(**df.forces.SLS.example)])
     curve = df.force_curve(case, np.linspace(2e-9, -0.2e-9, 45))
     parts = df.force_parts(curve)["force_part"]
-    np.testing.assert_allclose(parts.sel(interaction="elastic contact"), curve["partial_force"].sel(model="sls"), atol=1e-18)
+    np.testing.assert_allclose(
+        parts.sel(interaction="elastic contact"), curve["partial_force"].sel(model="sls"), atol=1e-18
+    )
 
 
 def test_a_result_without_a_force_over_a_distance_has_no_parts():

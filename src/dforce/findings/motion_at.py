@@ -62,9 +62,9 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     -------
     xarray.Dataset
         Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as in a dwell, and its
-        scalars; `force_part` over `interaction`; tones with another common period are recorded until they repeat. ``attrs["note"]`` is a sentence if no
-        experiment shows this motion, else empty. ``attrs["periods"]`` is the number of periods of the first tone;
-        ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) are for a drawing of the tip.
+        scalars; `force_part` over `interaction`; tones with another common period are recorded until they repeat.
+        ``attrs["note"]`` is a sentence if no experiment shows this motion, else empty. ``attrs["periods"]`` is the number of
+        periods of the first tone; ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) are for a drawing of the tip.
 
     Raises
     ------

@@ -66,14 +66,15 @@ def limits_between(dataset: xr.Dataset, x: str, y: str) -> tuple[Array, Array, T
 def _fill(words: Texts, fine: list[Array], polygon: Array, word: str) -> None:
     """Write a word at the places of a fine grid inside a convex polygon, its edge included."""
     spans = [
-        slice(np.searchsorted(values, column.min() * (1.0 - SAME)), np.searchsorted(values, column.max() * (1.0 + SAME)))
+        slice(
+            np.searchsorted(values, column.min() * (1.0 - SAME)), np.searchsorted(values, column.max() * (1.0 + SAME))
+        )
         for values, column in zip(fine, polygon.T, strict=True)
     ]
     x, y = fine[0][spans[0]][None, :], fine[1][spans[1]][:, None]
     size = np.ptp(fine[0]) * np.ptp(fine[1])
     turns = [
-        (bx - ax) * (y - ay) - (by - ay) * (x - ax)
-        for (ax, ay), (bx, by) in itertools.pairwise([*polygon, polygon[0]])
+        (bx - ax) * (y - ay) - (by - ay) * (x - ax) for (ax, ay), (bx, by) in itertools.pairwise([*polygon, polygon[0]])
     ]
     inside = np.all([turn >= -SAME * size for turn in turns], axis=0)
     words[spans[1], spans[0]] = np.where(inside, word, words[spans[1], spans[0]])

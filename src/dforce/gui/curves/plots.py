@@ -18,6 +18,7 @@ from dforce.gui.curves.kept import KeptResults
 from dforce.gui.curves.motion import MotionPanel
 from dforce.gui.curves.numbers import Numbers
 from dforce.gui.curves.setpoint import SetPoint
+from dforce.gui.curves.states import CoexistingStates, with_states
 from dforce.gui.document.document import MOST_PLOTS
 from dforce.gui.measured import overlay
 from dforce.gui.measured.panel import MeasuredCurve
@@ -90,6 +91,7 @@ class Plots:
             self.explorer.panel()
         self.measured.before_opening = lambda: self._alone(self.measured)
         self.explorer.before_opening = lambda: self._alone(self.explorer)
+        self.states = CoexistingStates(view)
         self.set_point = SetPoint(view)
         self.numbers.table()
         self.fit_numbers = FitNumbers()
@@ -120,6 +122,8 @@ class Plots:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)
             self.drawn = figures.picture(self.layers, self.shown)
+            if (states := self.states.of(self.view.curve)) is not None:
+                self.drawn = with_states(self.drawn, self.shown, states)
             if (beside := self.measured.beside()) is not None:
                 self.drawn = overlay.with_measured(self.drawn, self.shown, beside)
         self.wait()

@@ -20,6 +20,7 @@ from dforce.gui.document.document import FIRST, Document
 from dforce.gui.document.session import Session
 from dforce.gui.document.store import Store
 from dforce.gui.files.file_menu import FileMenu
+from dforce.gui.study.parameter_study import Over
 from dforce.gui.window.error_messages import as_sentence, say
 from dforce.gui.window.limits import ALONE, Limits
 from dforce.gui.window.menus import menu
@@ -72,7 +73,7 @@ def register(
             if document is not None:
                 sessions[name].document = document
             if over is not None:
-                sessions[name].study.take(over)
+                sessions[name].study.take(Over(over))
         return sessions[name]
 
     @app.on_startup
