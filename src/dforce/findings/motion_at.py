@@ -103,9 +103,8 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
         elif _apart(found.values, point) > SAME * problem.tones[0].A0:
             raise ResultError("a motion from this point settles in another state, so it is not shown")
     data = _recorded(integrator, found, point)
-    names, parts = parts_along(
-        problem, *(data[name].values for name in ("distance", "velocity", "force")), float(point["zc"])
-    )
+    distance, velocity, force = (data[name].values for name in ("distance", "velocity", "force"))
+    names, parts = parts_along(problem, distance, velocity, force, float(point["zc"]))
     data = describe(data.assign_coords(interaction=names).assign(force_part=(("interaction", "time"), parts)))
     data.attrs |= {"title": case.title, "note": note, "a0": problem.a0}
     if case.tip.radius is not None:

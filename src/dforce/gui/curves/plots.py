@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import logging
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from nicegui import background_tasks, ui
 from nicegui.events import GenericEventArguments
 
@@ -124,6 +126,7 @@ class Plots:
             self.drawn = figures.picture(self.layers, self.shown)
             if (states := self.states.of(self.view.curve)) is not None:
                 self.drawn = with_states(self.drawn, self.shown, states)
+            self.drawn = clicked(self.drawn, self.shown, [self.motion.place_in(layer.result) for layer in self.layers])
             if (beside := self.measured.beside()) is not None:
                 self.drawn = overlay.with_measured(self.drawn, self.shown, beside)
         self.wait()
@@ -260,6 +263,20 @@ class Plots:
         curve = self.view.curve
         self._alone(self.motion)
         self.motion.open(layer, places, curve.document if curve is not None and curve.result is layer.result else None)
+        self.redraw()  # with a ring around the point
+
+
+def clicked(drawn: figures.Drawn, wanted: Picture, points: Sequence[xr.Dataset | None]) -> figures.Drawn:
+    """Return a figure with a ring around the points that were clicked."""
+    shapes = list(drawn.figure["layout"].get("shapes", []))
+    for point in points:
+        for name, (x_axis, y_axis, scale) in drawn.places.items() if point is not None else ():
+            if point is not None and {name, wanted.x} <= {*point.variables}:
+                x, y = (float(np.ravel(point[one].values)[0]) for one in (wanted.x, name))
+                ring = figures.ring(x / drawn.x_scale, y / scale, 2 * figures.RING)
+                shapes.append({"xref": x_axis, "yref": y_axis, "name": "clicked", **ring})
+    layout = {**drawn.figure["layout"], "shapes": shapes}
+    return dataclasses.replace(drawn, figure={**drawn.figure, "layout": layout})
 
 
 def dim(element: ui.element, behind: bool) -> None:

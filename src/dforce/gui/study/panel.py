@@ -24,6 +24,8 @@ from dforce.gui.study.parameter_study import (
     FIRST_AMPLITUDE,
     MOST_VALUES,
     SET_POINT,
+    PlanJob,
+    SweepJob,
     Varied,
     choices,
     plan_job,
@@ -234,7 +236,7 @@ class Explorer:
                 second = Varied(rows[self.second["path"]], **_ends(given, "2"), points=int(given["points2"] or 0))
             limits = _limits(given)
             if second is not None or limits or given.get("all") or first.row.name == SET_POINT:
-                job = await asyncio.to_thread(plan_job, document, case, first, second, limits)
+                job: SweepJob | PlanJob = await asyncio.to_thread(plan_job, document, case, first, second, limits)
             else:
                 job = await asyncio.to_thread(sweep_job, document, case, first)
         except (df.DForceError, TypeError, ValueError) as error:

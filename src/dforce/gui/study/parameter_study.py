@@ -234,7 +234,7 @@ def plan_job(
         raise df.ParameterError(f"the map has more than {MOST_SETTINGS} settings; use fewer values")
     set_points = grids.pop(SET_POINT, [document.set_point])
     amplitude = FIRST_AMPLITUDE[bool(case.drive.tones)]
-    over = grids or {amplitude: [case.problem.tones[0].A0]}  # the set point alone
+    over: dict[str, Any] = dict(grids) or {amplitude: [case.problem.tones[0].A0]}  # the set point alone
     return PlanJob(case, document=document, over=over, set_points=set_points, limits=limits)
 
 

@@ -21,6 +21,7 @@ from dforce.gui.document.session import Session
 from dforce.gui.document.store import Store
 from dforce.gui.files.file_menu import FileMenu
 from dforce.gui.study.parameter_study import Over
+from dforce.gui.window.address import Address
 from dforce.gui.window.error_messages import as_sentence, say
 from dforce.gui.window.limits import ALONE, Limits
 from dforce.gui.window.menus import menu
@@ -109,9 +110,11 @@ class Page:
             self.view.shown.mark(PagePart.ADVICE, partial(dim, self.left))
             with ui.element("section").classes("df-right").props('aria-label="result"'):
                 self._right()
+        self.address = Address(self.view)
         client = ui.context.client
         client.on_connect(self.view.begin)
         client.on_connect(self._take_unsent)
+        client.on_connect(self.address.begin)
         client.on_delete(self.view.end)
 
     async def _take_unsent(self) -> None:
