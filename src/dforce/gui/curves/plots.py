@@ -86,7 +86,7 @@ class Plots:
             self.kept = KeptResults(view)
         with ui.element("div").classes("df-shown"):
             with ui.element("div").classes("df-main"):
-                view.main = Chart("result", on_point=self._clicked)
+                view.main = Chart("result", on_point=self._clicked, holds=True)
                 self.waiting = Waiting()
             self.motion = MotionPanel(view.shown)
             self.measured.panel()

@@ -27,6 +27,7 @@ class Address:
         self.client = ui.context.client
         self._later: asyncio.TimerHandle | None = None
         self._there = ""
+        self._is_gone = False
         ui.add_body_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
         ui.on("dforce-link", self._followed)
         view.on_show.append(lambda anew: self._soon())
@@ -40,6 +41,13 @@ class Address:
             return
         self._open(str(link or ""))
         self._soon()
+
+    def end(self) -> None:
+        """Follow no more: the page is gone."""
+        self._is_gone = True
+        if self._later is not None:
+            self._later.cancel()
+            self._later = None
 
     def _followed(self, event: GenericEventArguments) -> None:
         self._open(str(event.args or ""))
@@ -60,12 +68,14 @@ class Address:
     def _soon(self) -> None:
         if self._later is not None:
             self._later.cancel()
+        if self._is_gone:
+            return
         self._later = asyncio.get_running_loop().call_later(AFTER, self._show)
 
     def _show(self) -> None:
         self._later = None
         text = to_link(self.view.document)
-        if text == self._there or self.client.id not in type(self.client).instances:
+        if text == self._there:
             return
         self._there = text
         self.client.run_javascript(f"dforceAddress.show({json.dumps(text)})")
