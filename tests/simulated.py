@@ -11,10 +11,10 @@ from nicegui import Client
 from nicegui.testing.user_simulation import user_simulation
 
 import dforce as df
-from dforce.gui.document import Document
-from dforce.gui.pages import Page
-from dforce.gui.session import Session
-from dforce.gui.view import DrawnResult
+from dforce.gui.document.document import Document
+from dforce.gui.document.session import Session
+from dforce.gui.window.pages import Page
+from dforce.gui.window.view import DrawnResult
 
 CASE = "figure-3-air"  # its curve takes some 20 ms
 

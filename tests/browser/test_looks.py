@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
-from dforce.gui.document import FIRST
+from dforce.gui.document.document import FIRST
 
 TABS = ("Microscope", "Tip and sample", "Forces", "Experiment", "Solver")
 

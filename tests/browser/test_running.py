@@ -9,7 +9,7 @@ import pytest
 from served import served
 
 import dforce as df
-from dforce.gui.document import FIRST
+from dforce.gui.document.document import FIRST
 
 AMPLITUDE = "drive.A0"
 

@@ -16,12 +16,13 @@ import xarray as xr
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui import explore, files, project, uploads
-from dforce.gui.document import Document
-from dforce.gui.explore_panel import ExplorePanel
-from dforce.gui.parameter_study import SECTIONS, Over, sweep_job
-from dforce.gui.parameters import rows_of
-from dforce.gui.results import ResultStore
+from dforce.gui.case.parameters import rows_of
+from dforce.gui.document.document import Document
+from dforce.gui.document.results import ResultStore
+from dforce.gui.files import file_menu, project, uploads
+from dforce.gui.study import explore
+from dforce.gui.study.panel import ExplorePanel
+from dforce.gui.study.parameter_study import SECTIONS, Over, sweep_job
 from dforce.validity import advice_in
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=41")
@@ -120,7 +121,7 @@ def test_a_limit_shades_what_it_allows_and_says_where_it_holds():
 
 @pytest.mark.parametrize("make", [swept, states, planned])
 def test_a_file_over_parameters_is_opened_and_a_click_takes_its_settings_over(tmp_path, make):
-    data = files.written(lambda path: df.write(make(), path), ".nc")
+    data = file_menu.written(lambda path: df.write(make(), path), ".nc")
 
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
@@ -144,7 +145,7 @@ def test_a_project_brings_a_result_over_parameters_back_and_what_it_was_computed
 
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
-            monkeypatch.setattr(files.ui.download, "content", lambda data, *_: saved.append(data), raising=False)
+            monkeypatch.setattr(file_menu.ui.download, "content", lambda data, *_: saved.append(data), raising=False)
             study = page.view.session.study
             for over in (Over(swept()), Over(states(), row, document)):
                 study.take(over.result, over.row, over.document)
@@ -181,7 +182,7 @@ def test_a_hostile_file_over_parameters_is_refused(tmp_path):
     result = swept().assign_attrs(over="sample.youngs_modulus")
     result["youngs_modulus"] = result["youngs_modulus"].assign_attrs(units="zorkmid")
     with pytest.raises(df.ResultError, match="cannot be used here"):
-        uploads.result_from(files.written(lambda path: df.write(result, path), ".nc"), tmp_path)
+        uploads.result_from(file_menu.written(lambda path: df.write(result, path), ".nc"), tmp_path)
 
 
 def test_states_are_computed_against_a_number_of_the_case(tmp_path):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.gui.figures import Layer, basins, picture, unit_of
+from dforce.gui.curves.figures import Layer, basins, picture, unit_of
 from dforce.results.curves import Picture, pictures_of
 
 

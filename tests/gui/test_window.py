@@ -15,11 +15,11 @@ from nicegui.testing.user_simulation import user_simulation
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui import view as views
-from dforce.gui.compute import Job, Live
-from dforce.gui.entry import Entry, SliderElement
-from dforce.gui.pages import Page
-from dforce.gui.session import Session
+from dforce.gui.case.entry import Entry, SliderElement
+from dforce.gui.document.compute import Job, Live
+from dforce.gui.document.session import Session
+from dforce.gui.window import view as views
+from dforce.gui.window.pages import Page
 from dforce.results.status import repeats
 
 
@@ -106,7 +106,7 @@ def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_a
         time.sleep(0.1)
         return Live(result.assign_attrs(asked=case.drive.A0))
 
-    monkeypatch.setattr("dforce.gui.view.live_curve", live)
+    monkeypatch.setattr("dforce.gui.window.view.live_curve", live)
 
     async def flow():
         async with window(tmp_path) as (_, page):
@@ -224,7 +224,7 @@ def test_a_run_stops_within_a_second_and_keeps_what_was_computed(tmp_path):
 
 
 def test_an_example_that_takes_long_is_run_when_it_is_opened(tmp_path, monkeypatch):
-    monkeypatch.setattr("dforce.gui.view.live_curve", lambda *_: Live(None, gave_up=True))
+    monkeypatch.setattr("dforce.gui.window.view.live_curve", lambda *_: Live(None, gave_up=True))
 
     async def flow():
         async with window(tmp_path) as (user, page):

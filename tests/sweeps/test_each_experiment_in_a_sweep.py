@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli.app import app
-from dforce.gui import explore
+from dforce.gui.study import explore
 from dforce.maps._one_by_one import unpadded
 from dforce.results.kinds import kind_of
 

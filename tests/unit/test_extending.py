@@ -109,6 +109,6 @@ def test_who_draws_and_sums_up_tells_no_kinds_apart() -> None:
     package = Path(df.__file__).parent
     marks = re.findall(r"_marked\(\"(\w+)\"\)", (package / "results/kinds.py").read_text(encoding="utf-8"))
     assert len(marks) >= 7
-    for name in ("plot/overview.py", "plot/pictures.py", "gui/plots.py", "findings/summary.py"):
+    for name in ("plot/overview.py", "plot/pictures.py", "gui/curves/plots.py", "findings/summary.py"):
         text = (package / name).read_text(encoding="utf-8")
         assert [mark for mark in marks if re.search(rf'"{mark}" (not )?in ', text)] == [], name

@@ -1,0 +1,254 @@
+"""Results over parameters in one page: a plan, a sweep, or states at the set point against any number of the case."""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import background_tasks, ui
+from nicegui.events import GenericEventArguments
+
+import dforce as df
+from dforce.core.units import show
+from dforce.gui.case.parameters import ParameterRow, rows_of
+from dforce.gui.case.words import in_words
+from dforce.gui.curves.chart import Chart
+from dforce.gui.document.compute import LIVE, Latest, in_thread
+from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT, path_of
+from dforce.gui.document.session import LOOKED_EVERY
+from dforce.gui.study import explore
+from dforce.gui.study.parameter_study import MOST_VALUES, SECTIONS, sweep_job
+from dforce.gui.window.error_messages import as_sentence, say
+from dforce.gui.window.view import View
+
+EARLIER = "This result belongs to an earlier case; compute it again."
+DIGITS = 6
+
+
+class ExplorePanel(ui.element, component="explore.js"):
+    """What the panel shows, around its chart."""
+
+    def show(self, **changed: Any) -> None:
+        """Show other words; nothing is sent where nothing changed."""
+        if any(self.props.get(key) != value for key, value in changed.items()):
+            self.props.update(changed)
+            self.update()
+
+
+class Explorer:
+    """The panel of one page; its button is made in the container that is open, the panel by :meth:`panel`."""
+
+    def __init__(self, view: View) -> None:
+        self.view, self.study = view, view.session.study
+        self.is_open = False
+        self.choice = explore.Choice()
+        self.limit: explore.DrawnLimit | None = None
+        self.picked: explore.Choice | None = None
+        self.suggested: dict[str, Any] = {}
+        self.seen = 0
+        self.before_opening: Callable[[], None] = lambda: None
+        with ui.element("button").classes("df-plain").props('type="button" aria-expanded="false"') as self.button:
+            ui.label("Against a parameter")
+        self.button.on("click", lambda: self.close() if self.is_open else self.open())
+        self._latest = Latest(self._draw)
+
+    def panel(self) -> None:
+        """Make the panel, in the container that is open."""
+        element = self.element = ExplorePanel()
+        with element:
+            self.chart = Chart("quantity over parameters", on_point=self._clicked, on_limit=self._dragged)
+        element.set_visibility(False)
+        element.on("close", self.close)
+        element.on("suggest", lambda event: self._suggest(str(event.args)))
+        element.on("compute", self._compute)
+        element.on("stop", self.study.stop)
+        element.on("choose", self._choose)
+        element.on("limit", self._limit)
+        element.on("take", self._take)
+        self.view.on_job.append(self.show)
+        self.view.on_show.append(lambda anew: self.show())
+
+    def open(self) -> None:
+        """Open the panel."""
+        self.before_opening()
+        self.is_open = True
+        if not self.suggested:
+            rows = self._rows()
+            self._suggest(rows[0].name if rows else "")
+        self.show()
+        self.draw()
+
+    def close(self) -> None:
+        """Close the panel."""
+        self.is_open = False
+        self.show()
+
+    def show(self) -> None:
+        """Show what there is to choose, and how far a computation is."""
+        self.button.props["aria-expanded"] = "true" if self.is_open else "false"
+        self.element.set_visibility(self.is_open)
+        if not self.is_open:
+            return
+        if self.seen != self.study.number:
+            self._take_in()
+        job, document = self.study.job, self.view.document
+        shown = dict[str, Any](rows=[{"name": row.name, "label": row.label} for row in self._rows()], most=MOST_VALUES)
+        shown |= {"suggested": self.suggested, "busy": self.study.busy, "share": job.share if job is not None else 0.0}
+        shown |= {"words": job.words() if job is not None and job.state != "failed" else ""}
+        shown["failed"] = (
+            as_sentence(in_words(document, job.error)) if job is not None and job.state == "failed" else ""
+        )
+        self.element.show(**shown, **self._of_result())
+
+    def _rows(self) -> list[ParameterRow]:
+        return rows_of(self.view.document, SECTIONS)
+
+    def _take_in(self) -> None:
+        """Look at another result."""
+        self.seen, self.limit, self.picked = self.study.number, None, None
+        result = self.study.result
+        if result is not None:
+            wanted = dataclasses.replace(self.choice, x="", y="", places={})
+            self.choice = explore.fitting(result, wanted if self.study.row is not None else explore.Choice())
+            self.draw()
+
+    def _of_result(self) -> dict[str, Any]:
+        result, choice = self.study.result, self.choice
+        if result is None or not choice.quantity:
+            return {"quantities": [], "title": "", "note": "", "picked": "", "allowed": ""}
+        axes = explore.axes_of(result, choice.quantity)
+
+        def words(names: list[str]) -> list[dict[str, str]]:
+            return [{"name": name, "label": explore.label_of(result, name)} for name in names]
+
+        slices = [
+            one | {"at": choice.places[one["name"]], "places": explore.places_of(result, one["name"])}
+            for one in words(list(choice.places))
+        ]
+        title = "" if self.study.row is not None else str(result.attrs.get("title", "")) or "Over parameters"
+        shown: dict[str, Any] = {"title": title, "quantities": words(explore.quantities(result)), "axes": words(axes)}
+        shown |= {"quantity": choice.quantity, "x": choice.x, "y": choice.y, "slices": slices}
+        shown |= {
+            "lines": choice.quantity not in explore.WORDS,
+            "note": "" if self.study.is_of(self.view.document) else EARLIER,
+        }
+        shown |= {"limited": self.limit is not None, "limit": "", "allowed": ""}
+        if self.limit is not None and not choice.y:
+            shown |= {"above": self.limit.above, "allowed": explore.allowed(result, choice, self.limit)}
+            shown |= {"limit": explore.shown_limit(result, choice, self.limit)}
+        labels = {row.name: row.label for row in self._rows()} | {"set_point": "set point"}
+        settings = {} if self.picked is None else explore.settings_at(result, self.picked)
+        return shown | {"picked": explore.words_of(settings, labels)}
+
+    def draw(self) -> None:
+        """Draw what is chosen."""
+        if self.study.result is not None and self.is_open:
+            self._latest.ask(self.choice)
+
+    async def _draw(self, choice: explore.Choice) -> None:
+        result, limit = self.study.result, self.limit
+        if result is None or not choice.quantity:
+            return
+        try:
+            figure = await in_thread(LIVE, lambda: explore.figure(result, choice, limit))
+        except (df.DForceError, OSError) as error:
+            say(as_sentence(f"this result cannot be read: {error}"))
+            return
+        await self.chart.draw(figure)
+
+    def _changed(self) -> None:
+        self.show()
+        self.draw()
+
+    def _suggest(self, name: str) -> None:
+        """Suggest a range around the value of a parameter."""
+        row = next((row for row in self._rows() if row.name == name), None)
+        self.suggested = {"path": name, "low": "", "high": ""}
+        if row is not None:
+            try:
+                unit = self.view.document.case().quantity(row.name).unit
+                value = df.parse(str(self.view.document.value(row.path)), unit)
+            except (df.DForceError, TypeError):  # typed halfway: the ends are left for the person
+                value = 0.0
+            if value > 0.0:
+                self.suggested |= {"low": show(0.5 * value, unit, 4), "high": show(2.0 * value, unit, 4)}
+        self.show()
+
+    async def _compute(self, event: GenericEventArguments) -> None:
+        given, document, session = event.args, self.view.document, self.view.session
+        row = next((row for row in self._rows() if row.name == given["path"]), None)
+        if row is None or self.study.busy:
+            return
+        self.suggested = {"path": row.name, "low": str(given["low"])[:40], "high": str(given["high"])[:40]}
+        try:
+            case = session.limits.check(document.case())
+            ends = str(given["low"])[:40], str(given["high"])[:40]
+            job = await asyncio.to_thread(sweep_job, document, case, row, ends, int(given["points"] or 0))
+        except (df.DForceError, TypeError) as error:
+            say(f"Nothing was computed. {as_sentence(in_words(document, str(error)))}")
+            return
+        job.seconds = session.limits.seconds
+        self.choice = dataclasses.replace(self.choice, y="")
+        background_tasks.create(
+            self.study.compute(job, row, session.look_at_jobs, LOOKED_EVERY), name="against a parameter"
+        )
+
+    def _choose(self, event: GenericEventArguments) -> None:
+        result, given = self.study.result, dict(event.args)
+        if result is None:
+            return
+        places = {**self.choice.places, **{str(dim): int(at) for dim, at in dict(given.pop("places", {})).items()}}
+        asked = {key: str(value) for key, value in given.items() if key in ("quantity", "x", "y")}
+        if asked.get("quantity", self.choice.quantity) != self.choice.quantity:
+            self.limit = None
+        self.choice = explore.fitting(result, dataclasses.replace(self.choice, places=places, **asked))
+        self.picked = None
+        self._changed()
+
+    def _limit(self, event: GenericEventArguments) -> None:
+        """Set, move or take away the limit."""
+        result, given = self.study.result, dict(event.args)
+        if result is None or self.choice.y:
+            return
+        above = bool(given.get("above", self.limit.above if self.limit is not None else False))
+        if given.get("on") is False:
+            self.limit = None
+        elif self.limit is None:
+            self.limit = explore.usual_limit(result, self.choice, above)
+        else:
+            self.limit = dataclasses.replace(self.limit, above=above)
+        if self.limit is not None and "text" in given:
+            try:
+                self.limit = explore.read_limit(result, self.choice, str(given["text"])[:40], above)
+            except df.DForceError as error:
+                say(as_sentence(str(error)))
+        self._changed()
+
+    def _dragged(self, value: float) -> None:
+        if self.study.result is not None and self.limit is not None and not self.choice.y:
+            scale, _ = explore.scale_of(self.study.result, self.choice)
+            self.limit = dataclasses.replace(self.limit, value=value * scale)
+            self._changed()
+
+    def _clicked(self, event: dict[str, Any]) -> None:
+        result = self.study.result
+        if result is not None and all(isinstance(event[key], int | float) for key in ("x", "y")):
+            self.picked = explore.picked(result, self.choice, float(event["x"]), float(event["y"]))
+            self.show()
+
+    def _take(self) -> None:
+        """Put the settings of the point that was clicked into the case."""
+        result = self.study.result
+        if result is None or self.picked is None:
+            return
+        document, share = self.view.document, self.view.document.set_point
+        for path, (value, unit) in explore.settings_at(result, self.picked).items():
+            place = path_of(document, path)
+            if path == "set_point":
+                share = min(max(value, LOWEST_SET_POINT), HIGHEST_SET_POINT)
+            elif place and document.value(place) is not None:
+                document = document.put(place, value if unit == "1" else show(value, unit, DIGITS))
+        self.view.edit(document, anew=True)
+        self.view.session.look(dataclasses.replace(self.view.document, set_point=share))
