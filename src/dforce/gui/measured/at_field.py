@@ -8,8 +8,10 @@ from nicegui import ui
 
 from dforce.gui.case.fields import Field
 from dforce.gui.case.parameters import ParameterRow
+from dforce.gui.case.words import with_labels
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.measured import fitting
+from dforce.gui.window.error_messages import as_sentence
 from dforce.gui.window.view import View
 
 PRIORS = ("fit", "priors")
@@ -52,7 +54,8 @@ class FitAtFields:
         rows = {} if document.measured is None else {row.path: row for row in fitting.rows(document)}
         chosen = {path_of(document, name) for name in fitting.free_names(document)} if rows else set()
         fit = session.measured.fit if rows else None
-        busy = session.fitting is not None and session.fitting.busy
+        job = session.fitting
+        failed = job.error if job is not None and job.state == "failed" else ""
         for path, element in self.placed.items():
             row = rows.get(path)
             element.set_visibility(row is not None)
@@ -61,9 +64,9 @@ class FitAtFields:
             name = "" if fit is None else fitting.name_in(fit, row, document)
             element.show(
                 free=path in chosen,
-                busy=busy,
+                busy=job is not None and job.busy,
                 found=fitting.found(fit, name) if fit is not None and name else "",
-                note=fitting.note(fit, name) if fit is not None and name else "",
+                note=_note(document, row, failed) or (fitting.note(fit, name) if fit is not None and name else ""),
                 stale=fit is not None and not fitting.is_of(fit, document),
                 prior=str(prior_of(document, row)[1] or ""),
                 example=_example(row),
@@ -89,6 +92,11 @@ def prior_of(document: Document, row: ParameterRow) -> tuple[str, object]:
     given = document.value(PRIORS)
     names = [name for name in given if path_of(document, str(name)) == row.path] if isinstance(given, dict) else []
     return (str(names[0]), given[names[0]]) if names else (row.name, None)
+
+
+def _note(document: Document, row: ParameterRow, failed: str) -> str:
+    """Return why a fit was refused, at the parameter that it names."""
+    return as_sentence(with_labels(document, failed)) if row.name in failed else ""
 
 
 def _example(row: ParameterRow) -> str:
