@@ -155,7 +155,7 @@ class Explorer:
         result, choice = self.study.result, self.choice
         if result is None or not choice.quantity:
             return {"quantities": [], "title": "", "note": "", "picked": "", "allowed": "", "found": []}
-        axes = explore.axes_of(result, choice.quantity)
+        axes, behind = explore.axes_of(result, choice.quantity), self.study.why_behind(self.view.document)
 
         def words(names: list[str]) -> list[dict[str, str]]:
             return [{"name": name, "label": explore.label_of(result, name)} for name in names]
@@ -170,8 +170,8 @@ class Explorer:
         shown |= {"quantity": choice.quantity, "x": choice.x, "y": choice.y, "slices": slices}
         shown |= {
             "lines": choice.quantity not in explore.WORDS,
-            "behind": bool(self.study.why_behind(self.view.document)),
-            "note": " ".join(filter(None, (self.study.why_behind(self.view.document), explore.gaps_of(result)))),
+            "behind": bool(behind),
+            "note": f"{behind} {explore.gaps_of(result, choice.quantity)}".strip(),
         }
         shown |= {"limited": self.limit is not None, "limit": "", "allowed": ""}
         if self.limit is not None and not choice.y:
