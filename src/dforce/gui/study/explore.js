@@ -2,8 +2,7 @@
 export default {
   template: `
     <aside class="df-motion df-explore" aria-label="over parameters">
-      <div class="df-motion-head"><h2>{{ title || "Against a parameter, at the set point" }}</h2>
-        <button type="button" class="df-remove" aria-label="close the result over parameters" title="Close" @click="$emit('close')">×</button></div>
+      <div class="df-motion-head"><h2>{{ title || "Against a parameter, at the set point" }}</h2></div>
       <details class="df-folded df-vary-fold" :open="!title"><summary>Compute against a parameter</summary>
       <form class="df-vary" @submit.prevent="compute">
         <label>Vary <select class="df-box" v-model="path" :disabled="busy" @change="$emit('suggest', path)">
@@ -36,7 +35,6 @@ export default {
             <option value="below">at most</option><option value="above">at least</option></select>
           <input class="df-box" :value="limit" aria-label="limit" maxlength="40" @change="$emit('limit', {text: $event.target.value})" /></template></template>
       </div>
-      <div v-show="quantities.length" class="df-explore-chart"><slot></slot></div>
       <p v-if="allowed" class="df-text" role="status">{{ allowed }}</p>
       <div v-if="quantities.length" class="df-measured-buttons df-picked"><span>{{ picked || "Click on a point to take over its settings." }}</span>
         <button v-if="picked" type="button" class="df-plain" @click="$emit('take')">Take over these settings</button></div>
