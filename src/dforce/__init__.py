@@ -33,8 +33,27 @@ if TYPE_CHECKING:
         Tip,
         Tone,
     )
-    from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
-    from dforce.inverse.fitting import compare_fits, fit, fit_again, fit_many, fit_report, identify, identify_report
+    from dforce.inverse import (
+        FileHead,
+        ThermalTune,
+        calibrate,
+        energy,
+        file_head,
+        read_curves,
+        read_measured,
+        thermal_tune,
+    )
+    from dforce.inverse.fitting import (
+        chi2_in_words,
+        compare_fits,
+        fit,
+        fit_again,
+        fit_many,
+        fit_report,
+        identify,
+        identify_in_words,
+        identify_report,
+    )
     from dforce.inverse.plan_file import load_plan
     from dforce.inverse.planner import plan
     from dforce.inverse.reconstruction import reconstruct
@@ -79,8 +98,27 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
-    "inverse": ("ThermalTune", "calibrate", "energy", "read_curves", "read_measured", "thermal_tune"),
-    "inverse.fitting": ("compare_fits", "fit", "fit_again", "fit_many", "fit_report", "identify", "identify_report"),
+    "inverse": (
+        "FileHead",
+        "ThermalTune",
+        "calibrate",
+        "energy",
+        "file_head",
+        "read_curves",
+        "read_measured",
+        "thermal_tune",
+    ),
+    "inverse.fitting": (
+        "chi2_in_words",
+        "compare_fits",
+        "fit",
+        "fit_again",
+        "fit_many",
+        "fit_report",
+        "identify",
+        "identify_in_words",
+        "identify_report",
+    ),
     "inverse.plan_file": ("load_plan",),
     "inverse.planner": ("plan",),
     "inverse.reconstruction": ("reconstruct",),
@@ -110,6 +148,7 @@ __all__ = [
     "DForceError",
     "Drift",
     "Drive",
+    "FileHead",
     "Force",
     "ForceError",
     "Medium",
@@ -135,6 +174,7 @@ __all__ = [
     "calibrate",
     "cantilevers",
     "check_force",
+    "chi2_in_words",
     "clear_kernel_cache",
     "compare_fits",
     "dwell",
@@ -142,6 +182,7 @@ __all__ = [
     "example",
     "examples",
     "experiments",
+    "file_head",
     "fit",
     "fit_again",
     "fit_many",
@@ -151,6 +192,7 @@ __all__ = [
     "forces",
     "frequency_sweep",
     "identify",
+    "identify_in_words",
     "identify_report",
     "kernel_cache",
     "load_case",
