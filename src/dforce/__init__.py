@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from dforce.inverse.plan_file import load_plan
     from dforce.inverse.planner import plan
     from dforce.inverse.reconstruction import reconstruct
+    from dforce.inverse.safety import safe_settings
     from dforce.kernel.cache import clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -66,7 +67,7 @@ if TYPE_CHECKING:
     from dforce.results.status import Status
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run, thermal_spectrum
     from dforce.solvers import SolverSettings
-    from dforce.spectroscopy import force_along, force_curve
+    from dforce.spectroscopy import force_along, force_curve, force_parts
     from dforce.thermal import noise, noisy_motion, snap_in_distance, snap_in_rate, switching_rate
     from dforce.validity import Advice, advice
 
@@ -106,6 +107,8 @@ _HOMES = {
         "file_head",
         "read_curves",
         "read_measured",
+        "safe_settings",
+        "safe_settings",
         "thermal_tune",
     ),
     "inverse.fitting": (
@@ -122,6 +125,7 @@ _HOMES = {
     "inverse.plan_file": ("load_plan",),
     "inverse.planner": ("plan",),
     "inverse.reconstruction": ("reconstruct",),
+    "inverse.safety": ("safe_settings",),
     "kernel.cache": ("clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
@@ -131,7 +135,7 @@ _HOMES = {
     "results.status": ("Status",),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run", "thermal_spectrum"),
     "solvers": ("SolverSettings",),
-    "spectroscopy": ("force_along", "force_curve"),
+    "spectroscopy": ("force_along", "force_curve", "force_parts"),
     "thermal": ("noise", "noisy_motion", "snap_in_distance", "snap_in_rate", "switching_rate"),
     "validity": ("Advice", "advice"),
 }
@@ -189,6 +193,7 @@ __all__ = [
     "fit_report",
     "force_along",
     "force_curve",
+    "force_parts",
     "forces",
     "frequency_sweep",
     "identify",
@@ -213,6 +218,7 @@ __all__ = [
     "regimes",
     "report",
     "run",
+    "safe_settings",
     "save_case",
     "shared",
     "show",

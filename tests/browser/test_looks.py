@@ -36,7 +36,6 @@ def test_axe_finds_nothing_in_any_tab(window, theme):
         assert violations(page, within=".df-pane") == [], tab
     window.unfold()
     assert violations(page, within=".df-panels") == []
-    window.field("drive.A0").get_by_role("button", name="put on a slider").click()
     page.locator(".df-slider").wait_for()
     window.type("drive.A0", "-1")
     window.field("drive.A0").locator(".df-error").wait_for()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
@@ -34,6 +34,19 @@ SWITCH = "Switch off for comparison"
 TEXTUAL = ("quantity", "numbers", "whole", "number", "text")
 
 
+class Companion(Protocol):
+    """What stands at the fields of numbers: sliders, and the fit of a measured curve."""
+
+    def clear(self) -> None:
+        """Forget all fields: they are made anew."""
+
+    def place(self, path: Path, field: Field) -> None:
+        """Make what stands at a field, in the container that is open."""
+
+    def show(self) -> None:
+        """Show the document."""
+
+
 class Forms:
     """The forms of one page.
 
@@ -42,8 +55,8 @@ class Forms:
     :meth:`_shape`.
     """
 
-    def __init__(self, view: View) -> None:
-        self.view = view
+    def __init__(self, view: View, companions: Sequence[Companion] = ()) -> None:
+        self.view, self.companions = view, companions
         self.shown: dict[Path, tuple[Field, Shape, Entry]] = {}
         self._looked_at: dict[Path, tuple[Any, str]] = {}  # the value last seen at a path, and what is wrong with it
         self.frame = ui.element("div").classes("df-form")
@@ -83,10 +96,14 @@ class Forms:
     def show(self, anew: bool) -> None:
         """Show the document: every field, or the forms anew."""
         if anew:
+            for companion in self.companions:
+                companion.clear()
             self._build()
         else:
             for path in self.shown:
                 self._refresh(path)
+        for companion in self.companions:
+            companion.show()
         self._mark()  # a field's own mistake is seen at once, that of the case when it has been looked at
 
     def said(self, said: Said) -> None:
@@ -250,16 +267,19 @@ class Forms:
     def _row(self, path: Path, field: Field, shape: Shape) -> None:
         numeric = shape.kind in TEXTUAL and shape.kind != "text"
         slidable = shape.kind in ("quantity", "whole", "number")
-        entry = Entry(
-            ".".join(str(step + 1) if isinstance(step, int) else step for step in path),
-            Caption(field.label, html_symbol(field.symbol), field.help),
-            on_typed=lambda text, unit: self._typed(path, field, shape, text, unit),
-            kind="switch" if shape.kind == "switch" else "text",
-            known=field.examples,
-            numeric=numeric,
-            on_unit=lambda unit: self._in_unit(path, field, unit),
-            on_slider=(lambda: toggle(self.view, path, field)) if slidable else None,
-        )
+        with ui.element("div").classes("df-parameter"):
+            entry = Entry(
+                ".".join(str(step + 1) if isinstance(step, int) else step for step in path),
+                Caption(field.label, html_symbol(field.symbol), field.help),
+                on_typed=lambda text, unit: self._typed(path, field, shape, text, unit),
+                kind="switch" if shape.kind == "switch" else "text",
+                known=field.examples,
+                numeric=numeric,
+                on_unit=lambda unit: self._in_unit(path, field, unit),
+                on_slider=(lambda: toggle(self.view, path, field)) if slidable else None,
+            )
+            for companion in self.companions if slidable else ():
+                companion.place(path, field)
         self._register(path, field, shape, entry)
         self._refresh(path)
 

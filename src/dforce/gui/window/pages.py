@@ -12,7 +12,7 @@ from nicegui import app, ui
 import dforce as df
 from dforce.gui.case.entry import LONGEST
 from dforce.gui.case.forms import Forms
-from dforce.gui.case.sliders import SliderStrip
+from dforce.gui.case.sliders import Sliders
 from dforce.gui.curves.chart import LIBRARY, Chart, library_file
 from dforce.gui.curves.plots import Plots, dim
 from dforce.gui.document.compute import LIVE, Job
@@ -20,6 +20,9 @@ from dforce.gui.document.document import FIRST, Document
 from dforce.gui.document.session import Session
 from dforce.gui.document.store import Store
 from dforce.gui.files.file_menu import FileMenu
+from dforce.gui.measured.at_field import FitAtFields
+from dforce.gui.study.parameter_study import Over
+from dforce.gui.window.address import Address
 from dforce.gui.window.error_messages import as_sentence, say
 from dforce.gui.window.limits import ALONE, Limits
 from dforce.gui.window.menus import menu
@@ -65,7 +68,7 @@ def register(
             if document is not None:
                 sessions[name].document = document
             if over is not None:
-                sessions[name].study.take(over)
+                sessions[name].study.take(Over(over))
         return sessions[name]
 
     @app.on_startup
@@ -101,10 +104,13 @@ class Page:
             self.view.shown.mark(PagePart.ADVICE, partial(dim, self.left))
             with ui.element("section").classes("df-right").props('aria-label="result"'):
                 self._right()
+        self.address = Address(self.view)
         client = ui.context.client
         client.on_connect(self.view.begin)
         client.on_connect(self._take_unsent)
+        client.on_connect(self.address.begin)
         client.on_delete(self.view.end)
+        client.on_delete(self.address.end)
 
     async def _take_unsent(self) -> None:
         """Take what a page before this one could not send."""
@@ -155,8 +161,7 @@ class Page:
     def _left(self) -> None:
         banner = ui.label().classes("df-banner wrong").props('role="alert"')
         with ui.element("div").classes("df-panels"):
-            SliderStrip(self.view)
-            forms = self.forms = Forms(self.view)
+            forms = self.forms = Forms(self.view, (Sliders(self.view), FitAtFields(self.view)))
         with ui.element("div").classes("df-foot"):
             with ui.element("div").classes("df-force"):
                 self.view.force = Chart("force against distance")
