@@ -14,11 +14,11 @@ CHART = ".df-explore-chart"
 def panel(window):
     """Give the window at a soft sample, with its panel over parameters."""
     window.start("figure-4-soft")
-    window.page.get_by_role("button", name="Against a parameter").click()
+    window.tab("Against")
     found = window.page.get_by_role("complementary", name="over parameters")
     found.wait_for()
     yield found
-    found.get_by_role("button", name="close the result over parameters").click()
+    window.tab("Set point")
     expect(found).to_be_hidden()
 
 

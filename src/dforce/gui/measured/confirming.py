@@ -13,10 +13,9 @@ from dforce.core.units import show
 from dforce.gui.document.document import Document
 
 DIGITS = 6
-TABS = "Microscope and Tip and sample"
 UNCONFIRMED = (
-    "Confirm lever and tip: with wrong values the fit looks as good, but its results are wrong. Correct them in the tabs "
-    f"{TABS}, then confirm."
+    "Confirm lever and tip: with wrong values the fit looks as good, but its results are wrong. Correct them in the form, "
+    "then confirm."
 )
 
 

@@ -2,9 +2,7 @@
 export default {
   template: `
     <aside class="df-motion df-measured" aria-label="measured curve">
-      <div class="df-motion-head"><h2>{{ name }}</h2>
-        <button type="button" class="df-remove" aria-label="close the measured curve" title="Close; the curve stays"
-                @click="$emit('close')">×</button></div>
+      <div class="df-motion-head"><h2>{{ name }}</h2></div>
       <p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
       <ul class="df-facts"><li v-for="fact in facts" :key="fact">{{ fact }}</li></ul>
       <p v-if="hint" class="df-motion-note">{{ hint }}</p>
