@@ -175,8 +175,8 @@ def gaps_of(result: xr.Dataset, quantity: str) -> str:
 
     Of a large result, such as a store, nothing is said: only what is looked at is read.
     """
-    name = quantity if result[quantity].dtype.kind == "f" else "peak_force"
-    if name not in result or not set(STATES) & {*result[name].dims} or result[name].nbytes > MOST_BYTES:
+    name = quantity if quantity in result.data_vars and result[quantity].dtype.kind == "f" else "peak_force"
+    if name not in result.data_vars or not set(STATES) & {*result[name].dims} or result[name].nbytes > MOST_BYTES:
         return ""
     if not paths_of(result):
         return ""
