@@ -35,6 +35,7 @@ async def window(folder, session=None, unsent=(), live=True):
     gc.freeze()  # NiceGUI's simulation collects garbage twice, and among all that numba has made that takes a second
     async with user_simulation(root=root) as user:
         user.javascript_rules[re.compile("return dforceUnsent")] = lambda match: unsent
+        user.javascript_rules[re.compile("return dforceAddress")] = lambda match: ""
         # charts are drawn at once
         user.javascript_rules[re.compile(r'return runMethod\(\d+, "draw"')] = lambda match: True
         await user.open("/")

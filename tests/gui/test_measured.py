@@ -28,7 +28,7 @@ from dforce.results import hdf5
 from dforce.results.curves import Picture
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=5")
-SCRIPT = files("dforce.gui") / "measured" / "measured.js"
+SCRIPT = files("dforce.gui") / "measured" / "at_field.js"
 USUAL = Picture("zc", ("amplitude", "phase"))
 LAG = {"phase_convention": "lag"}
 
@@ -524,9 +524,6 @@ def test_a_refusal_of_a_fit_stands_at_the_parameter_that_it_is_about(tmp_path):
     asyncio.run(flow())
 
 
-@pytest.mark.xfail(
-    strict=True, raises=AssertionError, reason="a refusal advises to give priors, and the window has no field for them"
-)
 def test_advice_on_a_fit_names_only_what_the_window_has_a_field_for(tmp_path):
     data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
 

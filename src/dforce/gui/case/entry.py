@@ -104,23 +104,15 @@ class SliderElement(ui.element, component="slider.js"):
         Called with the number while the slider is dragged, at most 25 times a second, and with the last one.
     on_range
         Called with the two ends as typed.
-    on_remove
-        Called when it is taken away.
     """
 
     def __init__(
-        self,
-        path: str,
-        label: str,
-        symbol: str,
-        *,
-        on_slide: Callable[[float], None],
-        on_range: Callable[[Sequence[str]], None],
-        on_remove: Callable[[], None],
+        self, path: str, label: str, *, on_slide: Callable[[float], None], on_range: Callable[[Sequence[str]], None]
     ) -> None:
         super().__init__()
-        self.props.update(path=path, label=label, symbol=symbol)
+        self.props.update(path=path, label=label)
         self._there: float | None = None  # what the browser shows
+        self._ahead = False  # the browser was told a value that the page's own list of properties does not hold yet
 
         def slide(event: GenericEventArguments) -> None:
             self._there = float(event.args)
@@ -128,7 +120,6 @@ class SliderElement(ui.element, component="slider.js"):
 
         self.on("slide", slide, throttle=BETWEEN)
         self.on("range", lambda event: on_range([str(end)[:40] for end in event.args]))
-        self.on("remove", lambda: on_remove())
 
     def show(self, unit: str, low: float, high: float, step: float, given: float) -> None:
         """Show a range and a value."""
@@ -137,8 +128,15 @@ class SliderElement(ui.element, component="slider.js"):
         if different == {"given"}:
             with self.props.suspend_updates():
                 self.props.update(changed)
+            self._ahead = True
             if given != self._there:
                 self.run_method("take", given)
         elif different:
             self.props.update(changed)
         self._there = given
+
+    def settle(self) -> None:
+        """Let the page know the value for good: a slider that is not on show now takes it from there when it is."""
+        if self._ahead:
+            self._ahead = False
+            self.update()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
 
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
@@ -31,6 +31,19 @@ SWITCH = "Switch off for comparison"
 TEXTUAL = ("quantity", "numbers", "whole", "number", "text")
 
 
+class Companion(Protocol):
+    """What stands at the fields of numbers: sliders, and the fit of a measured curve."""
+
+    def clear(self) -> None:
+        """Forget all fields: they are made anew."""
+
+    def place(self, path: Path, field: Field) -> None:
+        """Make what stands at a field, in the container that is open."""
+
+    def show(self) -> None:
+        """Show the document."""
+
+
 class Forms:
     """The forms of one page.
 
@@ -38,8 +51,8 @@ class Forms:
     values, errors and advice find them. A shape that has no field here is a place to add one: see :meth:`_shape`.
     """
 
-    def __init__(self, view: View) -> None:
-        self.view = view
+    def __init__(self, view: View, companions: Sequence[Companion] = ()) -> None:
+        self.view, self.companions = view, companions
         self.shown: dict[Path, tuple[Field, Shape, Entry | OwnLaw]] = {}
         self._looked_at: dict[Path, tuple[Any, str]] = {}  # the value last seen at a path, and what is wrong with it
         self.rebuilt: list[Callable[[], None]] = []
@@ -65,11 +78,15 @@ class Forms:
         if anew:
             self.shown.clear()
             self._looked_at.clear()
+            for companion in self.companions:
+                companion.clear()
             for build in self.rebuilt:
                 build()
         else:
             for path in self.shown:
                 self._refresh(path)
+        for companion in self.companions:
+            companion.show()
         self._mark()  # a field's own mistake is seen at once, that of the case when it has been looked at
 
     def said(self, said: Said) -> None:
@@ -234,16 +251,19 @@ class Forms:
     def _row(self, path: Path, field: Field, shape: Shape) -> None:
         numeric = shape.kind in TEXTUAL and shape.kind != "text"
         slidable = shape.kind in ("quantity", "whole", "number")
-        entry = Entry(
-            ".".join(str(step + 1) if isinstance(step, int) else step for step in path),
-            Caption(field.label, html_symbol(field.symbol), field.help),
-            on_typed=lambda text, unit: self._typed(path, field, shape, text, unit),
-            kind="switch" if shape.kind == "switch" else "text",
-            known=field.examples,
-            numeric=numeric,
-            on_unit=lambda unit: self._in_unit(path, field, unit),
-            on_slider=(lambda: toggle(self.view, path, field)) if slidable else None,
-        )
+        with ui.element("div").classes("df-parameter"):
+            entry = Entry(
+                ".".join(str(step + 1) if isinstance(step, int) else step for step in path),
+                Caption(field.label, html_symbol(field.symbol), field.help),
+                on_typed=lambda text, unit: self._typed(path, field, shape, text, unit),
+                kind="switch" if shape.kind == "switch" else "text",
+                known=field.examples,
+                numeric=numeric,
+                on_unit=lambda unit: self._in_unit(path, field, unit),
+                on_slider=(lambda: toggle(self.view, path, field)) if slidable else None,
+            )
+            for companion in self.companions if slidable else ():
+                companion.place(path, field)
         self.shown[path] = (field, shape, entry)
         self._refresh(path)
 

@@ -10,12 +10,10 @@ from nicegui import ui
 
 import dforce as df
 from dforce.core import units
-from dforce.core.notation import html_symbol
 from dforce.core.units import parse
 from dforce.gui.case import typed
 from dforce.gui.case.entry import SliderElement
 from dforce.gui.case.fields import Field, name_of
-from dforce.gui.case.words import field_at
 from dforce.gui.document.bounds import LARGEST, number
 from dforce.gui.document.document import MOST_SLIDERS, Path, Slider
 from dforce.gui.window.view import View
@@ -85,45 +83,52 @@ def _tidy(value: float) -> float:
     return float(f"{value:.9g}")
 
 
-class SliderStrip:
-    """The sliders of a page, in the container that is open when it is made."""
+class Sliders:
+    """The sliders of a page, each at the field of its parameter; see :class:`dforce.gui.case.forms.Companion`."""
 
     def __init__(self, view: View) -> None:
         self.view = view
-        self.frame = ui.element("div").classes("df-sliders").props('role="group" aria-label="sliders"')
-        self.made: dict[Path, tuple[Field, SliderElement]] = {}
-        view.on_show.append(self.show)
-        self.show(True)
+        self.places: dict[Path, tuple[Field, ui.element]] = {}
+        self.made: dict[Path, SliderElement] = {}
+        view.on_said.append(lambda said: self.settle())
 
-    def show(self, anew: bool) -> None:
-        """Show the sliders of the document, their ranges and values."""
-        sliders = {slider.path: slider for slider in self.view.document.sliders}
-        if list(self.made) != list(sliders) or anew:
-            self.frame.clear()
-            self.made.clear()
-            with self.frame:
-                for path in sliders:
-                    self._make(path)
-        for path, (field, element) in self.made.items():
+    def clear(self) -> None:
+        """Forget all fields: they are made anew."""
+        self.places.clear()
+        self.made.clear()
+
+    def place(self, path: Path, field: Field) -> None:
+        """Make room for the slider of a field, in the container that is open."""
+        self.places[path] = field, ui.element("div")
+
+    def show(self) -> None:
+        """Show the sliders of the document, their ranges and values; a value beyond its range makes that wider."""
+        sliders = {slider.path: slider for slider in self.view.document.sliders if slider.path in self.places}
+        for path in [path for path in self.made if path not in sliders]:
+            self.made.pop(path).delete()
+        for path, slider in sliders.items():
+            field, place = self.places[path]
+            if path not in self.made:
+                with place:
+                    self._make(path, field)
             value, unit = number_at(self.view, path, field)
-            slider = sliders[path]
             if value is not None:
-                step = 1.0 if field.shapes[0].kind == "whole" else step_of(slider.low, slider.high)
-                element.show(unit, slider.low, slider.high, step, value)
+                low, high = min(slider.low, value), max(slider.high, value)
+                step = 1.0 if field.shapes[0].kind == "whole" else step_of(low, high)
+                self.made[path].show(unit, low, high, step, value)
 
-    def _make(self, path: Path) -> None:
-        field = field_at(self.view.document, path)
-        if field is None:
-            return
-        element = SliderElement(
+    def settle(self) -> None:
+        """Let the page know the values for good: a slider that is not on show now takes them from there when it is."""
+        for element in self.made.values():
+            element.settle()
+
+    def _make(self, path: Path, field: Field) -> None:
+        self.made[path] = SliderElement(
             ".".join(map(str, path)),
             self._label(path, field),
-            html_symbol(field.symbol),
             on_slide=lambda value: self._slide(path, field, value),
             on_range=lambda ends: self._range(path, field, ends),
-            on_remove=lambda: toggle(self.view, path, field),
         )
-        self.made[path] = (field, element)
 
     def _label(self, path: Path, field: Field) -> str:
         """Return the label of a slider; with several modes, tones or forces it says of which one."""

@@ -1,4 +1,5 @@
 // A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
+const FREE = 600, GHOST = 6000; // ms after the hand is off until the axes follow again, and until the ghost goes
 let plotly = null;
 
 function load(url) {
@@ -71,7 +72,7 @@ export default {
     <div class="df-chart" :class="{stale}" role="figure" :aria-label="label" :data-revision="revision" tabindex="-1">
       <div ref="plot" class="df-plot"></div>
     </div>`,
-  props: { library: String, label: { default: "" } },
+  props: { library: String, label: { default: "" }, holds: Boolean },
   data() {
     return { revision: 0, stale: false };
   },
@@ -88,9 +89,16 @@ export default {
       if (this.figure) this.paint();
     });
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
+    if (this.holds) {
+      window.addEventListener("df-hold", this.hold);
+      window.addEventListener("df-release", this.release);
+    }
     await load(this.library);
   },
   beforeUnmount() {
+    window.removeEventListener("df-hold", this.hold);
+    window.removeEventListener("df-release", this.release);
+    clearTimeout(this.later);
     this.observer.disconnect();
     this.theme.disconnect();
     if (this.drawn) window.Plotly.purge(this.$refs.plot);
@@ -117,13 +125,44 @@ export default {
       return revision;
     },
     async paint() {
-      const { data, layout } = themed(this.figure);
+      const { data, layout } = themed(this.held());
       // no button that sends a chart to another host
       const config = { showSendToCloud: false, plotlyServerURL: "", displaylogo: false, responsive: false,
                        displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
                        modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"],
                        edits: { shapePosition: this.figure.drag ?? false } };
       await window.Plotly.react(this.$refs.plot, data, layout, config);
+    },
+    // While a slider is dragged the axes stand still, and the curves from which one came stay as a ghost.
+    hold() {
+      clearTimeout(this.later);
+      if (!this.drawn || this.ranges) return;
+      const now = this.$refs.plot._fullLayout;
+      const axes = Object.keys(this.figure.layout).filter((key) => /^[xy]axis\d*$/.test(key));
+      this.ranges = Object.fromEntries(axes.map((key) => [key, [...now[key].range]]));
+      const lines = this.figure.data.filter((trace) => trace.mode === "lines" && !/^(states|fit|measured) /.test(trace.meta ?? ""));
+      this.ghost = lines.map((trace, n) => ({
+        ...trace, line: { color: "soft", width: 1.5, dash: trace.line?.dash ?? "solid" }, opacity: 0.55, meta: "ghost",
+        name: "before", showlegend: n === 0, hovertemplate: undefined, hoverinfo: "skip",
+      }));
+    },
+    release() {
+      clearTimeout(this.later);
+      this.later = setTimeout(() => {
+        this.ranges = null;
+        if (this.figure) this.paint();
+        this.later = setTimeout(() => {
+          this.ghost = null;
+          if (this.figure) this.paint();
+        }, GHOST);
+      }, FREE);
+    },
+    held() {
+      const layout = { ...this.figure.layout };
+      for (const [key, range] of Object.entries(this.ranges ?? {})) {
+        if (layout[key]) layout[key] = { ...layout[key], range, autorange: false };
+      }
+      return { ...this.figure, layout, data: [...(this.figure.data ?? []), ...(this.ghost ?? [])] };
     },
     dim(stale) {
       this.stale = stale;

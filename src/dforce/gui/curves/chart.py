@@ -43,6 +43,8 @@ class Chart(ui.element, component="chart.js"):
         Called when a curve is clicked, with `curve` and `index` (counted from 0), `x`, `y`, and the curve's `id`.
     on_limit
         Called when the first shape of a figure with `drag` was dragged, with its place upward.
+    holds
+        Whether its axes stand still while a slider is dragged, with a ghost of the curves before.
     """
 
     def __init__(
@@ -50,9 +52,10 @@ class Chart(ui.element, component="chart.js"):
         label: str,
         on_point: Callable[[dict[str, Any]], None] | None = None,
         on_limit: Callable[[float], None] | None = None,
+        holds: bool = False,
     ) -> None:
         super().__init__()
-        self.props.update(library=LIBRARY, label=label)
+        self.props.update(library=LIBRARY, label=label, holds=holds)
         self.revision = 0
         self._drawing: asyncio.Task[None] | None = None
         if on_point is not None:

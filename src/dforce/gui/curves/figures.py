@@ -18,6 +18,7 @@ import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.units import parse, usual_unit
+from dforce.findings.coexisting import starts_of_states
 from dforce.gui.curves.chart import packed
 from dforce.results.curves import Line, Picture, drawable, lines_of, start_across
 from dforce.results.dataset import reader_unit, spelled
@@ -45,6 +46,8 @@ SIGNS = {
     "end": "x-thin-open",
 }
 RING = 5  # px, radius
+LEAST_PART = 1e-6  # of the unit of the force: a part below it is none
+PART_COLORS = (2, 3, 4, 5)
 MARGIN = {"l": 64, "r": 20, "t": 28, "b": 48}
 
 
@@ -204,7 +207,7 @@ class _FigureBuilder:
                 y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
                 y = np.where(np.abs(y) <= along(errors, layer.result[name].dims, line), 0.0, y)
                 look = self._look(layer, line, name)
-                hover = f"%{{x:.4g}} {_plain(self.x_unit)}, %{{y:.4g}} {_plain(unit)}"
+                hover = self._hover(name, unit)
                 hover += f"<br>{_plain(layer.name)}" if self.several and layer.name else ""
                 self._add(
                     (layer, line),
@@ -225,6 +228,14 @@ class _FigureBuilder:
             if layer.states is not None and name in layer.states:
                 rings = _rings(layer.states, self.wanted.x, name, self.x_scale, scale)
                 self.layout["shapes"] += [{"xref": x_axis, "yref": y_axis, **ring} for ring in rings]
+
+    def _hover(self, name: str, unit: str) -> str:
+        """Return names, values and units of the point under the pointer."""
+        first = self.layers[0].result
+        said = ((self.wanted.x, "x", self.x_unit), (name, "y", unit))
+        return "<br>".join(
+            f"{label_of(first[what])} %{{{letter}:.4g}} {_plain(one)}".strip() for what, letter, one in said
+        )
 
     def _add(self, what: tuple[Layer, Line] | None, trace: Figure) -> None:
         words = "" if self.several and what is not None else str(trace["name"])
@@ -288,21 +299,17 @@ def _marks(line: Line, x_scale: float, scale: float, color: int) -> Iterator[Fig
 
 
 def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> Iterator[Figure]:
-    """Give a ring for each state at the set point; as shapes, which are drawn in half the time of a trace of marks."""
+    """Give a ring for each state at the set point."""
     for across, values in zip(states[x].values, states[y].values, strict=True):
         for up in np.ravel(values) / scale:
-            yield {
-                "type": "circle",
-                "xsizemode": "pixel",
-                "ysizemode": "pixel",
-                "xanchor": float(np.ravel(across)[0] / x_scale),
-                "yanchor": float(up),
-                "x0": -RING,
-                "x1": RING,
-                "y0": -RING,
-                "y1": RING,
-                "line": {"color": "ink", "width": 2},
-            }
+            yield ring(float(np.ravel(across)[0] / x_scale), float(up), RING)
+
+
+def ring(x: float, y: float, radius: int) -> Figure:
+    """Return a ring around a point of a figure; a shape, which is drawn in half the time of a trace of marks."""
+    place: Figure = {"type": "circle", "xsizemode": "pixel", "ysizemode": "pixel", "xanchor": x, "yanchor": y}
+    ends = {"x0": -radius, "x1": radius, "y0": -radius, "y1": radius}
+    return place | ends | {"line": {"color": "ink", "width": 2}}
 
 
 def basins(result: xr.Dataset) -> Drawn:
@@ -323,7 +330,8 @@ def basins(result: xr.Dataset) -> Drawn:
         "meta": "reached",
         "colorscale": [list(pair) for pair in zip(steps, colors, strict=True)],
         "showscale": False,
-        "hovertemplate": f"%{{x:.4g}} {_plain(x_unit)}, %{{y:.4g}} {_plain(y_unit)}: state %{{z}}<extra></extra>",
+        "hovertemplate": f"{label_of(result[across])} %{{x:.4g}} {_plain(x_unit)}<br>"
+        f"{label_of(result[vertical])} %{{y:.4g}} {_plain(y_unit)}<br>to state %{{z}}<extra></extra>",
     }
     states = [
         {
@@ -337,8 +345,22 @@ def basins(result: xr.Dataset) -> Drawn:
         }
         for n, finding in enumerate(finding for finding in df.summary(result) if finding.name == "share")
     ]
+    up, right = starts_of_states(result)
+    states.append(
+        {
+            "type": "scatter",
+            "x": packed(right / x_scale),
+            "y": packed(up / y_scale),
+            "mode": "markers",
+            "meta": "states",
+            "showlegend": False,
+            "marker": {"symbol": "circle", "size": 11, "color": "ink"},
+            "text": [_plain(finding.label) for finding in df.summary(result) if finding.name == "share"],
+            "hovertemplate": "%{text}<extra></extra>",
+        }
+    )
     layout = {
-        "margin": MARGIN | {"t": 28 + 18 * len(states)},
+        "margin": MARGIN | {"t": 10 + 18 * len(states)},
         "hovermode": "closest",
         "showlegend": True,
         "legend": _legend()
@@ -349,8 +371,11 @@ def basins(result: xr.Dataset) -> Drawn:
     return Drawn({"data": [trace, *states], "layout": layout, "bar": "hover"}, (None,) * (1 + len(states)))
 
 
-def force_distance(result: xr.Dataset) -> Figure:
-    """Return the small figure of the total force against distance, both directions where they differ."""
+def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figure:
+    """Return the small figure of the total force against distance, both directions where they differ.
+
+    With the parts that :func:`dforce.force_parts` gives, each of several has a thin line.
+    """
     (x_scale, x_unit), (scale, unit) = reader_unit(result["distance"]), reader_unit(result["force"])
     force = result["force"].values
     ways = (0, 1) if not np.array_equal(force[0], force[1]) else (0,)
@@ -372,12 +397,32 @@ def force_distance(result: xr.Dataset) -> Figure:
                 "mode": "lines",
                 "name": direction,
                 "line": look,
-                "hovertemplate": f"%{{x:.3g}} {x_unit}, %{{y:.3g}} {unit}<extra></extra>",
+                "showlegend": False,
+                "hovertemplate": f"distance %{{x:.3g}} {x_unit}<br>force %{{y:.3g}} {unit}<extra></extra>",
+            }
+        )
+    shown = (
+        [] if parts is None else [one for one in parts["force_part"] if float(np.abs(one).max()) > LEAST_PART * scale]
+    )
+    for number, one in enumerate(shown if len(shown) > 1 else []):
+        name = str(one["interaction"].values)
+        data.append(
+            {
+                "x": packed(result["distance"].values / x_scale),
+                "y": packed(one.values[0] / scale),
+                "meta": "force part",
+                "type": "scatter",
+                "mode": "lines",
+                "name": name,
+                "showlegend": True,
+                "line": {"color": PART_COLORS[number % len(PART_COLORS)], "width": 1.2, "dash": "dot"},
+                "hovertemplate": f"distance %{{x:.3g}} {x_unit}<br>{name} %{{y:.3g}} {unit}<extra></extra>",
             }
         )
     layout = {
-        "margin": {"l": 54, "r": 12, "t": 8, "b": 38},
-        "showlegend": False,
+        "margin": {"l": 54, "r": 12, "t": 22 if len(shown) > 1 else 8, "b": 38},
+        "showlegend": len(shown) > 1,
+        "legend": _legend(),
         "hovermode": "closest",
         "xaxis": {"title": {"text": f"distance <i>d</i> ({x_unit})"}},
         "yaxis": {"title": {"text": f"force ({unit})"}, "zeroline": True},
@@ -402,6 +447,11 @@ def unit_of(variable: xr.DataArray) -> tuple[float, str]:
         return parse(f"1 {usual}", stored), spelled(usual)
     except df.ParameterError:  # a phase or a percentage
         return reader_unit(variable)
+
+
+def label_of(variable: xr.DataArray) -> str:
+    """Return the name of a quantity in words."""
+    return _plain(str(variable.attrs.get("long_name") or variable.name).partition(";")[0])
 
 
 def title(variable: xr.DataArray, unit: str) -> str:

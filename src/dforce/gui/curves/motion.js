@@ -52,10 +52,14 @@ export default {
             <text class="df-tick" x="42" y="12" text-anchor="end">{{ digits(high(trace)) }}</text>
             <text class="df-tick" x="42" y="56" text-anchor="end">{{ digits(low(trace)) }}</text>
             <line class="df-rest" x1="48" x2="328" :y1="up(trace, 0)" :y2="up(trace, 0)" v-if="low(trace) < 0 && high(trace) > 0" />
+            <template v-if="trace.name === 'force'"><path v-for="(part, n) in motion.parts" :key="part.name" class="df-part" :data-part="n"
+                :d="path(trace, part.values)"><title>{{ part.name }}</title></path></template>
             <path class="df-line" :d="paths[trace.name]" />
             <line class="df-cursor" :x1="across(now)" :x2="across(now)" y1="4" y2="56" />
             <circle class="df-cursor-dot" :cx="across(now)" :cy="up(trace, trace.values[now])" r="3" />
           </svg>
+          <p v-if="trace.name === 'force' && motion.parts.length" class="df-tick-text"><span v-for="(part, n) in motion.parts"
+              :key="part.name" class="df-part-name" :data-part="n">{{ part.name }} {{ digits(part.values[now]) }} {{ motion.forceUnit }}</span></p>
         </figure>
         <p class="df-tick-text">Shaded: in contact. Apex, indentation and arrow (the force on the tip, at most
           {{ digits(motion.peak) }} {{ motion.forceUnit }}) are to scale; dashed: the tip at rest.</p>
@@ -110,7 +114,7 @@ export default {
     paths() {
       return Object.fromEntries(this.motion.traces.map((trace) => [
         trace.name,
-        "M" + trace.values.map((value, n) => this.across(n).toFixed(1) + " " + this.up(trace, value).toFixed(1)).join("L"),
+        this.path(trace, trace.values),
       ]));
     },
   },
@@ -131,6 +135,9 @@ export default {
   },
   methods: {
     digits,
+    path(trace, values) {
+      return "M" + values.map((value, n) => this.across(n).toFixed(1) + " " + this.up(trace, value).toFixed(1)).join("L");
+    },
     move() {
       if (this.frame) return;
       let last = performance.now(), at = this.now;

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 PATIENCE = 10.0  # s; a motion that takes longer to settle is given up
 MOST_SAMPLES = 4000  # that are sent; more are not seen
 DIGITS = 5
+LEAST_PART = 1e-6  # of the unit of the force: a part below it is none
 TOO_LONG = "This motion takes too long to settle; run a dwell at this distance instead."
 
 
@@ -100,6 +101,14 @@ class MotionPanel:
             return
         self.spot = Spot(curve.result, places, curve.document)
         self._latest.ask(self.spot)
+
+    def place_in(self, result: xr.Dataset) -> xr.Dataset | None:
+        """Return the point of a result that was clicked, or lies where a point of an earlier curve was; None without one."""
+        spot = self.spot
+        if spot is None or (spot.document is None and spot.result is not result):
+            return None
+        places = spot.places if spot.result is result else _same_places(spot, result)
+        return None if places is None else result.isel(places)
 
     async def _compute(self, spot: Spot) -> None:
         point = spot.result.isel(spot.places)
@@ -177,6 +186,7 @@ def _plain(motion: xr.Dataset) -> dict[str, Any]:
     values = seen["force"].values / force
     return {
         "traces": [_trace(motion[name], seen[name]) for name in pictures_of(motion)[0].y],
+        "parts": _parts(seen, force),
         "gap": _short(gap),
         "force": _short(values),
         "peak": float(np.abs(values).max()),
@@ -190,6 +200,13 @@ def _plain(motion: xr.Dataset) -> dict[str, Any]:
         "second": time_scale,
         "periods": int(motion.attrs["periods"]),
     }
+
+
+def _parts(seen: xr.Dataset, scale: float) -> list[dict[str, Any]]:
+    """Return the parts of the force where there are several, in its unit."""
+    found = [one for one in seen["force_part"] if float(np.abs(one).max()) > LEAST_PART * scale]
+    parts = [{"name": str(one["interaction"].values), "values": _short(one.values / scale)} for one in found]
+    return parts if len(parts) > 1 else []
 
 
 def _trace(whole: xr.DataArray, seen: xr.DataArray) -> dict[str, Any]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import logging
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from nicegui import background_tasks, ui
 from nicegui.events import GenericEventArguments
 
@@ -18,6 +20,7 @@ from dforce.gui.curves.kept import KeptResults
 from dforce.gui.curves.motion import MotionPanel
 from dforce.gui.curves.numbers import Numbers
 from dforce.gui.curves.setpoint import SetPoint
+from dforce.gui.curves.states import CoexistingStates, with_states
 from dforce.gui.document.document import MOST_PLOTS
 from dforce.gui.measured import overlay
 from dforce.gui.measured.panel import MeasuredCurve
@@ -83,13 +86,14 @@ class Plots:
             self.kept = KeptResults(view)
         with ui.element("div").classes("df-shown"):
             with ui.element("div").classes("df-main"):
-                view.main = Chart("result", on_point=self._clicked)
+                view.main = Chart("result", on_point=self._clicked, holds=True)
                 self.waiting = Waiting()
             self.motion = MotionPanel(view.shown)
             self.measured.panel()
             self.explorer.panel()
         self.measured.before_opening = lambda: self._alone(self.measured)
         self.explorer.before_opening = lambda: self._alone(self.explorer)
+        self.states = CoexistingStates(view)
         self.set_point = SetPoint(view)
         self.numbers.table()
         self.fit_numbers = FitNumbers()
@@ -120,6 +124,9 @@ class Plots:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)
             self.drawn = figures.picture(self.layers, self.shown)
+            if (states := self.states.of(self.view.curve)) is not None:
+                self.drawn = with_states(self.drawn, self.shown, states)
+            self.drawn = clicked(self.drawn, self.shown, [self.motion.place_in(layer.result) for layer in self.layers])
             if (beside := self.measured.beside()) is not None:
                 self.drawn = overlay.with_measured(self.drawn, self.shown, beside)
         self.wait()
@@ -256,6 +263,20 @@ class Plots:
         curve = self.view.curve
         self._alone(self.motion)
         self.motion.open(layer, places, curve.document if curve is not None and curve.result is layer.result else None)
+        self.redraw()  # with a ring around the point
+
+
+def clicked(drawn: figures.Drawn, wanted: Picture, points: Sequence[xr.Dataset | None]) -> figures.Drawn:
+    """Return a figure with a ring around the points that were clicked."""
+    shapes = list(drawn.figure["layout"].get("shapes", []))
+    for point in points:
+        for name, (x_axis, y_axis, scale) in drawn.places.items() if point is not None else ():
+            if point is not None and {name, wanted.x} <= {*point.variables}:
+                x, y = (float(np.ravel(point[one].values)[0]) for one in (wanted.x, name))
+                ring = figures.ring(x / drawn.x_scale, y / scale, 2 * figures.RING)
+                shapes.append({"xref": x_axis, "yref": y_axis, "name": "clicked", **ring})
+    layout = {**drawn.figure["layout"], "shapes": shapes}
+    return dataclasses.replace(drawn, figure={**drawn.figure, "layout": layout})
 
 
 def dim(element: ui.element, behind: bool) -> None:

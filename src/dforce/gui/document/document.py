@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Self
 
 import dforce as df
+from dforce.core.units import split_unit
 from dforce.gui.document import bounds
 from dforce.results.curves import Picture
 
@@ -118,14 +119,14 @@ class Document:
 
     @classmethod
     def of(cls, case: df.Case) -> Self:
-        """Return the document of a case."""
+        """Return the document of a case, with its free amplitude on a slider."""
         table = tomllib.loads(case.to_toml())
-        return cls(table, opened=table)
+        return cls(table, sliders=_first_slider(table), opened=table)
 
     @classmethod
     def first(cls) -> Self:
-        """Return the document that a new window shows: curves that have something on a slider to follow."""
-        return dataclasses.replace(cls.of(df.example(FIRST)), sliders=(Slider(("drive", "A0"), 12.0, 22.0),))
+        """Return the document that a new window shows."""
+        return cls.of(df.example(FIRST))
 
     def case(self) -> df.Case:
         """Return the case without the forces that are switched off; its description stays with what it is about.
@@ -242,6 +243,18 @@ class Document:
             )
         except (KeyError, TypeError, ValueError):
             raise df.CaseError("the last project cannot be read") from None
+
+
+def _first_slider(table: Mapping[str, Any]) -> tuple[Slider, ...]:
+    """Return a slider of the free amplitude: down to half of it, and up so far that a curve still begins in free motion."""
+    drive = table.get("drive", {})
+    path: Path = ("drive", "tones", 0, "A0") if drive.get("tones") else ("drive", "A0")
+    given = drive["tones"][0].get("A0") if drive.get("tones") else drive.get("A0")
+    parts = split_unit(given) if isinstance(given, str) else None
+    if parts is None or not float(parts[0]) > 0.0:
+        return ()
+    value = float(parts[0])
+    return (Slider(path, float(f"{0.6 * value:.3g}"), float(f"{1.1 * value:.3g}")),)
 
 
 def _slider(given: Any) -> Slider:

@@ -24,7 +24,7 @@ from dforce.gui.files.saving import Field, ask, choice, text
 from dforce.gui.measured import reading
 from dforce.gui.measured.overlay import shows
 from dforce.gui.study.explore import is_explorable
-from dforce.gui.study.parameter_study import with_approach
+from dforce.gui.study.parameter_study import Over, with_approach
 from dforce.gui.window.error_messages import as_sentence, say, telling
 from dforce.gui.window.menus import menu
 from dforce.gui.window.view import View
@@ -125,7 +125,7 @@ class FileMenu:
             opened = await asyncio.to_thread(project.unpacked, data, session.results.folder)
             await session.take_project(opened.document, opened.results)
             if opened.over is not None:
-                session.study.take(opened.over.result, opened.over.row, opened.over.document)
+                session.study.take(opened.over)
                 self.plots.explorer.open()
 
     async def _open_result(self, result: xr.Dataset, data: bytes, name: str) -> None:
@@ -142,7 +142,7 @@ class FileMenu:
             self.plots.show_measured()
         elif is_explorable(result):
             self.view.open(Document.of(with_approach(case)))
-            session.study.take(result)
+            session.study.take(Over(result))
             self.plots.explorer.open()
         else:
             if is_kind(result, "reconstruction"):  # of a measured curve, whose case needs no experiment
@@ -198,7 +198,7 @@ class FileMenu:
 
     async def save_project(self) -> None:
         """Save the document with all its results."""
-        session, over = self.view.session, self.view.session.study.over()
+        session, over = self.view.session, self.view.session.study.over
 
         async def save() -> None:
             data = await asyncio.to_thread(

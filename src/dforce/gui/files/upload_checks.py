@@ -11,7 +11,7 @@ from dforce.gui.curves import compare, figures, setpoint
 from dforce.gui.document.document import LONGEST_NAME, MOST_QUANTITIES
 from dforce.gui.measured import fitting, overlay, reconstructed
 from dforce.gui.measured.reading import calibrated
-from dforce.gui.study import explore
+from dforce.gui.study import explore, pictures
 from dforce.results.curves import Picture, drawable, pictures_of
 from dforce.results.kinds import is_kind, kind_of
 from dforce.results.measured import by_model
@@ -87,7 +87,7 @@ def validate_study(result: xr.Dataset) -> None:
             raise ValueError("no quantities, more than an experiment has, or longer names")
         for name in names:
             choice = explore.fitting(result, explore.Choice(name))
-            explore.figure(result, choice)
+            pictures.figure(result, choice)
             for dim in choice.places:
                 explore.label_of(result, dim), explore.places_of(result, dim)
             explore.settings_at(result, explore.picked(result, choice, 0.0, 0.0))

@@ -11,20 +11,33 @@ from nicegui import background_tasks, ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
+from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
-from dforce.gui.case.parameters import ParameterRow, rows_of
+from dforce.gui.case.parameters import ParameterRow
 from dforce.gui.case.words import in_words
 from dforce.gui.curves.chart import Chart
 from dforce.gui.document.compute import LIVE, Latest, in_thread
 from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT, path_of
 from dforce.gui.document.session import LOOKED_EVERY
-from dforce.gui.study import explore
-from dforce.gui.study.parameter_study import MOST_VALUES, SECTIONS, sweep_job
+from dforce.gui.study import drawn_limit, explore, pictures
+from dforce.gui.study.parameter_study import (
+    FIRST_AMPLITUDE,
+    MOST_VALUES,
+    SET_POINT,
+    PlanJob,
+    SweepJob,
+    Varied,
+    choices,
+    plan_job,
+    share,
+    sweep_job,
+)
 from dforce.gui.window.error_messages import as_sentence, say
 from dforce.gui.window.view import View
+from dforce.inverse.wishes import limited
 
-EARLIER = "This result belongs to an earlier case; compute it again."
 DIGITS = 6
+ENDS = {"low": "50 %", "high": "95 %"}  # of the set point, as suggested
 
 
 class ExplorePanel(ui.element, component="explore.js"):
@@ -44,9 +57,10 @@ class Explorer:
         self.view, self.study = view, view.session.study
         self.is_open = False
         self.choice = explore.Choice()
-        self.limit: explore.DrawnLimit | None = None
+        self.limit: drawn_limit.DrawnLimit | None = None
         self.picked: explore.Choice | None = None
         self.suggested: dict[str, Any] = {}
+        self.second: dict[str, Any] = {"path": "", "low": "", "high": ""}
         self.seen = 0
         self.before_opening: Callable[[], None] = lambda: None
         with ui.element("button").classes("df-plain").props('type="button" aria-expanded="false"') as self.button:
@@ -62,6 +76,7 @@ class Explorer:
         element.set_visibility(False)
         element.on("close", self.close)
         element.on("suggest", lambda event: self._suggest(str(event.args)))
+        element.on("second", lambda event: self._suggest(str(event.args), second=True))
         element.on("compute", self._compute)
         element.on("stop", self.study.stop)
         element.on("choose", self._choose)
@@ -69,14 +84,15 @@ class Explorer:
         element.on("take", self._take)
         self.view.on_job.append(self.show)
         self.view.on_show.append(lambda anew: self.show())
+        self.view.on_anew.append(self.show)
 
     def open(self) -> None:
         """Open the panel."""
         self.before_opening()
         self.is_open = True
         if not self.suggested:
-            rows = self._rows()
-            self._suggest(rows[0].name if rows else "")
+            names = [row.name for row in self._rows()]
+            self._suggest(next((name for name in FIRST_AMPLITUDE if name in names), names[0]))
         self.show()
         self.draw()
 
@@ -95,7 +111,8 @@ class Explorer:
             self._take_in()
         job, document = self.study.job, self.view.document
         shown = dict[str, Any](rows=[{"name": row.name, "label": row.label} for row in self._rows()], most=MOST_VALUES)
-        shown |= {"suggested": self.suggested, "busy": self.study.busy, "share": job.share if job is not None else 0.0}
+        shown |= {"suggested": self.suggested, "second": self.second, "limitable": _limitable()}
+        shown |= {"busy": self.study.busy, "share": job.share if job is not None else 0.0}
         shown |= {"words": job.words() if job is not None and job.state != "failed" else ""}
         shown["failed"] = (
             as_sentence(in_words(document, job.error)) if job is not None and job.state == "failed" else ""
@@ -103,7 +120,7 @@ class Explorer:
         self.element.show(**shown, **self._of_result())
 
     def _rows(self) -> list[ParameterRow]:
-        return rows_of(self.view.document, SECTIONS)
+        return choices(self.view.document)
 
     def _take_in(self) -> None:
         """Look at another result."""
@@ -111,13 +128,33 @@ class Explorer:
         result = self.study.result
         if result is not None:
             wanted = dataclasses.replace(self.choice, x="", y="", places={})
-            self.choice = explore.fitting(result, wanted if self.study.row is not None else explore.Choice())
+            self.choice = explore.fitting(result, wanted if self._computed() else explore.Choice())
             self.draw()
+
+    def _computed(self) -> bool:
+        """Return whether the result was computed here."""
+        return self.study.over is not None and self.study.over.row is not None
+
+    def _title(self) -> str:
+        """Return what the result goes against, or its title where it was opened."""
+        over = self.study.over
+        if over is None:
+            return ""
+        if over.row is None or over.document is None:
+            return str(over.result.attrs.get("title", "")) or "Over parameters"
+        labels = [row.label for row in (over.row, over.second) if row is not None]
+        at = (
+            ""
+            if "set_point" in explore.paths_of(over.result)
+            else f", at the set point {share(over.document.set_point)}"
+        )
+        at = "" if SET_POINT in (over.row.name, over.second.name if over.second else "") else at
+        return f"Against {' and '.join(label[0].lower() + label[1:] for label in labels)}{at}"
 
     def _of_result(self) -> dict[str, Any]:
         result, choice = self.study.result, self.choice
         if result is None or not choice.quantity:
-            return {"quantities": [], "title": "", "note": "", "picked": "", "allowed": ""}
+            return {"quantities": [], "title": "", "note": "", "picked": "", "allowed": "", "found": []}
         axes = explore.axes_of(result, choice.quantity)
 
         def words(names: list[str]) -> list[dict[str, str]]:
@@ -127,17 +164,19 @@ class Explorer:
             one | {"at": choice.places[one["name"]], "places": explore.places_of(result, one["name"])}
             for one in words(list(choice.places))
         ]
-        title = "" if self.study.row is not None else str(result.attrs.get("title", "")) or "Over parameters"
-        shown: dict[str, Any] = {"title": title, "quantities": words(explore.quantities(result)), "axes": words(axes)}
+        shown: dict[str, Any] = {"title": self._title(), "here": self._computed(), "axes": words(axes)}
+        shown |= {"quantities": words(explore.quantities(result)), "few": len(explore.FIRST)}
+        shown |= {"found": str(result.attrs.get("findings", "")).splitlines()}
         shown |= {"quantity": choice.quantity, "x": choice.x, "y": choice.y, "slices": slices}
         shown |= {
             "lines": choice.quantity not in explore.WORDS,
-            "note": "" if self.study.is_of(self.view.document) else EARLIER,
+            "behind": bool(self.study.why_behind(self.view.document)),
+            "note": " ".join(filter(None, (self.study.why_behind(self.view.document), explore.gaps_of(result)))),
         }
         shown |= {"limited": self.limit is not None, "limit": "", "allowed": ""}
         if self.limit is not None and not choice.y:
-            shown |= {"above": self.limit.above, "allowed": explore.allowed(result, choice, self.limit)}
-            shown |= {"limit": explore.shown_limit(result, choice, self.limit)}
+            shown |= {"above": self.limit.above, "allowed": drawn_limit.allowed(result, choice, self.limit)}
+            shown |= {"limit": drawn_limit.shown_limit(result, choice, self.limit)}
         labels = {row.name: row.label for row in self._rows()} | {"set_point": "set point"}
         settings = {} if self.picked is None else explore.settings_at(result, self.picked)
         return shown | {"picked": explore.words_of(settings, labels)}
@@ -148,11 +187,11 @@ class Explorer:
             self._latest.ask(self.choice)
 
     async def _draw(self, choice: explore.Choice) -> None:
-        result, limit = self.study.result, self.limit
-        if result is None or not choice.quantity:
+        over, limit, picked = self.study.over, self.limit, self.picked
+        if over is None or not choice.quantity:
             return
         try:
-            figure = await in_thread(LIVE, lambda: explore.figure(result, choice, limit))
+            figure = await in_thread(LIVE, lambda: pictures.figure(over.result, choice, limit, over.regimes, picked))
         except (df.DForceError, OSError) as error:
             say(as_sentence(f"this result cannot be read: {error}"))
             return
@@ -162,37 +201,52 @@ class Explorer:
         self.show()
         self.draw()
 
-    def _suggest(self, name: str) -> None:
+    def _suggest(self, name: str, second: bool = False) -> None:
         """Suggest a range around the value of a parameter."""
         row = next((row for row in self._rows() if row.name == name), None)
-        self.suggested = {"path": name, "low": "", "high": ""}
-        if row is not None:
+        suggested = {"path": name, "low": "", "high": ""}
+        if name == SET_POINT:
+            suggested |= ENDS
+        elif row is not None:
             try:
                 unit = self.view.document.case().quantity(row.name).unit
                 value = df.parse(str(self.view.document.value(row.path)), unit)
             except (df.DForceError, TypeError):  # typed halfway: the ends are left for the person
                 value = 0.0
             if value > 0.0:
-                self.suggested |= {"low": show(0.5 * value, unit, 4), "high": show(2.0 * value, unit, 4)}
+                suggested |= {"low": show(0.5 * value, unit, 4), "high": show(2.0 * value, unit, 4)}
+        if second:
+            self.second = suggested
+        else:
+            self.suggested = suggested
         self.show()
 
     async def _compute(self, event: GenericEventArguments) -> None:
         given, document, session = event.args, self.view.document, self.view.session
-        row = next((row for row in self._rows() if row.name == given["path"]), None)
-        if row is None or self.study.busy:
+        rows = {row.name: row for row in self._rows()}
+        if given["path"] not in rows or self.study.busy:
             return
-        self.suggested = {"path": row.name, "low": str(given["low"])[:40], "high": str(given["high"])[:40]}
+        self.suggested = {"path": given["path"], **_ends(given)}
+        self.second = {"path": str(given.get("second") or ""), **_ends(given, "2")}
         try:
             case = session.limits.check(document.case())
-            ends = str(given["low"])[:40], str(given["high"])[:40]
-            job = await asyncio.to_thread(sweep_job, document, case, row, ends, int(given["points"] or 0))
-        except (df.DForceError, TypeError) as error:
+            first = Varied(rows[given["path"]], **_ends(given), points=int(given["points"] or 0))
+            second = None
+            if self.second["path"] in rows:
+                second = Varied(rows[self.second["path"]], **_ends(given, "2"), points=int(given["points2"] or 0))
+            limits = _limits(given)
+            if second is not None or limits or given.get("all") or first.row.name == SET_POINT:
+                job: SweepJob | PlanJob = await asyncio.to_thread(plan_job, document, case, first, second, limits)
+            else:
+                job = await asyncio.to_thread(sweep_job, document, case, first)
+        except (df.DForceError, TypeError, ValueError) as error:
             say(f"Nothing was computed. {as_sentence(in_words(document, str(error)))}")
             return
         job.seconds = session.limits.seconds
-        self.choice = dataclasses.replace(self.choice, y="")
+        self.choice = explore.Choice() if second is not None else dataclasses.replace(self.choice, y="")
+        rows_varied = first.row, None if second is None else second.row
         background_tasks.create(
-            self.study.compute(job, row, session.look_at_jobs, LOOKED_EVERY), name="against a parameter"
+            self.study.compute(job, rows_varied, session.look_at_jobs, LOOKED_EVERY), name="against parameters"
         )
 
     def _choose(self, event: GenericEventArguments) -> None:
@@ -216,19 +270,19 @@ class Explorer:
         if given.get("on") is False:
             self.limit = None
         elif self.limit is None:
-            self.limit = explore.usual_limit(result, self.choice, above)
+            self.limit = drawn_limit.usual_limit(result, self.choice, above)
         else:
             self.limit = dataclasses.replace(self.limit, above=above)
         if self.limit is not None and "text" in given:
             try:
-                self.limit = explore.read_limit(result, self.choice, str(given["text"])[:40], above)
+                self.limit = drawn_limit.read_limit(result, self.choice, str(given["text"])[:40], above)
             except df.DForceError as error:
                 say(as_sentence(str(error)))
         self._changed()
 
     def _dragged(self, value: float) -> None:
         if self.study.result is not None and self.limit is not None and not self.choice.y:
-            scale, _ = explore.scale_of(self.study.result, self.choice)
+            scale, _ = drawn_limit.scale_of(self.study.result, self.choice)
             self.limit = dataclasses.replace(self.limit, value=value * scale)
             self._changed()
 
@@ -236,7 +290,7 @@ class Explorer:
         result = self.study.result
         if result is not None and all(isinstance(event[key], int | float) for key in ("x", "y")):
             self.picked = explore.picked(result, self.choice, float(event["x"]), float(event["y"]))
-            self.show()
+            self._changed()
 
     def _take(self) -> None:
         """Put the settings of the point that was clicked into the case."""
@@ -252,3 +306,21 @@ class Explorer:
                 document = document.put(place, value if unit == "1" else show(value, unit, DIGITS))
         self.view.edit(document, anew=True)
         self.view.session.look(dataclasses.replace(self.view.document, set_point=share))
+
+
+def _ends(given: dict[str, Any], which: str = "") -> dict[str, str]:
+    """Return the ends of a range as typed."""
+    return {end: str(given.get(f"{end}{which}") or "")[:40] for end in ("low", "high")}
+
+
+def _limits(given: dict[str, Any]) -> dict[str, str]:
+    """Return the limits that were typed, as :func:`dforce.plan` takes them."""
+    name, regime = str(given.get("limited") or ""), str(given.get("regime") or "")
+    found = {name: f"{'>' if given.get('above') else '<'} {str(given.get('limit') or '')[:40]}"} if name else {}
+    return found | ({"regime": regime} if regime else {})
+
+
+def _limitable() -> list[dict[str, str]]:
+    """Return the quantities that a limit may hold for, with their words."""
+    names = [name for name in explore.FIRST if name in limited()]
+    return [{"name": name, "label": OBSERVABLES[name].label} for name in names]

@@ -12,7 +12,7 @@ from nicegui import app, ui
 import dforce as df
 from dforce.gui.case.entry import LONGEST
 from dforce.gui.case.forms import Forms
-from dforce.gui.case.sliders import SliderStrip
+from dforce.gui.case.sliders import Sliders
 from dforce.gui.curves.chart import LIBRARY, Chart, library_file
 from dforce.gui.curves.plots import Plots, dim
 from dforce.gui.document.compute import LIVE, Job
@@ -20,6 +20,9 @@ from dforce.gui.document.document import FIRST, Document
 from dforce.gui.document.session import Session
 from dforce.gui.document.store import Store
 from dforce.gui.files.file_menu import FileMenu
+from dforce.gui.measured.at_field import FitAtFields
+from dforce.gui.study.parameter_study import Over
+from dforce.gui.window.address import Address
 from dforce.gui.window.error_messages import as_sentence, say
 from dforce.gui.window.limits import ALONE, Limits
 from dforce.gui.window.menus import menu
@@ -72,7 +75,7 @@ def register(
             if document is not None:
                 sessions[name].document = document
             if over is not None:
-                sessions[name].study.take(over)
+                sessions[name].study.take(Over(over))
         return sessions[name]
 
     @app.on_startup
@@ -108,10 +111,13 @@ class Page:
             self.view.shown.mark(PagePart.ADVICE, partial(dim, self.left))
             with ui.element("section").classes("df-right").props('aria-label="result"'):
                 self._right()
+        self.address = Address(self.view)
         client = ui.context.client
         client.on_connect(self.view.begin)
         client.on_connect(self._take_unsent)
+        client.on_connect(self.address.begin)
         client.on_delete(self.view.end)
+        client.on_delete(self.address.end)
 
     async def _take_unsent(self) -> None:
         """Take what a page before this one could not send."""
@@ -160,7 +166,7 @@ class Page:
         self.view.session.hide_kept()  # they were of another case, and are a press away
 
     def _left(self) -> None:
-        forms = self.forms = Forms(self.view)
+        forms = self.forms = Forms(self.view, (Sliders(self.view), FitAtFields(self.view)))
         with ui.tabs().props("dense no-caps inline-label narrow-indicator align=justify").classes("df-tabs") as tabs:
             made = {name: ui.tab(name) for name in TABS}
         banner = ui.label().classes("df-banner").props('role="alert"')
@@ -190,7 +196,6 @@ class Page:
         self.view.on_said.append(said)
 
     def _right(self) -> None:
-        SliderStrip(self.view)
         unkept = ui.label().classes("df-banner wrong").props('role="alert"')
 
         def show_unkept(text: str) -> None:

@@ -245,8 +245,7 @@ class View:
         self._beside_at = time.monotonic()
         self.show_beside()
         with self._saying_what_is_wrong(followed.document):
-            curve = await in_thread(LIVE, lambda: df.force_curve(followed.case))
-            await self.force.draw(figures.force_distance(curve))
+            await self.force.draw(await in_thread(LIVE, lambda: _force(followed.case)))
             self.shown.show(PagePart.FORCE, followed.document)
             if self._latest.busy or self._beside.overtaken or self.said.wrong:
                 return
@@ -363,6 +362,12 @@ class Followed:
     document: Document
     case: df.Case
     result: xr.Dataset | None
+
+
+def _force(case: df.Case) -> figures.Figure:
+    """Return the figure of the force of a case, with its parts."""
+    curve = df.force_curve(case)
+    return figures.force_distance(curve, df.force_parts(curve))
 
 
 def _wrong(document: Document, error: Exception) -> Said:

@@ -9,6 +9,8 @@ import xarray as xr
 
 from dforce.core.arrays import Array, Bools, Texts
 
+FINE = 160  # places along a parameter, at least, of a map that ends at the boundaries
+MARGINS = "margin"  # where limits hold, but not within their margins
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))  # of a cell of the grid, one after the other
 SAME = 1e-9  # relative difference of values that are one line of the grid
 
@@ -19,6 +21,63 @@ def nodes(dataset: xr.Dataset, x: str, y: str) -> tuple[Bools, Bools, Texts]:
     hit = dataset["limit_hit"].transpose(y, x, "state").values.astype(str)
     holds = np.asarray(((hit == "") | np.char.startswith(hit, "margin")).any(axis=-1))
     return allowed, holds, np.where(holds, "", hit[..., 0])
+
+
+def everywhere(first: Texts) -> Texts:
+    """Return the limit that fails at each place of the grid; where none does, that at the nearest place."""
+    bad, out = np.argwhere(first != ""), first.copy()
+    for row, column in np.argwhere(first == "") if len(bad) else ():
+        near = bad[np.abs(bad - (row, column)).sum(axis=1).argmin()]
+        out[row, column] = first[near[0], near[1]]
+    return out
+
+
+def limits_between(dataset: xr.Dataset, x: str, y: str) -> tuple[Array, Array, Texts]:
+    """Return which limit fails on a grid so fine that it ends at the located boundaries.
+
+    Parameters
+    ----------
+    dataset
+        A plan, at one place along all dimensions but `x`, `y` and `state`.
+
+    Returns
+    -------
+    tuple
+        Values of `x` and of `y` (SI), the plan's own among them, and words (y, x): empty where all limits hold,
+        ``"margin"`` where only a margin fails.
+    """
+    allowed, holds, first = nodes(dataset, x, y)
+    coarse = [np.asarray(dataset[name].values, dtype=float) for name in (x, y)]
+    parts = [-(-FINE // max(len(values) - 1, 1)) for values in coarse]
+    fine = [
+        np.interp(np.arange((len(values) - 1) * n + 1) / n, np.arange(len(values)), values)
+        for values, n in zip(coarse, parts, strict=True)
+    ]
+    near = [np.rint(np.arange(len(one)) / n).astype(int) for one, n in zip(fine, parts, strict=True)]
+    words = everywhere(first)[np.ix_(near[1], near[0])].astype("<U80")
+    for inside, with_margins, word in ((holds, False, MARGINS), (allowed, True, "")):
+        for polygon in region(dataset, x, y, inside, with_margins):
+            _fill(words, fine, polygon, word)
+    own = np.ix_(np.arange(len(coarse[1])) * parts[1], np.arange(len(coarse[0])) * parts[0])
+    words[own] = np.where(allowed, "", np.where(holds, MARGINS, first))
+    return fine[0], fine[1], words
+
+
+def _fill(words: Texts, fine: list[Array], polygon: Array, word: str) -> None:
+    """Write a word at the places of a fine grid inside a convex polygon, its edge included."""
+    spans = [
+        slice(
+            np.searchsorted(values, column.min() * (1.0 - SAME)), np.searchsorted(values, column.max() * (1.0 + SAME))
+        )
+        for values, column in zip(fine, polygon.T, strict=True)
+    ]
+    x, y = fine[0][spans[0]][None, :], fine[1][spans[1]][:, None]
+    size = np.ptp(fine[0]) * np.ptp(fine[1])
+    turns = [
+        (bx - ax) * (y - ay) - (by - ay) * (x - ax) for (ax, ay), (bx, by) in itertools.pairwise([*polygon, polygon[0]])
+    ]
+    inside = np.all([turn >= -SAME * size for turn in turns], axis=0)
+    words[spans[1], spans[0]] = np.where(inside, word, words[spans[1], spans[0]])
 
 
 def located(dataset: xr.Dataset, x: str, y: str) -> Array:
