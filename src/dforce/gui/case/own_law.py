@@ -12,7 +12,7 @@ import dforce as df
 from dforce.forces.custom import NAMES_IN_LAW
 from dforce.gui.case.entry import LONGEST
 from dforce.gui.case.words import in_words
-from dforce.gui.curves import figures
+from dforce.gui.curves.force_figure import force_distance
 from dforce.gui.document.compute import LIVE, Latest, in_thread
 from dforce.gui.document.document import Path, path_of
 
@@ -67,4 +67,4 @@ class OwnLaw(ui.element, component="own_law.js"):
             self.show(error=in_words(document, str(error)) if of_law else "")
             return
         self.show(error="")
-        await self.view.force.draw(figures.force_distance(curve))
+        await self.view.force.draw(force_distance(curve))
