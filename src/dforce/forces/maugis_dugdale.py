@@ -41,6 +41,7 @@ class MaugisDugdale(Force):
     """
 
     name = "maugis_dugdale"
+    title = "Maugis–Dugdale"
     contains = ("van der Waals", "elastic contact")
     dissipative = True
     source = "D. Maugis, J. Colloid Interface Sci. 150, 243 (1992)"

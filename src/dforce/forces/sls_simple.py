@@ -28,6 +28,7 @@ class SLSSimple(Force):
     """
 
     name = "sls_simple"
+    title = "Standard linear solid, simple"
     contains = ("elastic contact",)
     dissipative = True
     source = "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960)"
