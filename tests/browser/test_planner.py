@@ -9,6 +9,7 @@ import dforce as df
 
 CHART = ".df-explore-chart"
 LIMIT = 100e-12
+WAIT = 60_000  # ms, until the boundaries of the regimes are followed
 
 
 def words(window):
@@ -49,7 +50,7 @@ def test_a_planner_finds_amplitude_and_set_point_that_keep_the_peak_force_low(vi
         panel.get_by_role("button", name="Compute").click()
     expect(panel.get_by_text("No setting is allowed")).to_be_visible()
     expect(panel.get_by_text("Search beyond, or relax the limit")).to_be_visible()  # so down from the suggested range
-    expect(panel.get_by_role("button", name="Compute")).to_be_visible()
+    expect(panel.get_by_role("button", name="Compute")).to_be_visible(timeout=WAIT)
     panel.get_by_role("textbox", name="from", exact=True).fill("0.5 nm")
     panel.get_by_role("textbox", name="to", exact=True).fill("5 nm")
     panel.get_by_role("button", name="Compute").click()

@@ -59,8 +59,8 @@ def test_a_student_sees_the_state_that_ends_where_the_phase_jumps(visit):
     assert ring
     phase = next(n for n, trace in enumerate(window.traces()) if trace["meta"] == "phase")
     click_on(window, phase, 0.9)
-    expect(motion.get_by_text("van der Waals")).to_be_visible()  # the parts of the force
-    expect(motion.get_by_text("elastic contact")).to_be_visible()
+    for part in ("van der Waals", "elastic contact"):
+        expect(motion.locator(".df-part-name").filter(has_text=part)).to_be_visible()
 
 
 def test_axes_stand_still_while_a_student_drags_and_a_ghost_shows_where_the_curve_was(visit):
