@@ -24,6 +24,11 @@ class Adhesive(Force):
         unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
     )
 
+    @property
+    def gamma(self) -> float:
+        """Surface energy (J/m^2)."""
+        return self.surface_energy
+
     def ends(self, pull_off: float, limit: float) -> tuple[float, ...]:
         """Return the distances (m) at which contact begins and ends, and the one within which the attraction is limited.
 

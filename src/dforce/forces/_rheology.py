@@ -61,6 +61,11 @@ class StandardSolid(Force):
             raise ParameterError(f"{self.name}.relaxed_modulus is above instant_modulus, but a solid can only relax")
         return self
 
+    @property
+    def numbers_of_solid(self) -> tuple[float, float, float]:
+        """Moduli at once and after an infinite time (Pa), and relaxation time (s)."""
+        return self.instant_modulus, self.relaxed_modulus, self.relaxation_time
+
 
 class Viscoelastic(ViscoelasticSphere):
     """What the contacts of a row of elements have in common: elements, the law and its arguments."""

@@ -37,12 +37,12 @@ class JKR(Adhesive):
     @property
     def length(self) -> float:
         """Unit u of the indentation (m)."""
-        return float((3.0 * pi**2 * self.surface_energy**2 * self.radius / (16.0 * self.E_eff**2)) ** (1.0 / 3.0))
+        return float((3.0 * pi**2 * self.gamma**2 * self.radius / (16.0 * self.E_eff**2)) ** (1.0 / 3.0))
 
     @property
     def strength(self) -> float:
         """Pull-off force under a dead load (N)."""
-        return 3.0 * pi * self.surface_energy * self.radius
+        return 3.0 * pi * self.gamma * self.radius
 
     @property
     def attraction(self) -> float:

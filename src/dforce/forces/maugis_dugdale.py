@@ -49,20 +49,20 @@ class MaugisDugdale(Adhesive):
     @property
     def transition(self) -> float:
         """Maugis' parameter lambda (1)."""
-        work, stiffness = 2.0 * self.surface_energy, 4.0 / 3.0 * self.E_eff
+        work, stiffness = 2.0 * self.gamma, 4.0 / 3.0 * self.E_eff
         stress = 1.026 * work / self.a0
         return float(2.0 * stress * (self.radius / (pi * work * stiffness**2)) ** (1.0 / 3.0))
 
     @property
     def length(self) -> float:
         """Unit of the indentation (m)."""
-        work, stiffness = 2.0 * self.surface_energy, 4.0 / 3.0 * self.E_eff
+        work, stiffness = 2.0 * self.gamma, 4.0 / 3.0 * self.E_eff
         return float((pi**2 * work**2 * self.radius / stiffness**2) ** (1.0 / 3.0))
 
     @property
     def strength(self) -> float:
         """Unit of the force, pi W R (N)."""
-        return 2.0 * pi * self.surface_energy * self.radius
+        return 2.0 * pi * self.gamma * self.radius
 
     @property
     def pull_off(self) -> float:

@@ -28,7 +28,8 @@ class SLS(StandardSolid, Viscoelastic):
     )
 
     def arms(self) -> tuple[tuple[float, float], ...]:
-        return ((self.instant_modulus - self.relaxed_modulus, self.relaxation_time),)
+        instant, relaxed, time = self.numbers_of_solid
+        return ((instant - relaxed, time),)
 
     def equilibrium(self) -> float:
-        return self.relaxed_modulus
+        return self.numbers_of_solid[1]

@@ -31,17 +31,18 @@ class SLSSimple(StandardSolid, ViscoelasticSphere):
     @property
     def stiffness(self) -> float:
         """Force at once per indentation to the power 3/2 (N/m^1.5)."""
-        return 4.0 / 3.0 * self.instant_modulus / (1.0 - self.poisson**2) * sqrt(self.radius)
+        return 4.0 / 3.0 * self.numbers_of_solid[0] / (1.0 - self.poisson**2) * sqrt(self.radius)
 
     @property
     def share(self) -> float:
         """Modulus of the arm over the modulus at once (1)."""
-        return 1.0 - self.relaxed_modulus / self.instant_modulus
+        instant, relaxed, _ = self.numbers_of_solid
+        return 1.0 - relaxed / instant
 
     @property
     def speed(self) -> float:
         """Inverse relaxation time (1/s)."""
-        return 1.0 / self.relaxation_time
+        return 1.0 / self.numbers_of_solid[2]
 
     @property
     def fastest_rate(self) -> float:
