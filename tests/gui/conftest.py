@@ -22,10 +22,14 @@ def said(monkeypatch):
 
 
 @pytest.fixture
-def saved(monkeypatch):
-    """Give the list of what the browser is sent to save: names and contents."""
-    sent = []
-    monkeypatch.setattr(
-        files.ui.download, "content", lambda content, name, kind="": sent.append((name, content)), raising=False
-    )
-    return sent
+def catch(monkeypatch):
+    """Give a function that returns, once there is a window, the list of what the browser is sent to save."""
+
+    def caught():
+        sent = []
+        monkeypatch.setattr(
+            files.ui.download, "content", lambda content, name, kind="": sent.append((name, content)), raising=False
+        )
+        return sent
+
+    return caught

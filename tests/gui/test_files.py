@@ -437,9 +437,10 @@ def test_the_name_of_a_file_holds_letters_and_digits_only(title, name):
     assert files.stem(title) == name
 
 
-def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, saved):
+def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, catch):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
+            saved = catch()
             page.view.edit(Document.of(CASE), anew=True)
             await page.files.save_script()
             await page.files.save_case()
@@ -451,9 +452,10 @@ def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, saved):
     asyncio.run(flow())
 
 
-def test_a_table_that_is_saved_holds_the_numbers(tmp_path, saved):
+def test_a_table_that_is_saved_holds_the_numbers(tmp_path, catch):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
+            saved = catch()
             show(page, result())
             await page.files.save_result("", ".csv")
             header, *rows = [line for line in saved[0][1].decode().splitlines() if not line.startswith("#")]
