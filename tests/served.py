@@ -19,7 +19,7 @@ import numpy as np
 
 import dforce as df
 from dforce.core import child
-from dforce.gui.server import find_browser
+from dforce.gui.window.server import find_browser
 from dforce.results.dataset import reader_unit
 
 FLAGS = (

@@ -32,8 +32,27 @@ if TYPE_CHECKING:
         Tip,
         Tone,
     )
-    from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
-    from dforce.inverse.fitting import compare_fits, fit, fit_again, fit_many, fit_report, identify, identify_report
+    from dforce.inverse import (
+        FileHead,
+        ThermalTune,
+        calibrate,
+        energy,
+        file_head,
+        read_curves,
+        read_measured,
+        thermal_tune,
+    )
+    from dforce.inverse.fitting import (
+        chi2_in_words,
+        compare_fits,
+        fit,
+        fit_again,
+        fit_many,
+        fit_report,
+        identify,
+        identify_in_words,
+        identify_report,
+    )
     from dforce.inverse.plan_file import load_plan
     from dforce.inverse.planner import plan
     from dforce.inverse.reconstruction import reconstruct
@@ -46,7 +65,7 @@ if TYPE_CHECKING:
     from dforce.results.status import Status
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run, thermal_spectrum
     from dforce.solvers import SolverSettings
-    from dforce.spectroscopy import force_along, force_curve
+    from dforce.spectroscopy import force_along, force_curve, force_parts
     from dforce.thermal import noise, noisy_motion, snap_in_distance, snap_in_rate, switching_rate
     from dforce.validity import Advice, advice
 
@@ -77,8 +96,27 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
-    "inverse": ("ThermalTune", "calibrate", "energy", "read_curves", "read_measured", "thermal_tune"),
-    "inverse.fitting": ("compare_fits", "fit", "fit_again", "fit_many", "fit_report", "identify", "identify_report"),
+    "inverse": (
+        "FileHead",
+        "ThermalTune",
+        "calibrate",
+        "energy",
+        "file_head",
+        "read_curves",
+        "read_measured",
+        "thermal_tune",
+    ),
+    "inverse.fitting": (
+        "chi2_in_words",
+        "compare_fits",
+        "fit",
+        "fit_again",
+        "fit_many",
+        "fit_report",
+        "identify",
+        "identify_in_words",
+        "identify_report",
+    ),
     "inverse.plan_file": ("load_plan",),
     "inverse.planner": ("plan",),
     "inverse.reconstruction": ("reconstruct",),
@@ -91,7 +129,7 @@ _HOMES = {
     "results.status": ("Status",),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run", "thermal_spectrum"),
     "solvers": ("SolverSettings",),
-    "spectroscopy": ("force_along", "force_curve"),
+    "spectroscopy": ("force_along", "force_curve", "force_parts"),
     "thermal": ("noise", "noisy_motion", "snap_in_distance", "snap_in_rate", "switching_rate"),
     "validity": ("Advice", "advice"),
 }
@@ -108,6 +146,7 @@ __all__ = [
     "DForceError",
     "Drift",
     "Drive",
+    "FileHead",
     "Force",
     "ForceError",
     "Medium",
@@ -132,6 +171,7 @@ __all__ = [
     "calibrate",
     "cantilevers",
     "check_force",
+    "chi2_in_words",
     "clear_kernel_cache",
     "compare_fits",
     "dwell",
@@ -139,15 +179,18 @@ __all__ = [
     "example",
     "examples",
     "experiments",
+    "file_head",
     "fit",
     "fit_again",
     "fit_many",
     "fit_report",
     "force_along",
     "force_curve",
+    "force_parts",
     "forces",
     "frequency_sweep",
     "identify",
+    "identify_in_words",
     "identify_report",
     "kernel_cache",
     "load_case",

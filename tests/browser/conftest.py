@@ -8,7 +8,7 @@ import urllib.parse
 import pytest
 from served import Window, chromium, served
 
-from dforce.gui.server import find_browser
+from dforce.gui.window.server import find_browser
 
 WAIT = 60_000  # ms; generous, so that a loaded machine is not taken for a defect
 

@@ -44,7 +44,7 @@ def test_a_limit_is_dragged_along_states_against_a_parameter(window, panel):
         panel.get_by_role("button", name="Compute").click()
     assert len(window.lines("peak_force", CHART)[0]) == 3
     with window.redrawn(CHART):
-        panel.get_by_label("Limit").check()
+        panel.get_by_role("checkbox", name="Limit").check()
     x, y, before = line(window)
     with window.redrawn(CHART):
         window.page.mouse.move(x, y)

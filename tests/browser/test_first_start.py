@@ -5,7 +5,7 @@ from __future__ import annotations
 from served import Window, served
 
 import dforce as df
-from dforce.gui.document import FIRST
+from dforce.gui.document.document import FIRST
 
 COLD = 540_000  # ms; some 30 s on a machine that does nothing else
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
-from dforce.gui.fields import name_of
+from dforce.gui.case.fields import name_of
 
 AMPLITUDE = "drive.A0"
 

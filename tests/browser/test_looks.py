@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
-from dforce.gui.document import FIRST
+from dforce.gui.document.document import FIRST
 
 TABS = ("Microscope", "Tip and sample", "Forces", "Experiment", "Solver")
 
@@ -35,7 +35,6 @@ def test_axe_finds_nothing_in_any_tab(window, theme):
         page.get_by_role("tab", name=tab, selected=True).wait_for()
         assert violations(page, within=".df-panels") == [], tab
     window.tab("Microscope")
-    window.field("drive.A0").get_by_role("button", name="put on a slider").click()
     page.locator(".df-slider").wait_for()
     window.type("drive.A0", "-1")
     window.field("drive.A0").locator(".df-error").wait_for()

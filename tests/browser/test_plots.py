@@ -6,7 +6,7 @@ import pytest
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.document import FIRST
+from dforce.gui.document.document import FIRST
 
 AMPLITUDE = "drive.A0"
 

@@ -13,7 +13,7 @@ import pytest
 from served import served
 
 import dforce as df
-from dforce.gui.document import FIRST
+from dforce.gui.document.document import FIRST
 
 
 def ask(server, path="/", method="GET", headers=None, body=None, known=True):

@@ -4,13 +4,14 @@ import functools
 
 import pytest
 
-from dforce.gui import error_messages, files
+from dforce.gui.files import file_menu
+from dforce.gui.window import error_messages
 
 
 @pytest.fixture
 def live_as(monkeypatch):
     """Give a function that replaces the computation of the curve that follows what is typed."""
-    return functools.partial(monkeypatch.setattr, "dforce.gui.view.live_curve")
+    return functools.partial(monkeypatch.setattr, "dforce.gui.window.view.live_curve")
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def catch(monkeypatch):
     def caught():
         sent = []
         monkeypatch.setattr(
-            files.ui.download, "content", lambda content, name, kind="": sent.append((name, content)), raising=False
+            file_menu.ui.download, "content", lambda content, name, kind="": sent.append((name, content)), raising=False
         )
         return sent
 

@@ -11,10 +11,10 @@ import pytest
 
 import dforce as df
 from dforce.core import log
-from dforce.gui import compute
-from dforce.gui.compute import Job, Latest, in_thread, live_curve
-from dforce.gui.document import Document
-from dforce.gui.session import Session
+from dforce.gui.document import compute
+from dforce.gui.document.compute import Job, Latest, in_thread, live_curve
+from dforce.gui.document.document import Document
+from dforce.gui.document.session import Session
 
 SLOW = {"method": "transient", "settle_tolerance": 1e-12}  # thousands of periods at each distance
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.gui.figures import Layer, basins, picture, unit_of
+from dforce.gui.curves.figures import Layer, basins, picture, unit_of
 from dforce.results.curves import Picture, pictures_of
 
 
@@ -94,7 +94,9 @@ def test_nothing_in_common_is_said_in_a_sentence():
 @pytest.mark.slow
 def test_basins_have_a_color_for_each_state():
     drawn = basins(result("figure-3-basins"))
-    assert [trace["marker"]["color"] for trace in drawn.figure["data"][1:]] == [0, 1]
+    *states, dots = drawn.figure["data"][1:]
+    assert [trace["marker"]["color"] for trace in states] == [0, 1]
+    assert sorted(text.rpartition(", ")[2] for text in dots["text"]) == ["attractive", "repulsive"]  # a dot for each
     assert {name for _, name in drawn.figure["data"][0]["colorscale"]} == {"grid", 0, 1}
 
 

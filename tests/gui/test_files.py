@@ -19,12 +19,12 @@ import xarray as xr
 from simulated import show, window
 
 import dforce as df
-from dforce.gui import files, project, uploads
-from dforce.gui.document import Document
-from dforce.gui.figures import Layer, picture
-from dforce.gui.results import ResultStore
-from dforce.gui.session import Session
-from dforce.gui.view import DrawnResult
+from dforce.gui.curves.figures import Layer, picture
+from dforce.gui.document.document import Document
+from dforce.gui.document.results import ResultStore
+from dforce.gui.document.session import Session
+from dforce.gui.files import file_menu, project, uploads
+from dforce.gui.window.view import DrawnResult
 from dforce.results import hdf5
 from dforce.results.curves import Picture, drawable, pictures_of
 
@@ -38,7 +38,7 @@ def result():
 
 @functools.cache
 def netcdf():
-    return files.written(lambda path: df.write(result(), path), ".nc")
+    return file_menu.written(lambda path: df.write(result(), path), ".nc")
 
 
 def changed(tmp_path, change):
@@ -414,14 +414,14 @@ def test_a_result_that_is_opened_is_kept_and_its_case_shown(tmp_path):
 @pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
 def test_a_figure_of_what_is_drawn_is_saved_in_each_format(ending, start):
     layers = [Layer(result(), "<b>$one", 1), Layer(result(), "two", 2)]
-    assert files.figure_file(layers, Picture("zc", ("phase",)), ending, "85 mm").startswith(start)
+    assert file_menu.figure_file(layers, Picture("zc", ("phase",)), ending, "85 mm").startswith(start)
 
 
 def test_a_figure_that_cannot_be_drawn_says_so_in_a_sentence():
     strange = result().copy()
     strange["phase"].attrs["symbol"] = r"\nosuch{"
     with pytest.raises(df.ResultError, match="cannot be drawn"):
-        files.figure_file([Layer(strange)], Picture("zc", ("phase",)), ".png", "85 mm")
+        file_menu.figure_file([Layer(strange)], Picture("zc", ("phase",)), ".png", "85 mm")
 
 
 @pytest.mark.parametrize(
@@ -434,7 +434,7 @@ def test_a_figure_that_cannot_be_drawn_says_so_in_a_sentence():
     ],
 )
 def test_the_name_of_a_file_holds_letters_and_digits_only(title, name):
-    assert files.stem(title) == name
+    assert file_menu.stem(title) == name
 
 
 def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, catch):

@@ -15,19 +15,20 @@ import pytest
 from simulated import element, send, show, until, window
 
 import dforce as df
-from dforce.gui import confirming, fitting, measured, overlay, project, uploads
-from dforce.gui.document import Document, MeasuredData
-from dforce.gui.error_messages import as_sentence
-from dforce.gui.figures import Layer, picture
-from dforce.gui.files import figure_file, script_of, stem, written
-from dforce.gui.measured_panel import MeasuredPanel, matched
-from dforce.gui.saving import SaveForm
-from dforce.gui.session import Session
+from dforce.gui.curves.figures import Layer, picture
+from dforce.gui.document.document import Document, MeasuredData
+from dforce.gui.document.session import Session
+from dforce.gui.files import project, uploads
+from dforce.gui.files.file_menu import figure_file, script_of, stem, written
+from dforce.gui.files.saving import SaveForm
+from dforce.gui.measured import confirming, fitting, overlay, reading
+from dforce.gui.measured.panel import MeasuredPanel, matched
+from dforce.gui.window.error_messages import as_sentence
 from dforce.results import hdf5
 from dforce.results.curves import Picture
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=5")
-SCRIPT = files("dforce.gui") / "measured.js"
+SCRIPT = files("dforce.gui") / "measured" / "at_field.js"
 USUAL = Picture("zc", ("amplitude", "phase"))
 LAG = {"phase_convention": "lag"}
 
@@ -61,8 +62,8 @@ def test_a_text_or_a_file_of_an_instrument_is_a_measured_curve(name, data, kind)
 
 
 def asked(data, settings=None, case=CASE, name="curve.csv", folder=None):
-    with pytest.raises(measured.Question) as question:
-        measured.curve_from(data, name, settings or {}, case, folder)
+    with pytest.raises(reading.Question) as question:
+        reading.curve_from(data, name, settings or {}, case, folder)
     return question.value
 
 
@@ -92,10 +93,10 @@ def test_answers_let_a_file_be_read(tmp_path):
     }
     answers = [{"height": "one", "amplitude": "two", "phase": "three"}.get(place[-1], "lag") if place[0] != "units"
                else {"phase": "deg"}.get(place[-1], "nm") for place in question.asked]  # fmt: skip
-    settings = measured.with_answers({}, list(question.asked), answers)
+    settings = reading.with_answers({}, list(question.asked), answers)
     told["units"]["phase"] = "deg"
     assert settings == told | LAG
-    curve = measured.curve_from(data, "curve.csv", settings, CASE, tmp_path)
+    curve = reading.curve_from(data, "curve.csv", settings, CASE, tmp_path)
     assert np.allclose(curve["amplitude"], measured_curve.numbers()[1], atol=1e-14)
 
 
@@ -105,14 +106,14 @@ def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path)
     question = asked(near, LAG, folder=tmp_path)
     assert {place[:2] for place in question.asked} == {
         ("calibrate", "free_amplitude"), ("calibrate", "free_phase"), ("calibrate", "errors")}  # fmt: skip
-    settings = measured.with_answers(LAG, list(question.asked), ["20 nm", "90 deg", "30 pm", "0.2 deg"])
-    assert measured.curve_from(near, "c.csv", settings, CASE, tmp_path).sizes["point"] == 61
+    settings = reading.with_answers(LAG, list(question.asked), ["20 nm", "90 deg", "30 pm", "0.2 deg"])
+    assert reading.curve_from(near, "c.csv", settings, CASE, tmp_path).sizes["point"] == 61
 
 
 def test_what_is_no_curve_is_refused_by_its_name(tmp_path):
     with pytest.raises(df.ResultError, match=r"^notes\.csv contains no table") as refused:
-        measured.curve_from(b"a,b\nhello,there\n", "notes.csv", {}, CASE, tmp_path)
-    assert not isinstance(refused.value, measured.Question)
+        reading.curve_from(b"a,b\nhello,there\n", "notes.csv", {}, CASE, tmp_path)
+    assert not isinstance(refused.value, reading.Question)
     assert not list(tmp_path.glob("upload-*"))
 
 
@@ -395,13 +396,13 @@ THERMAL = "frequency (Hz),PSD (m^2/Hz){}\n" + "".join(f"{6e4 + n},1e-24{{}}\n" f
 def test_a_thermal_spectrum_is_not_asked_for_heights_that_it_does_not_have(tmp_path, more):
     data = THERMAL.format(more[0], *[more[1]] * 50).encode()
     with pytest.raises(df.ResultError, match="is a spectrum of thermal motion, not a curve against height"):
-        measured.curve_from(data, "thermal.csv", LAG, CASE, tmp_path)
+        reading.curve_from(data, "thermal.csv", LAG, CASE, tmp_path)
 
 
 def test_a_file_with_too_few_columns_is_not_asked_for_the_missing_ones(tmp_path):
     data = b"time (s),volts (V)\n" + b"".join(b"%d,%d\n" % (n, n * n % 7) for n in range(30))
     with pytest.raises(df.ResultError, match="has 2 columns of numbers; a curve has height, amplitude and phase"):
-        measured.curve_from(data, "notes.csv", LAG, CASE, tmp_path)
+        reading.curve_from(data, "notes.csv", LAG, CASE, tmp_path)
 
 
 def test_a_confirmed_lever_is_kept_with_the_document():
@@ -523,9 +524,6 @@ def test_a_refusal_of_a_fit_stands_at_the_parameter_that_it_is_about(tmp_path):
     asyncio.run(flow())
 
 
-@pytest.mark.xfail(
-    strict=True, raises=AssertionError, reason="a refusal advises to give priors, and the window has no field for them"
-)
 def test_advice_on_a_fit_names_only_what_the_window_has_a_field_for(tmp_path):
     data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
 
@@ -606,7 +604,7 @@ def grouped(folder, change=lambda file: None):
 
 
 def test_a_curve_in_a_group_of_an_hdf5_file_is_read(tmp_path):
-    curve = measured.curve_from(grouped(tmp_path), "curve.h5", LAG, CASE, tmp_path / "there")
+    curve = reading.curve_from(grouped(tmp_path), "curve.h5", LAG, CASE, tmp_path / "there")
     assert np.allclose(curve["amplitude"], measured_curve.numbers()[1])
 
 
@@ -614,18 +612,18 @@ def test_a_measured_file_that_points_to_another_file_is_not_read(tmp_path):
     link = h5py.ExternalLink("/etc/passwd", "/x")
     data = grouped(tmp_path, lambda file: file["curve"].__setitem__("more", link))
     with pytest.raises(df.ResultError, match="points to other"):
-        measured.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there")
+        reading.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there")
 
 
 def test_a_place_in_the_same_file_is_read_once(tmp_path):
     data = grouped(tmp_path, lambda file: file.__setitem__("again", h5py.SoftLink("/curve")))
-    assert measured.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there").sizes["point"] == 120
+    assert reading.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there").sizes["point"] == 120
 
 
 def test_a_file_that_is_too_large_for_a_curve_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(measured, "MOST_BYTES", 100)
+    monkeypatch.setattr(reading, "MOST_BYTES", 100)
     with pytest.raises(df.ResultError, match="too many for a curve"):
-        measured.curve_from(csv(), "curve.csv", LAG, CASE, tmp_path)
+        reading.curve_from(csv(), "curve.csv", LAG, CASE, tmp_path)
 
 
 def test_the_name_of_a_file_or_a_key_begins_a_sentence_as_it_is_written():

@@ -9,11 +9,11 @@ import pytest
 from simulated import click, element, send, show, until, window
 
 import dforce as df
-from dforce.gui.kept import DifferencesTable, Strip
-from dforce.gui.motion import Drawing
-from dforce.gui.numbers import NumbersTable
-from dforce.gui.plots import Picker
-from dforce.gui.session import Session
+from dforce.gui.curves.kept import DifferencesTable, Strip
+from dforce.gui.curves.motion import Drawing
+from dforce.gui.curves.numbers import NumbersTable
+from dforce.gui.curves.plots import Picker
+from dforce.gui.document.session import Session
 from dforce.results.curves import Picture
 
 CASE = df.example("figure-3-air-jump").set("experiment.zc.points=23")

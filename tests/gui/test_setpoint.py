@@ -12,10 +12,10 @@ from simulated import element, send, show, window
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.document import Document
-from dforce.gui.figures import Layer
-from dforce.gui.session import Session
-from dforce.gui.setpoint import SetPointTable, states_of, table_of, three_digits
+from dforce.gui.curves.figures import Layer
+from dforce.gui.curves.setpoint import SetPointTable, states_of, table_of, three_digits
+from dforce.gui.document.document import Document
+from dforce.gui.document.session import Session
 from dforce.results.curves import Picture
 
 

@@ -11,12 +11,12 @@ import pytest
 from simulated import click, element, show, until, window
 
 import dforce as df
-from dforce.gui import view as views
-from dforce.gui.compute import Live
-from dforce.gui.document import Document
-from dforce.gui.motion import Drawing
-from dforce.gui.session import Session
-from dforce.gui.shown import PagePart, ShownParts
+from dforce.gui.curves.motion import Drawing
+from dforce.gui.document.compute import Live
+from dforce.gui.document.document import Document
+from dforce.gui.document.session import Session
+from dforce.gui.window import view as views
+from dforce.gui.window.shown import PagePart, ShownParts
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=23")
 DOCUMENT = Document.of(CASE)

@@ -15,10 +15,10 @@ from nicegui.testing.user_simulation import user_simulation
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui.compute import Job, Live
-from dforce.gui.entry import Entry, SliderElement
-from dforce.gui.pages import Page
-from dforce.gui.session import Session
+from dforce.gui.case.entry import Entry, SliderElement
+from dforce.gui.document.compute import Job, Live
+from dforce.gui.document.session import Session
+from dforce.gui.window.pages import Page
 from dforce.results.status import repeats
 
 
@@ -158,7 +158,7 @@ def test_a_page_that_has_gone_leaves_nothing_in_the_server(tmp_path):
 
     async def flow():
         async with user_simulation(root=root) as user:
-            user.javascript_rules[re.compile("return dforceUnsent")] = lambda match: ()
+            user.javascript_rules[re.compile("return dforce(Unsent|Address)")] = lambda match: ()
             await user.open("/")
             user.client.delete()
             await user.open("/")  # the simulated browser forgets the first page
@@ -175,7 +175,6 @@ def test_a_page_that_has_gone_leaves_nothing_in_the_server(tmp_path):
 def test_a_slider_hears_what_is_typed_and_not_of_what_it_said_itself(tmp_path):
     async def flow():
         async with window(tmp_path) as (user, page):
-            send(entry(user, "drive.A0"), "slider")
             slider, told = element(user, SliderElement), []
             slider.run_method = lambda name, value: told.append(value)
             send(slider, "slide", 7.0)

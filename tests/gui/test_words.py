@@ -12,10 +12,10 @@ from simulated import window
 
 import dforce as df
 from dforce.core.parameters import Parameters
-from dforce.gui import pages
-from dforce.gui.document import Document
-from dforce.gui.fields import fields
-from dforce.gui.words import in_words, with_labels
+from dforce.gui.case.fields import fields
+from dforce.gui.case.words import in_words, with_labels
+from dforce.gui.document.document import Document
+from dforce.gui.window import pages
 
 AIR = Document.of(df.example("figure-3-air"))
 

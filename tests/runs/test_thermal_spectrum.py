@@ -208,10 +208,10 @@ def test_records_in_a_sweep_over_seeds_are_those_of_single_runs():
 
 
 def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path):
-    checks = pytest.importorskip("dforce.gui.upload_checks")
+    checks = pytest.importorskip("dforce.gui.files.upload_checks")
     from simulated import show, window
 
-    from dforce.gui.figures import Layer
+    from dforce.gui.curves.figures import Layer
 
     checks.validate_upload(result(), tmp_path)
     assert pictures_of(result()) == [Picture("frequency", ("spectral_density", "fitted_density"), True, True)]
@@ -235,7 +235,7 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
 
 
 def test_a_record_that_is_stopped_in_the_window_leaves_no_empty_result_in_the_list(tmp_path, monkeypatch):
-    compute = pytest.importorskip("dforce.gui.compute")
+    compute = pytest.importorskip("dforce.gui.document.compute")
     from simulated import window
 
     monkeypatch.setattr(compute.Job, "compute", lambda job: made)

@@ -85,7 +85,7 @@ def test_the_picture_of_contributing_is_offered_and_drawn(monkeypatch: pytest.Mo
     [row] = [block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if block.startswith("Picture(")]
     result = df.approach(df.example("table-1-am"), zc=["12 nm", "10 nm", "8 nm"])
     kind = kinds.known_kind(result)
-    longer = dataclasses.replace(kind, pictures=(*kind.pictures, *eval(row, vars(kinds))))
+    longer = dataclasses.replace(kind, pictures=(*kind.pictures, eval(row, vars(kinds))))
     monkeypatch.setattr(kinds, "KINDS", (longer, *kinds.KINDS))
     [picture] = [one for one in pictures_of(result) if one.title == "power"]
     assert len(df.plot.draw(result, picture, df.plot.Sheet())) == 2
@@ -111,6 +111,12 @@ def test_who_draws_and_sums_up_tells_no_kinds_apart() -> None:
     package = Path(df.__file__).parent
     marks = re.findall(r"_marked\(\"(\w+)\"\)", (package / "results/kinds.py").read_text(encoding="utf-8"))
     assert len(marks) >= 7
-    for name in ("plot/overview.py", "plot/pictures.py", "results/curves.py", "gui/plots.py", "findings/summary.py"):
+    for name in (
+        "plot/overview.py",
+        "plot/pictures.py",
+        "results/curves.py",
+        "gui/curves/plots.py",
+        "findings/summary.py",
+    ):
         text = (package / name).read_text(encoding="utf-8")
         assert [mark for mark in marks if re.search(rf'"{mark}" (not )?in ', text)] == [], name

@@ -155,6 +155,8 @@ TRACES = _table(
     Quantity("indentation", r"\delta", "m", "nm", "indentation", "indentation a0 - d in contact, else zero", ("time",)),
     Quantity("partial_force", "F_i", "N", "nN", "force of each model",
              "force of each model on the tip", ("model", "time")),
+    Quantity("force_part", "F_i", "N", "nN", "part of the force",
+             "part of the force on the tip, by interaction", ("interaction", "time")),
     Quantity("energy", "E", "J", "eV", "energy taken",
              "energy that the sample has dissipated so far", ("time",)),
     Quantity("spectrum", "A(f)", "m", "nm", "spectrum",

@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 
 
 ELECTRONVOLT = 1.602176634e-19  # J; exact in the SI since 2019
-COLUMN_DIMS = ("tone", "mode", "harmonic", "multiplier", "model")  # columns of a table; others are its rows
+COLUMN_DIMS = (
+    "tone",
+    "mode",
+    "harmonic",
+    "multiplier",
+    "model",
+    "interaction",
+)  # columns of a table; others are its rows
 
 
 def get_ready() -> None:

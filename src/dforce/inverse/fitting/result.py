@@ -174,8 +174,7 @@ def _of_bootstrap(found: Fitted) -> dict[str, Any]:
 
 def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
     data, best = found.data, found.best
-    priors = sum(one.prior is not None for one in found.unknowns)
-    count = len(found.unknowns) - len(found.unseen)
+    count = found.count
     chi2_data = best.chi2
     if best.prediction is not None:
         rest = Objective(found.model, best.varied).priors(best.varied)
@@ -191,7 +190,7 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
             "points": int(data.used.sum()),
             "numbers": data.count,
             "parameters": count,
-            "degrees_of_freedom": data.count + priors - count,
+            "degrees_of_freedom": found.degrees_of_freedom,
             "aic": best.chi2 + 2 * count,
             "bic": best.chi2 + count * math.log(data.count),
             "lost_points": best.lost,

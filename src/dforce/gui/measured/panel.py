@@ -1,0 +1,253 @@
+"""The measured curve of one page: a button, and a panel beside the plots with its facts, its shift and its fit."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.units import show
+from dforce.gui.case.words import in_words, with_labels
+from dforce.gui.document.document import Document, MeasuredData, path_of
+from dforce.gui.measured import confirming, fitting, overlay
+from dforce.gui.window.error_messages import as_sentence, say, telling
+from dforce.gui.window.view import View
+from dforce.validity import advice_in
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NM = 1e-9
+FEWEST, MOST, EVERY = 51, 501, 0.1e-9  # points of an experiment over the measured heights, and about how far apart
+BETWEEN = 0.05  # s between two messages of the shift that is dragged
+NONE = "Measured curve ..."
+MATCH = "An approach over the measured distances, with the measured free amplitude"
+NOT_HERE = "This picture has no measured quantity; choose amplitude and phase against the distance."
+NO_MODEL = "The case has no curve against the distance; press Match the experiment."
+
+
+class MeasuredPanel(ui.element, component="measured.js"):
+    """What the panel shows."""
+
+    def show(self, **changed: Any) -> None:
+        """Show other words; nothing is sent where nothing changed."""
+        if any(self.props.get(key) != value for key, value in changed.items()):
+            self.props.update(changed)
+            self.update()
+
+
+class MeasuredCurve:
+    """The measured curve of one page; its button is made in the container that is open, its panel by :meth:`panel`."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.is_open = False
+        self.before_opening: Callable[[], None] = lambda: None
+        with ui.element("button").classes("df-plain").props('type="button" aria-expanded="false"') as self.button:
+            self.text = ui.label(NONE)
+        self.button.props["title"] = (
+            "Draw a measured curve under the curve of the model; or drop its file onto the window"
+        )
+        # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
+        self.button.on(
+            "click",
+            self._pressed,
+            js_handler="""(event) => {
+            if (event.currentTarget.dataset.there !== "yes") window.dforceFiles.pick(); else emit();
+        }""",
+        )
+
+    def panel(self) -> None:
+        """Make the panel, in the container that is open."""
+        element = self.element = MeasuredPanel()
+        element.set_visibility(False)
+        element.on("close", self.close)
+        element.on("shift", self._shift, throttle=BETWEEN)
+        element.on("match", self._match)
+        element.on("remove", self._remove)
+        element.on("free", self._free)
+        element.on("confirm", self._confirm)
+        element.on("fit", self._fit)
+        element.on("stop", self.view.session.stop_fit)
+        element.on("take", self._take)
+        self.view.on_job.append(self.show)
+        self.view.on_show.append(lambda anew: self.show())
+
+    def beside(self) -> overlay.Beside | None:
+        """Return the curve as it is drawn beside that of the model; None where there is none."""
+        kept, measured = self.view.session.measured, self.view.document.measured
+        if measured is None or kept.curve is None:
+            return None
+        return overlay.Beside(kept.curve, measured.shift, measured.turn, kept.fit)
+
+    def open(self) -> None:
+        """Open the panel."""
+        self.before_opening()
+        self.is_open = True
+        self.show()
+
+    def close(self) -> None:
+        """Close the panel; the curve stays."""
+        self.is_open = False
+        self.show()
+
+    def show(self) -> None:
+        """Show the curve of the document, and how far its fit is."""
+        measured, kept = self.view.document.measured, self.view.session.measured
+        self.text.set_text(NONE if measured is None else f"● {shorten(measured.name, 24)}")
+        self.button.props.update({"data-there": "no" if measured is None else "yes"})
+        self.button.props["aria-expanded"] = "true" if self.is_open and measured is not None else "false"
+        self.element.set_visibility(self.is_open and measured is not None)
+        if measured is None or not self.is_open:
+            return
+        curve = kept.curve
+        facts = [] if curve is None else _facts(curve, measured)
+        shown = dict[str, Any](name=measured.name, wrong=as_sentence(kept.wrong) if kept.wrong else "", facts=facts)
+        shown |= {"hint": self._hint(), "ready": curve is not None, "match": MATCH}
+        if curve is not None:
+            reach = max(3.0, 2.0 * abs(measured.shift) / NM)
+            shown |= {"at": round(measured.shift / NM, 3), "low": -round(reach), "high": round(reach)}
+            shown |= {"history": [str(line) for line in curve.attrs.get("history", [])]}
+        self.element.show(**shown, **self._of_fit())
+
+    def _hint(self) -> str:
+        """Say why the curve cannot be seen where it cannot."""
+        result, wanted = self.view.result, self.view.picture()
+        if result is None or wanted is None or self.view.session.measured.curve is None:
+            return ""
+        if "zc" not in result.dims:
+            return NO_MODEL
+        return "" if overlay.shows(wanted) else NOT_HERE
+
+    def _of_fit(self) -> dict[str, Any]:
+        """Return what the panel shows of a fit."""
+        document, session = self.view.document, self.view.session
+        job, fit = session.fitting, session.measured.fit
+        rows = fitting.rows(document)
+        chosen = {path_of(document, name) for name in fitting.free_names(document)}
+        failed = "" if job is None or job.state != "failed" else job.error
+        shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[])
+        values = confirming.asked(document)
+        confirmed = confirming.is_confirmed(document, values)
+        shown |= {"lever": confirming.in_words(values), "unconfirmed": "" if confirmed else confirming.UNCONFIRMED}
+        for row in rows:
+            name = "" if fit is None else fitting.name_in(fit, row, document)
+            about = as_sentence(with_labels(document, failed)) if row.name in failed else ""
+            shown["rows"].append(
+                {
+                    "name": row.name,
+                    "label": row.label,
+                    "symbol": row.symbol,
+                    "value": row.value,
+                    "free": row.path in chosen,
+                    "found": fitting.found_for(fit, name) if fit is not None and name else "",
+                    "note": about or (fitting.note(fit, name) if fit is not None and name else ""),
+                }
+            )
+        if failed and not any(row.name in failed for row in rows):
+            shown["failed"] = as_sentence(in_words(document, failed))
+        busy = job is not None and job.busy
+        shown |= {
+            "busy": busy,
+            "share": job.share if job is not None else 0.0,
+            "words": job.words() if job is not None else "",
+        }
+        if fit is not None:
+            shown |= {
+                "report": df.fit_report(fit),
+                "stale": not fitting.is_of(fit, document),
+                "notes": [with_labels(document, piece.text) for piece in advice_in(fit)],
+                "summary": _summary(fit),
+                "others": fitting.others(fit, rows, document),
+            }
+        return shown
+
+    def _pressed(self) -> None:
+        if self.view.document.measured is not None:
+            (self.close if self.is_open else self.open)()
+
+    def _change(self, **changes: Any) -> None:
+        """Look at the curve in another way."""
+        document = self.view.document
+        if document.measured is not None:
+            measured = dataclasses.replace(document.measured, **changes)
+            self.view.session.look(dataclasses.replace(document, measured=measured))
+
+    def _shift(self, event: GenericEventArguments) -> None:
+        self._change(shift=max(-1.0, min(1.0, float(event.args) * NM)))
+
+    def _match(self) -> None:
+        curve, measured = self.view.session.measured.curve, self.view.document.measured
+        if curve is not None and measured is not None:
+            self.view.edit(matched(self.view.document, curve, measured.shift), anew=True)
+
+    async def _remove(self) -> None:
+        self.close()
+        await self.view.session.drop_measured()
+
+    def _free(self, event: GenericEventArguments) -> None:
+        document = self.view.document
+        row = next((row for row in fitting.rows(document) if row.name == event.args["name"]), None)
+        if row is not None:
+            self.view.edit(fitting.with_free(document, row, bool(event.args["free"])), name="fit")
+
+    def _confirm(self) -> None:
+        self._change(confirmed=confirming.asked(self.view.document))
+
+    async def _fit(self) -> None:
+        with telling("the fit could not be made"):
+            try:
+                await self.view.session.fit(self.view.document)
+            except (df.DForceError, TypeError) as error:
+                say(f"Nothing was fitted. {as_sentence(in_words(self.view.document, str(error)))}")
+
+    def _take(self) -> None:
+        fit = self.view.session.measured.fit
+        if fit is None:
+            return
+        shift, turn = fitting.offsets(fit)
+        self.view.edit(fitting.taken_over(self.view.document, fit), anew=True)
+        self._change(turn=turn, **({} if shift is None else {"shift": shift}))
+
+
+def matched(document: Document, curve: xr.Dataset, shift: float) -> Document:
+    """Return a document whose experiment goes over the heights of a curve, with its free amplitude."""
+    heights = curve["height"].values + shift
+    start, stop = float(heights.max()), float(heights.min())
+    points = min(MOST, max(FEWEST, round((start - stop) / EVERY) + 1))
+    distances = {"start": show(round(start, 12), "m"), "stop": show(round(stop, 12), "m"), "points": points}
+    experiment = {"kind": "approach", "zc": distances, "direction": "both"}
+    document = document.choose(("experiment",), str(document.value(("experiment", "kind")) or ""), "", None)
+    document = document.put(("experiment",), experiment)
+    if "free_amplitude" in curve.attrs:
+        path = ("drive", "tones", 0, "A0") if document.value(("drive", "tones")) else ("drive", "A0")
+        document = document.put(path, show(float(curve.attrs["free_amplitude"]), "m", 5))
+    return document
+
+
+def _facts(curve: xr.Dataset, measured: MeasuredData) -> list[str]:
+    """Return in words what a curve is."""
+    ways = [word for word in ("approach", "retract") if (curve["direction"].values == word).any()]
+    found = [f"{curve.sizes['point']} points, {' and '.join(ways)}"]
+    if "free_amplitude" in curve.attrs:
+        found.append(f"Free amplitude {show(float(curve.attrs['free_amplitude']), 'm', 4)}")
+    noise = [f"{show(float(curve.attrs['amplitude_error']), 'm', 2)}"] if "amplitude_error" in curve.attrs else []
+    noise += [f"{float(curve.attrs['phase_error']):.2g}°"] if "phase_error" in curve.attrs else []
+    if noise:
+        found.append(f"Noise of a point: {' and '.join(noise)}")
+    if measured.turn:
+        found.append(f"Phases shifted by {-measured.turn:.2f}°, from the fit")
+    return found
+
+
+def _summary(fit: xr.Dataset) -> str:
+    """Return how good a fit is."""
+    text = f"χ² = {fit.attrs['chi2']:.4g} for {fit.attrs['degrees_of_freedom']} degrees of freedom"
+    lost = int(fit.attrs["lost_points"])
+    stopped = "; stopped: the best values so far" if fit.attrs.get("interrupted") else ""
+    return f"{text}{f', {lost} points lost' if lost else ''}{stopped}."
