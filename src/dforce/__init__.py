@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from dforce.inverse.plan_file import load_plan
     from dforce.inverse.planner import plan
     from dforce.inverse.reconstruction import reconstruct
+    from dforce.inverse.safety import safe_settings
     from dforce.kernel.cache import clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -104,6 +105,8 @@ _HOMES = {
         "file_head",
         "read_curves",
         "read_measured",
+        "safe_settings",
+        "safe_settings",
         "thermal_tune",
     ),
     "inverse.fitting": (
@@ -120,6 +123,7 @@ _HOMES = {
     "inverse.plan_file": ("load_plan",),
     "inverse.planner": ("plan",),
     "inverse.reconstruction": ("reconstruct",),
+    "inverse.safety": ("safe_settings",),
     "kernel.cache": ("clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
@@ -211,6 +215,7 @@ __all__ = [
     "regimes",
     "report",
     "run",
+    "safe_settings",
     "save_case",
     "shared",
     "show",

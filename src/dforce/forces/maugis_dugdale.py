@@ -40,6 +40,7 @@ class MaugisDugdale(Adhesive):
     """
 
     name = "maugis_dugdale"
+    title = "Maugis–Dugdale"
     source = "D. Maugis, J. Colloid Interface Sci. 150, 243 (1992)"
 
     hamaker: MaybeNumber = param(
