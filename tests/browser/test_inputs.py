@@ -102,8 +102,8 @@ def test_each_force_model_brings_its_fields_with_units_and_goes_again(window):
 def test_a_force_that_is_switched_off_is_left_out_of_the_curves(window):
     both = df.example("figure-3-air")
     window.page.get_by_role("button", name="Add a force").click()
-    window.page.get_by_role("menuitem").filter(has=window.page.get_by_text("Kelvin Voigt", exact=True)).click()
-    window.page.get_by_role("switch", name="Kelvin Voigt takes part").click()
+    window.page.get_by_role("menuitem").filter(has=window.page.get_by_text("Kelvin–Voigt", exact=True)).click()
+    window.page.get_by_role("switch", name="Kelvin–Voigt takes part").click()
     window.shows(both)
 
 
@@ -133,3 +133,41 @@ def test_a_reload_keeps_what_was_typed_even_half_typed(window):
     window.page.reload()
     assert window.field("tip.radius").locator("input").input_value() == "12 n"
     assert window.page.get_by_label("title of the case").input_value() == f"{df.example('figure-3-air').title}, edited"
+
+
+def test_a_force_is_found_by_its_words(window):
+    page = window.page
+    window.tab("Forces")
+    page.get_by_role("button", name="Add a force").click()
+    page.get_by_role("dialog", name="add a force").wait_for()
+    page.get_by_role("searchbox", name="search the forces").fill("cells gel")
+    assert page.get_by_role("menuitem").all_inner_texts()[0].startswith("Power-law rheology")
+    assert page.get_by_role("menuitem").count() == 1
+    page.get_by_role("searchbox", name="search the forces").fill("no such force")
+    page.get_by_text("No force has these words").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for(state="detached")
+
+
+def test_the_force_of_an_own_law_follows_each_letter_and_enter_computes_with_it(window):
+    page = window.page
+    window.tab("Forces")
+    page.get_by_role("button", name="remove DMT").click()
+    page.locator(".df-card").wait_for(state="detached")
+    page.get_by_role("button", name="Add a force").click()
+    page.get_by_role("menuitem", name="Own law").click()
+    law = page.locator(".df-law textarea")
+    law.wait_for()
+    own = df.example("figure-3-air").replace(forces=[df.forces.Custom(**df.forces.Custom.example)])
+    window.shows(own)
+    before = window.revision()
+    law.fill("-2*P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 + ")
+    page.get_by_text("is not an expression").first.wait_for()
+    with window.redrawn(".df-force"):
+        page.locator(".df-chips").get_by_role("button", name="P4").click()
+        law.press_sequentially("*0")
+    page.get_by_text("Press Enter to compute with this law").wait_for()
+    assert window.revision() == before
+    law.press("Enter")
+    text = "-2*P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 + P4*0"
+    window.shows(own.replace("forces.custom.law", text))

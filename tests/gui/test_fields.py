@@ -118,5 +118,5 @@ def test_a_number_that_cannot_be_kept_stays_a_text_and_is_said(typed, key):
 
 
 def test_names_of_models_are_words():
-    assert name_of(df.forces.KelvinVoigt) == "Kelvin Voigt"
+    assert name_of(df.forces.KelvinVoigt) == "Kelvin–Voigt"
     assert name_of(df.forces.DMT) == "DMT"

@@ -82,6 +82,8 @@ class Force(Parameters):
     ----------
     name
         Key of the model in case files.
+    title
+        Its name for readers, such as ``"van der Waals"``; by default the name of the class.
     contains
         The interactions in the model, from :data:`INTERACTIONS`; two forces with the same interaction are refused.
     dissipative
@@ -95,6 +97,7 @@ class Force(Parameters):
     """
 
     name: ClassVar[str] = ""
+    title: ClassVar[str] = ""
     contains: ClassVar[tuple[str, ...]] = ()
     dissipative: ClassVar[bool] = False
     timed: ClassVar[bool] = False

@@ -224,8 +224,9 @@ def start_of(model: type[Parameters], typed: object) -> dict[str, Any]:
 
 
 def name_of(model: type[Parameters]) -> str:
-    """Return the name of a class as words: "Kelvin Voigt"."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", model.__name__)
+    """Return the name of a class as words: its title, or else its name, such as "Generalized Maxwell"."""
+    title = str(getattr(model, "title", ""))
+    return title or re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", model.__name__)
 
 
 def carried(given: Mapping[str, object], model: type[Parameters], keys: tuple[str, ...]) -> dict[str, Any]:

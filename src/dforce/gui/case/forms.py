@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any, Protocol
 
 from nicegui import ui
@@ -19,10 +18,11 @@ from dforce.experiments import EXPERIMENTS
 from dforce.gui.case import typed
 from dforce.gui.case.entry import Caption, Entry
 from dforce.gui.case.fields import Field, Shape, carried, check, fields, name_of, spaced, start_of
+from dforce.gui.case.force_menu import choose_force
+from dforce.gui.case.own_law import OwnLaw
 from dforce.gui.case.sliders import toggle
 from dforce.gui.case.values import read, shown, units_of
 from dforce.gui.document.document import Path
-from dforce.gui.window.menus import menu
 from dforce.gui.window.view import Said, View
 
 LEFT_OUT = "left out"
@@ -56,7 +56,7 @@ class Forms:
 
     def __init__(self, view: View, companions: Sequence[Companion] = ()) -> None:
         self.view, self.companions = view, companions
-        self.shown: dict[Path, tuple[Field, Shape, Entry]] = {}
+        self.shown: dict[Path, tuple[Field, Shape, Entry | OwnLaw]] = {}
         self._looked_at: dict[Path, tuple[Any, str]] = {}  # the value last seen at a path, and what is wrong with it
         self.frame = ui.element("div").classes("df-form")
         self._folds: list[ui.element] = []  # those that are open around what is being made
@@ -251,6 +251,9 @@ class Forms:
             chosen = str(self.view.document.value(path) or field.default)
             entry = self._choice(path, field.label, words, chosen, lambda new: self._put(path, new), field.help)
             self._register(path, field, shape, entry)
+        elif path[0] == "forces" and field.key == "law":
+            self._register(path, field, shape, OwnLaw(self.view, path, field))
+            self._refresh(path)
         else:
             self._row(path, field, shape)
 
@@ -273,7 +276,7 @@ class Forms:
         self._register(path, field, shape, entry)
         self._refresh(path)
 
-    def _register(self, path: Path, field: Field, shape: Shape, entry: Entry) -> None:
+    def _register(self, path: Path, field: Field, shape: Shape, entry: Entry | OwnLaw) -> None:
         self.shown[path] = (field, shape, entry)
         self._hidden[path] = tuple(self._folds)
 
@@ -351,11 +354,7 @@ class Forms:
         heading("Forces between tip and sample")
         for place, given in enumerate(self.view.document.value(("forces",)) or []):
             self._force(place, given)
-        with ui.button("Add a force", icon="add", color=None).props("flat dense no-caps").classes("df-button"):
-            menu(
-                (name_of(model), first_line(model), partial(self._add_force, name))
-                for name, model in sorted(df.forces.REGISTRY.items(), key=lambda item: name_of(item[1]))
-            )
+        button("Add a force", "add", lambda: choose_force(self._add_force))
 
     def _force(self, place: int, given: Mapping[str, object]) -> None:
         name = str(given.get("model", ""))

@@ -6,6 +6,7 @@ import re
 
 import dforce as df
 from dforce.core.parameters import Parameters
+from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import EXPERIMENTS
 from dforce.gui.case.fields import Field, fields, name_of, spaced
 from dforce.gui.document.document import Document, Path, path_of
@@ -14,12 +15,25 @@ from dforce.gui.document.document import Document, Path, path_of
 NEEDS = re.compile(r"(\w+) needs ([\w.]+), which is missing; write .* under \[\w+\]")
 ABOUT = re.compile(r"(\w+(?:\.\w+)+)(?: \([^)]*\))? (?:= )?(.*)", re.DOTALL)
 
-KEY = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
+KEY = re.compile(r"\b[a-z]+(?:_[a-zA-Z\d]+)+\b")
 PATH = re.compile(rf"\b(?:{'|'.join(df.Case.model_fields)})(?:\.\w+)+")
+CHOICE = re.compile(r'(\w+) = "([^"]*)"(?: under \[\w+\])?')
+SECTION = re.compile(r"(?: under)? \[\w+(?:\.\w+)*\]")
+COMMAND = re.compile(r" ?\(df\.\w+\)")
+ENGLISH = {"capillary", "custom", "electrostatic", "hydration", "solvation"}  # keys of models that are words, too
+MODEL = re.compile(
+    rf"(?<![.\w])(?:{'|'.join(sorted({*df.forces.REGISTRY} - ENGLISH, key=len, reverse=True))})(?!\.?\w)"
+)
 
 
 def in_words(document: Document, text: str) -> str:
     """Return a sentence of dForce with the labels of fields in the place of paths and sections of a file."""
+    said, among, allowed = _about_field(document, text).partition(" is not one of ")
+    return capitalized(said + among + plain(allowed))
+
+
+def _about_field(document: Document, text: str) -> str:
+    """Return a sentence that begins with a path, or a force, with the label in its place."""
     if (needs := NEEDS.fullmatch(text)) is not None and needs[1] in df.forces.REGISTRY:
         label = label_of(document, tuple(needs[2].split(".")))
         return f"the force {name_of(df.forces.REGISTRY[needs[1]])} needs a value for: {label or needs[2]}"
@@ -28,23 +42,41 @@ def in_words(document: Document, text: str) -> str:
     if about is not None and label:
         if about[2] == "is missing":
             return f"{label}: a value is missing"
-        return f"{label} {about[2]}" if about[2].startswith(("is ", "has ")) else f"{label}: {about[2]}"
+        rest = about[2] if "'" in about[2] else plain(about[2])  # what a person typed is quoted, and stays
+        return f"{label} {rest}" if rest.startswith(("is ", "has ")) else f"{label}: {rest}"
     first, _, rest = text.partition(" ")
     model = df.forces.REGISTRY.get(first)
     if model is None:
-        return text
+        return plain(text)
     labels = {field.key: f"{field.label[0].lower()}{field.label[1:]}" for field in fields(model)}
     return f"the force {name_of(model)} {KEY.sub(lambda key: labels.get(key[0], spaced(key[0])), rest)}"
 
 
 def with_labels(document: Document, text: str) -> str:
-    """Return a piece of advice with the labels of fields in the place of their paths."""
+    """Return a piece of advice in the words of the window: labels, and names of models and quantities, for those of a file."""
 
     def label(path: re.Match[str]) -> str:
         found = label_of(document, path_of(document, path[0]))
         return f"“{found}”" if found else path[0]
 
-    return PATH.sub(label, text)
+    text = CHOICE.sub(lambda found: f"“{spaced(found[1])}: {spaced(found[2])}”", PATH.sub(label, text))
+    return capitalized(plain(SECTION.sub("", text)))
+
+
+def plain(text: str) -> str:
+    """Return a text with names for readers in the place of the keys of models, quantities and parameters."""
+    text = COMMAND.sub("", text)
+    return KEY.sub(lambda found: _word(found[0]), MODEL.sub(lambda found: name_of(df.forces.REGISTRY[found[0]]), text))
+
+
+def _word(key: str) -> str:
+    return OBSERVABLES[key].label if key in OBSERVABLES else spaced(key)
+
+
+def capitalized(text: str) -> str:
+    """Return a sentence with a capital at its begin; a symbol, such as f0, stays as it is."""
+    is_symbol = re.match(r"[a-z]+\d", text) is not None
+    return text if is_symbol else f"{text[:1].upper()}{text[1:]}"
 
 
 def label_of(document: Document, path: Path) -> str:

@@ -18,7 +18,6 @@ import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.units import parse, usual_unit
-from dforce.findings.coexisting import starts_of_states
 from dforce.gui.curves.chart import packed
 from dforce.results.curves import Line, Picture, drawable, lines_of, start_across
 from dforce.results.dataset import reader_unit, spelled
@@ -46,8 +45,6 @@ SIGNS = {
     "end": "x-thin-open",
 }
 RING = 5  # px, radius
-LEAST_PART = 1e-6  # of the unit of the force: a part below it is none
-PART_COLORS = (2, 3, 4, 5)
 MARGIN = {"l": 64, "r": 20, "t": 28, "b": 48}
 
 
@@ -103,7 +100,7 @@ class _FigureBuilder:
         self.traces: list[tuple[Layer, Line] | None] = []
         self.named: set[str] = set()
         self.places: dict[str, tuple[str, str, float]] = {}
-        layout: Figure = {"margin": dict(MARGIN), "hovermode": "closest", "legend": _legend(), "showlegend": True}
+        layout: Figure = {"margin": dict(MARGIN), "hovermode": "closest", "legend": legend(), "showlegend": True}
         layout["shapes"] = []
         layout["uirevision"] = f"{wanted.x} {wanted.y} {wanted.together} {wanted.logarithmic}"
         self.layout = layout
@@ -208,7 +205,7 @@ class _FigureBuilder:
                 y = np.where(np.abs(y) <= along(errors, layer.result[name].dims, line), 0.0, y)
                 look = self._look(layer, line, name)
                 hover = self._hover(name, unit)
-                hover += f"<br>{_plain(layer.name)}" if self.several and layer.name else ""
+                hover += f"<br>{plain(layer.name)}" if self.several and layer.name else ""
                 self._add(
                     (layer, line),
                     {
@@ -234,7 +231,7 @@ class _FigureBuilder:
         first = self.layers[0].result
         said = ((self.wanted.x, "x", self.x_unit), (name, "y", unit))
         return "<br>".join(
-            f"{label_of(first[what])} %{{{letter}:.4g}} {_plain(one)}".strip() for what, letter, one in said
+            f"{label_of(first[what])} %{{{letter}:.4g}} {plain(one)}".strip() for what, letter, one in said
         )
 
     def _add(self, what: tuple[Layer, Line] | None, trace: Figure) -> None:
@@ -260,7 +257,7 @@ class _FigureBuilder:
             self.wanted.together and len(self.wanted.y) > 1
         )
         text = ", ".join([*words, *([line.name] if line.name else [])])
-        return {"name": _plain(text), "line": {"color": color, "dash": dash, "width": 2, "simplify": False}}
+        return {"name": plain(text), "line": {"color": color, "dash": dash, "width": 2, "simplify": False}}
 
     def _legend_of_dashes(self) -> None:
         """Say which dash is which direction; the colors of several results stand in their list."""
@@ -294,7 +291,7 @@ def _marks(line: Line, x_scale: float, scale: float, color: int) -> Iterator[Fig
             "mode": "markers",
             "name": kind.replace("_", " "),
             "marker": {"symbol": SIGNS[kind], "size": 8, "color": color},
-            "hovertemplate": f"{_plain(kind.replace('_', ' '))}<extra></extra>",
+            "hovertemplate": f"{plain(kind.replace('_', ' '))}<extra></extra>",
         }
 
 
@@ -312,128 +309,9 @@ def ring(x: float, y: float, radius: int) -> Figure:
     return place | ends | {"line": {"color": "ink", "width": 2}}
 
 
-def basins(result: xr.Dataset) -> Drawn:
-    """Return which state is reached from which start, as a map."""
-    vertical, across = (str(dim) for dim in result["reached"].dims)
-    (x_scale, x_unit), (y_scale, y_unit) = reader_unit(result[across]), reader_unit(result[vertical])
-    count = result.sizes["state"]
-    # a color for each state, none for starts that lead to none
-    steps = [(n + more) / (count + 1) for n in range(count + 1) for more in (0, 1)]
-    colors: list[Any] = [name for n in range(count + 1) for name in [n - 1 if n else "grid"] * 2]
-    trace = {
-        "type": "heatmap",
-        "x": packed(result[across].values / x_scale),
-        "y": packed(result[vertical].values / y_scale),
-        "z": packed(result["reached"].values),
-        "zmin": -0.5,
-        "zmax": count + 0.5,
-        "meta": "reached",
-        "colorscale": [list(pair) for pair in zip(steps, colors, strict=True)],
-        "showscale": False,
-        "hovertemplate": f"{label_of(result[across])} %{{x:.4g}} {_plain(x_unit)}<br>"
-        f"{label_of(result[vertical])} %{{y:.4g}} {_plain(y_unit)}<br>to state %{{z}}<extra></extra>",
-    }
-    states = [
-        {
-            "type": "scatter",
-            "x": [None],
-            "y": [None],
-            "mode": "markers",
-            "showlegend": True,
-            "name": _plain(f"{finding.label}: {finding.text}"),
-            "marker": {"symbol": "square", "size": 10, "color": n},
-        }
-        for n, finding in enumerate(finding for finding in df.summary(result) if finding.name == "share")
-    ]
-    up, right = starts_of_states(result)
-    states.append(
-        {
-            "type": "scatter",
-            "x": packed(right / x_scale),
-            "y": packed(up / y_scale),
-            "mode": "markers",
-            "meta": "states",
-            "showlegend": False,
-            "marker": {"symbol": "circle", "size": 11, "color": "ink"},
-            "text": [_plain(finding.label) for finding in df.summary(result) if finding.name == "share"],
-            "hovertemplate": "%{text}<extra></extra>",
-        }
-    )
-    layout = {
-        "margin": MARGIN | {"t": 10 + 18 * len(states)},
-        "hovermode": "closest",
-        "showlegend": True,
-        "legend": _legend()
-        | {"orientation": "v", "x": 0.0, "xanchor": "left", "itemclick": False, "itemdoubleclick": False},
-        "xaxis": {"title": {"text": title(result[across], x_unit)}, "showgrid": False},
-        "yaxis": {"title": {"text": title(result[vertical], y_unit)}, "showgrid": False},
-    }
-    return Drawn({"data": [trace, *states], "layout": layout, "bar": "hover"}, (None,) * (1 + len(states)))
-
-
-def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figure:
-    """Return the small figure of the total force against distance, both directions where they differ.
-
-    With the parts that :func:`dforce.force_parts` gives, each of several has a thin line.
-    """
-    (x_scale, x_unit), (scale, unit) = reader_unit(result["distance"]), reader_unit(result["force"])
-    force = result["force"].values
-    ways = (0, 1) if not np.array_equal(force[0], force[1]) else (0,)
-    data = []
-    for way in ways:
-        direction = str(result["direction"].values[way])
-        look = {
-            "color": SHADES.get(direction, 0),
-            "dash": DASHES.get(direction, "solid"),
-            "width": 2,
-            "simplify": False,
-        }
-        data.append(
-            {
-                "x": packed(result["distance"].values / x_scale),
-                "y": packed(force[way] / scale),
-                "meta": "force",
-                "type": "scatter",
-                "mode": "lines",
-                "name": direction,
-                "line": look,
-                "showlegend": False,
-                "hovertemplate": f"distance %{{x:.3g}} {x_unit}<br>force %{{y:.3g}} {unit}<extra></extra>",
-            }
-        )
-    shown = (
-        [] if parts is None else [one for one in parts["force_part"] if float(np.abs(one).max()) > LEAST_PART * scale]
-    )
-    for number, one in enumerate(shown if len(shown) > 1 else []):
-        name = str(one["interaction"].values)
-        data.append(
-            {
-                "x": packed(result["distance"].values / x_scale),
-                "y": packed(one.values[0] / scale),
-                "meta": "force part",
-                "type": "scatter",
-                "mode": "lines",
-                "name": name,
-                "showlegend": True,
-                "line": {"color": PART_COLORS[number % len(PART_COLORS)], "width": 1.2, "dash": "dot"},
-                "hovertemplate": f"distance %{{x:.3g}} {x_unit}<br>{name} %{{y:.3g}} {unit}<extra></extra>",
-            }
-        )
-    layout = {
-        "margin": {"l": 50, "r": 8, "t": 6, "b": 42},
-        "showlegend": len(shown) > 1,
-        # at the right, where the force is small
-        "legend": {"x": 1, "xanchor": "right", "y": 1, "yanchor": "top", "font": {"size": 10}},
-        "hovermode": "closest",
-        "xaxis": {"title": {"text": f"distance <i>d</i> ({x_unit})"}},
-        "yaxis": {"title": {"text": f"force ({unit})"}, "zeroline": True},
-    }
-    return {"data": data, "layout": layout}
-
-
 def empty(text: str) -> Figure:
     """Return a figure that says in a sentence why it is empty."""
-    note = {"text": _plain(text), "x": 0.5, "y": 0.5, "xref": "paper", "yref": "paper", "showarrow": False}
+    note = {"text": plain(text), "x": 0.5, "y": 0.5, "xref": "paper", "yref": "paper", "showarrow": False}
     hidden = {"visible": False}
     return {"data": [], "layout": {"annotations": [note], "xaxis": hidden, "yaxis": hidden, "margin": MARGIN}}
 
@@ -452,32 +330,33 @@ def unit_of(variable: xr.DataArray) -> tuple[float, str]:
 
 def label_of(variable: xr.DataArray) -> str:
     """Return the name of a quantity in words."""
-    return _plain(str(variable.attrs.get("long_name") or variable.name).partition(";")[0])
+    return plain(str(variable.attrs.get("long_name") or variable.name).partition(";")[0])
 
 
 def title(variable: xr.DataArray, unit: str) -> str:
     """Return the title of an axis: name, symbol and unit."""
-    name = _plain(str(variable.attrs.get("long_name", variable.name)))
+    name = plain(str(variable.attrs.get("long_name", variable.name)))
     symbol = html_symbol(str(variable.attrs.get("symbol", "")))
     return f"{name}{f' <i>{symbol}</i>' if symbol else ''}{_in_brackets(unit)}"
 
 
 def _title_of_several(variables: Sequence[xr.DataArray], unit: str) -> str:
     symbols = [
-        html_symbol(str(variable.attrs.get("symbol", ""))) or _plain(str(variable.name)) for variable in variables
+        html_symbol(str(variable.attrs.get("symbol", ""))) or plain(str(variable.name)) for variable in variables
     ]
     return f"<i>{', '.join(symbols)}</i>{_in_brackets(unit)}"
 
 
 def _in_brackets(unit: str) -> str:
-    return f" ({_plain(unit)})" if unit not in ("1", "") else ""
+    return f" ({plain(unit)})" if unit not in ("1", "") else ""
 
 
 def _unit(variable: xr.DataArray) -> str:
     return str(variable.attrs.get("units", "1"))
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
+    """Return text that a figure shows as it is, not as HTML."""
     return html.escape(shorten(text, 120))
 
 
@@ -486,7 +365,8 @@ def name_of_axis(kind: str, tag: int) -> str:
     return kind if tag == 0 else f"{kind}{tag + 1}"
 
 
-def _legend() -> Figure:
+def legend() -> Figure:
+    """Return the usual legend: a line above the frames."""
     return {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"}
 
 

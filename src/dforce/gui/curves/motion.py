@@ -14,6 +14,7 @@ import dforce as df
 from dforce.core.notation import html_symbol
 from dforce.findings.set_point import regime
 from dforce.gui.curves.figures import Layer, unit_of
+from dforce.gui.curves.force_figure import LEAST_PART
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import LIVE, Latest, in_thread
 from dforce.gui.window.shown import PagePart
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 PATIENCE = 10.0  # s; a motion that takes longer to settle is given up
 MOST_SAMPLES = 4000  # that are sent; more are not seen
 DIGITS = 5
-LEAST_PART = 1e-6  # of the unit of the force: a part below it is none
 TOO_LONG = "This motion takes too long to settle; run a dwell at this distance instead."
 
 

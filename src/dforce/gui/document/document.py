@@ -344,6 +344,8 @@ def path_of(document: Document, words: str) -> Path:
 def _words(sentence: str) -> Iterator[str]:
     """Give the parts of the value that a sentence is about: its first word, or else the first value of a case in it."""
     first, *others = (word.rstrip(":,;") for word in sentence.split(" "))
+    if "." in first and first.split(".")[0] in df.forces.REGISTRY:  # a force that only knows its own name
+        first = f"forces.{first}"
     if first.split(".")[0] not in df.Case.model_fields:
         first = next((word for word in others if "." in word and word.split(".")[0] in df.Case.model_fields), first)
     yield from first.split(".") if first else ()

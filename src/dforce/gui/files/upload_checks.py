@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import dforce as df
 from dforce.gui.curves import compare, figures, setpoint
+from dforce.gui.curves.basins_figure import basins
 from dforce.gui.document.document import LONGEST_NAME, MOST_QUANTITIES
 from dforce.gui.measured import fitting, overlay, reconstructed
 from dforce.gui.measured.reading import calibrated
@@ -53,7 +54,7 @@ def validate_upload(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] 
         if len(names) > MOST_QUANTITIES or max(map(len, names)) > LONGEST_NAME:
             raise ValueError("more quantities than an experiment has, or longer names")
         if kind.name == "basins":
-            figures.basins(result)
+            basins(result)
         elif kind.name == "reconstruction":
             reconstructed.figure_of(result)
         else:

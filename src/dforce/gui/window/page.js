@@ -55,7 +55,7 @@ for (const kind of ["dragover", "drop"]) {
 // Arrow keys go through an open menu.
 document.addEventListener("keydown", (event) => {
   const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-  const items = [...(event.target.closest?.(".q-menu")?.querySelectorAll('[role="menuitem"]') ?? [])];
+  const items = [...(event.target.closest?.('.q-menu, [role="menu"]')?.querySelectorAll('[role="menuitem"]') ?? [])];
   if (!step || !items.length) return;
   event.preventDefault();
   const here = items.indexOf(event.target);

@@ -16,6 +16,7 @@ import dforce as df
 from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
+from dforce.gui.curves.force_figure import force_distance
 from dforce.gui.document.compute import LIVE, Latest, in_thread, live_curve
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.document.session import Session
@@ -398,7 +399,7 @@ class Followed:
 def _force(case: df.Case) -> figures.Figure:
     """Return the figure of the force of a case, with its parts."""
     curve = df.force_curve(case)
-    return figures.force_distance(curve, df.force_parts(curve))
+    return force_distance(curve, df.force_parts(curve))
 
 
 def _wrong(document: Document, error: Exception) -> Said:
