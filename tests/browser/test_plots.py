@@ -41,7 +41,7 @@ def test_results_kept_are_drawn_over_each_other_and_their_difference_is_listed(v
     table.wait_for()
     assert "8 nm" in table.inner_text()
     assert "20 nm" in table.inner_text()
-    page.get_by_role("button", name="remove").first.click()
+    page.locator(".df-kept").get_by_role("button", name="remove").click()
     window.shows(df.example(FIRST).replace(AMPLITUDE, "8 nm"))
 
 

@@ -9,7 +9,8 @@ from dforce.core.errors import checked
 from dforce.core.units import parse_share, show
 from dforce.findings.set_point import RATIO, SetPointState, states_at, why_none
 from dforce.findings.summary import summary
-from dforce.results.curves import goes_along, row_of, swept
+from dforce.results.curves import goes_along, row_of
+from dforce.results.kinds import swept
 from dforce.results.status import check_computed
 
 if TYPE_CHECKING:

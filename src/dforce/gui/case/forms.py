@@ -24,7 +24,6 @@ from dforce.gui.case.sliders import toggle
 from dforce.gui.case.values import read, shown, units_of
 from dforce.gui.document.document import Path
 from dforce.gui.window.view import Said, View
-from dforce.problem import values_used
 
 LEFT_OUT = "left out"
 MORE = "More"
@@ -169,7 +168,7 @@ class Forms:
             self._choice(path, label, words, way, lambda new: self._take_way(path, model, way, new))
             hidden = {key for name, keys in model.ways.items() if name != way for key in keys}
         folded = [field for field in self._unused(path, model) if field.key not in hidden]
-        if len(folded) == 1:  # a line that opens one field takes the room of the field
+        if len(folded) == 1 or len(folded) == len(fields(model)) - len(hidden):  # nothing is gained by a fold
             folded = []
         for field in fields(model):
             if field.key in hidden or field in folded:
@@ -184,18 +183,9 @@ class Forms:
                     self._field((*path, field.key), field)
 
     def _unused(self, path: Path, model: type[Parameters]) -> list[Field]:
-        """Return the fields in which nothing is typed, except those that need a value, or that a chosen force uses."""
-        models = [
-            df.forces.REGISTRY.get(str(force.get("model"))) for force in self.view.document.value(("forces",)) or []
-        ]
-        used = values_used(model for model in models if model is not None)
+        """Return the fields in which nothing is typed, except those that need a value."""
         given = self.view.document.value(path) or {}
-        section = ".".join(map(str, path))
-        return [
-            field
-            for field in fields(model)
-            if not (field.required or field.key in given or f"{section}.{field.key}" in used)
-        ]
+        return [field for field in fields(model) if not field.required and field.key not in given]
 
     def _way(self, path: Path, model: type[Parameters]) -> str:
         given = self.view.document.value(path) or {}
