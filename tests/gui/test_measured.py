@@ -524,8 +524,8 @@ def test_a_thermal_spectrum_that_is_dropped_becomes_the_lever(tmp_path):
             send(form, "save", ["25 degC", "static"])
             await until(lambda: "given" in (page.view.document.value(("fit",)) or {}))
             case = page.view.document.case()
-            for name, (value, _) in told.as_table().items():
-                assert getattr(case.cantilever, name) == pytest.approx(value, rel=1e-4)
+            for name, (value, error) in told.as_table().items():  # typed with two digits of the error
+                assert getattr(case.cantilever, name) == pytest.approx(value, abs=0.05 * error)
             assert case.fit.given["cantilever.k"] == pytest.approx([told.k, told.k_error])
 
     asyncio.run(flow())

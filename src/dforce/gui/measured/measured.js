@@ -57,6 +57,7 @@ export default {
         <template v-if="report">
           <p v-if="stale" class="df-motion-note">This fit is of another case than the one in the forms.</p>
           <p v-for="note in notes" :key="note" class="df-motion-note">{{ note }}</p>
+          <ul class="df-facts df-answers" role="status"><li v-for="one in answers" :key="one">{{ one }}</li></ul>
           <p class="df-text">{{ summary }}</p>
           <ul class="df-facts"><li v-for="one in others" :key="one">{{ one }}</li></ul>
           <div class="df-measured-buttons">
@@ -82,7 +83,7 @@ export default {
     missing: { default: "" }, findings: { default: () => [] }, finding: Boolean, unsafe: { default: "" }, limit: { default: "" },
     set_point: { default: "" },
     rows: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
-    report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, others: { default: () => [] },
+    report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, answers: { default: () => [] }, others: { default: () => [] },
   },
   data() {
     return { wanted: this.limit || "1 nN" };

@@ -141,7 +141,7 @@ class MeasuredCurve:
         rows = fitting.rows(document)
         chosen = {path_of(document, name) for name in fitting.free_names(document)}
         failed = "" if job is None or job.state != "failed" else job.error
-        shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[])
+        shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[], answers=[])
         values = confirming.asked(document)
         confirmed = confirming.is_confirmed(document, values)
         shown |= {"lever": confirming.in_words(values), "unconfirmed": "" if confirmed else confirming.UNCONFIRMED}
@@ -176,6 +176,7 @@ class MeasuredCurve:
         }
         if fit is not None:
             shown |= {
+                "answers": [f"{row['label']}: {row['found']}" for row in shown["rows"] if row["found"]],
                 "report": df.fit_report(fit),
                 "stale": not fitting.is_of(fit, document),
                 "notes": [with_labels(document, one.text) for one in advice_in(fit) if one.name != "reduced_chi2"],
