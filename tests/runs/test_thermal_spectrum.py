@@ -131,19 +131,18 @@ def test_the_solver_of_a_noisy_dwell_does_not_count():
     assert df.run(noisy).spectral_density.equals(result().spectral_density)
 
 
-def test_a_record_that_is_stopped_gives_its_status_alone(tmp_path, monkeypatch):
+def test_a_record_that_is_stopped_gives_its_status_alone(workdir, run_as):
     part = stopped()
     assert part.attrs["interrupted"] == 1 and int(part.status) == df.Status.NOT_COMPUTED
     for use in (df.summary, df.plot.overview):
         with pytest.raises(df.ParameterError, match="stopped before its first point"):
             use(part)
     assert df.run(df.Case.from_toml(CASE), resume=part).equals(result())
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tune.toml").write_text(CASE, encoding="utf-8")
-    monkeypatch.setattr(df, "run", lambda *given, **settings: part)
+    (workdir / "tune.toml").write_text(CASE, encoding="utf-8")
+    run_as(lambda *given, **settings: part)
     done = invoke("run", "tune.toml", "-o", "tune.nc", "--plot", "tune.png")
     assert done.exit_code == 130 and "nothing was written" in done.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["tune.toml"]
+    assert [path.name for path in workdir.iterdir()] == ["tune.toml"]
 
 
 SIZES = {"youngs_modulus": "169 GPa", "density": 2330, "length": "225 um", "width": "28 um", "thickness": "3 um"}
