@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -14,7 +15,10 @@ from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import Document, MeasuredData, path_of
 from dforce.gui.measured import confirming, fitting, overlay
+from dforce.gui.measured.foreseen import Foreseen
+from dforce.gui.measured.safe import LIMIT, SafeJob
 from dforce.gui.window.error_messages import as_sentence, say, telling
+from dforce.gui.window.view import View
 from dforce.validity import advice_in
 
 if TYPE_CHECKING:
@@ -44,6 +48,11 @@ class MeasuredCurve(Panel):
 
     title = "Fit"
 
+    def __init__(self, view: View) -> None:
+        super().__init__(view)
+        self.foreseen = Foreseen(self.show)
+        self.safe: SafeJob | None = None
+
     @property
     def label(self) -> str:
         """The title, with the reduced chi2 of a fit."""
@@ -66,6 +75,11 @@ class MeasuredCurve(Panel):
         element.on("remove", self._remove)
         element.on("free", self._free)
         element.on("confirm", self._confirm)
+        element.on("library", self._library)
+        element.on("lever", self._lever)
+        element.on("safe", self._safe)
+        element.on("unsafe", self._stop_safe)
+        element.on("report", self._report)
         element.on("fit", self._fit)
         element.on("stop", self.view.session.stop_fit)
         element.on("take", self._take)
@@ -112,13 +126,20 @@ class MeasuredCurve(Panel):
         rows = fitting.rows(document)
         chosen = {path_of(document, name) for name in fitting.free_names(document)}
         failed = "" if job is None or job.state != "failed" else job.error
-        shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[])
+        shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[], answers=[])
         values = confirming.asked(document)
         confirmed = confirming.is_confirmed(document, values)
         shown |= {"lever": confirming.in_words(values), "unconfirmed": "" if confirmed else confirming.UNCONFIRMED}
+        missing = "" if values else as_sentence(in_words(document, confirming.missing(document)))
+        shown |= {"typed": confirming.typed(document), "levers": list(df.cantilevers()), "missing": missing}
+        if session.measured.curve is not None:
+            self.foreseen.ask(document, session.measured.curve)
+        foreseen = {path_of(document, name): text for name, text in self.foreseen.sentences.items()}
         for row in rows:
             name = "" if fit is None else fitting.name_in(fit, row, document)
             about = as_sentence(with_labels(document, failed)) if row.name in failed else ""
+            said = fitting.note(fit, name) if fit is not None and name else ""
+            before = with_labels(document, foreseen.get(row.path, "")) if not name else ""
             shown["rows"].append(
                 {
                     "name": row.name,
@@ -127,7 +148,7 @@ class MeasuredCurve(Panel):
                     "value": row.value,
                     "free": row.path in chosen,
                     "found": fitting.found_for(fit, name) if fit is not None and name else "",
-                    "note": about or (fitting.note(fit, name) if fit is not None and name else ""),
+                    "note": about or said or before,
                 }
             )
         if failed and not any(row.name in failed for row in rows):
@@ -140,12 +161,21 @@ class MeasuredCurve(Panel):
         }
         if fit is not None:
             shown |= {
+                "answers": [f"{row['label']}: {row['found']}" for row in shown["rows"] if row["found"]],
                 "report": df.fit_report(fit),
                 "stale": not fitting.is_of(fit, document),
-                "notes": [with_labels(document, piece.text) for piece in advice_in(fit)],
+                "notes": [with_labels(document, one.text) for one in advice_in(fit) if one.name != "reduced_chi2"],
                 "summary": _summary(fit),
                 "others": fitting.others(fit, rows, document),
             }
+        safe = self.safe
+        shown |= {
+            "findings": [] if safe is None else safe.sentences(),
+            "finding": safe is not None and safe.busy,
+            "unsafe": as_sentence(safe.error) if safe is not None and safe.error else "",
+            "limit": LIMIT if safe is None else safe.limit,
+            "set_point": f"{100.0 * document.set_point:.3g} %",
+        }
         return shown
 
     def _change(self, **changes: Any) -> None:
@@ -175,7 +205,36 @@ class MeasuredCurve(Panel):
     def _confirm(self) -> None:
         self._change(confirmed=confirming.asked(self.view.document))
 
+    def _library(self, event: GenericEventArguments) -> None:
+        self.view.edit(confirming.with_library(self.view.document, str(event.args)), anew=True)
+
+    def _lever(self, event: GenericEventArguments) -> None:
+        name, text = str(event.args["name"]), str(event.args["text"])
+        self.view.edit(confirming.with_value(self.view.document, name, text), anew=True)
+
+    async def _safe(self, event: GenericEventArguments) -> None:
+        """Find the safe settings for the sample of the fit."""
+        fit = self.view.session.measured.fit
+        if fit is None or (self.safe is not None and self.safe.busy):
+            return
+        with telling("the safe settings could not be found"):
+            case = self.view.session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
+            limit, share = str(event.args)[: confirming.LONGEST], self.view.document.set_point
+            self.safe = SafeJob(case, self.view.session.limits.seconds, limit=limit, share=share)
+            await self.safe.go(self.show)
+
+    def _stop_safe(self) -> None:
+        if self.safe is not None:
+            self.safe.stopping.set()
+
+    def _report(self) -> None:
+        fit = self.view.session.measured.fit
+        if fit is not None:
+            text = f"{df.fit_report(fit)}\n\n{df.chi2_in_words(fit)}\n"
+            ui.download.content(text, f"{Path(str(fit.attrs.get('data_source', 'curve'))).stem}-fit.txt", "text/plain")
+
     async def _fit(self) -> None:
+        self.safe = None
         with telling("the fit could not be made"):
             try:
                 await self.view.session.fit(self.view.document)
@@ -223,7 +282,7 @@ def _facts(curve: xr.Dataset, measured: MeasuredData) -> list[str]:
 
 def _summary(fit: xr.Dataset) -> str:
     """Return how good a fit is."""
-    text = f"χ² = {fit.attrs['chi2']:.4g} for {fit.attrs['degrees_of_freedom']} degrees of freedom"
+    text = df.chi2_in_words(fit)
     lost = int(fit.attrs["lost_points"])
-    stopped = "; stopped: the best values so far" if fit.attrs.get("interrupted") else ""
-    return f"{text}{f', {lost} points lost' if lost else ''}{stopped}."
+    stopped = " The fit was stopped: these are the best values so far." if fit.attrs.get("interrupted") else ""
+    return f"{text}{f' {lost} points are lost.' if lost else ''}{stopped}"
