@@ -21,7 +21,7 @@ from dforce.gui.document.session import Session
 from dforce.gui.files import project, uploads
 from dforce.gui.files.file_menu import figure_file, script_of, stem, written
 from dforce.gui.files.saving import SaveForm
-from dforce.gui.measured import confirming, fitting, overlay, reading
+from dforce.gui.measured import confirming, fitting, overlay, reading, table_form, tune
 from dforce.gui.measured.panel import MeasuredPanel, matched
 from dforce.gui.window.error_messages import as_sentence
 from dforce.results import hdf5
@@ -67,37 +67,57 @@ def asked(data, settings=None, case=CASE, name="curve.csv", folder=None):
     return question.value
 
 
-ASKED = {
-    "sign": ({}, [("phase_convention",)]),
-    "columns": ({"heading": "one,two,three"},
-                [("columns", "height"), ("units", "height"), ("columns", "amplitude"), ("units", "amplitude"),
-                 ("columns", "phase"), ("units", "phase"), ("phase_convention",)]),
-    "unit": ({"heading": "height,amplitude_nm,phase_deg"}, [("units", "height")]),
-    "volts": ({"heading": "height_nm,amplitude_V,phase_deg"}, [("read", "sensitivity")]),
-    "two columns": ({"heading": "height_nm,amplitude_nm,amplitude_nm"}, [("columns", "amplitude"), ("phase_convention",)]),
-}  # fmt: skip
+ASKED = {  # what a file lacks, and the guesses over its columns
+    "sign": ({}, ["height", "amplitude", "phase"], []),
+    "columns": ({"heading": "one,two,three"}, ["height", "", ""], []),
+    "unit": ({"heading": "height,amplitude_nm,phase_deg"}, ["height", "amplitude", "phase"], []),
+    "volts": ({"heading": "height_nm,amplitude_V,phase_deg"}, ["height", "amplitude", "phase"], []),
+    "two columns": ({"heading": "height_nm,amplitude_nm,amplitude_nm"}, ["height", "amplitude", ""], []),
+}
 
 
 @pytest.mark.parametrize("what", ASKED)
-def test_what_a_file_does_not_tell_is_asked(tmp_path, what):
-    how, places = ASKED[what]
-    assert list(asked(csv(**how), folder=tmp_path).asked) == places
+def test_what_a_file_does_not_tell_is_asked_over_its_head(tmp_path, what):
+    how, roles, more = ASKED[what]
+    question = asked(csv(**how), folder=tmp_path)
+    assert [column.quantity for column in question.head.columns] == roles
+    assert list(question.asked) == more
+
+
+def answer(roles=("height", "amplitude", "phase"), **more):
+    """Return what the dialog sends."""
+    usual = {
+        "units": ["nm", "nm", "deg"],
+        "grows": "away",
+        "convention": "lag",
+        "amplitude": "",
+        "sensitivity": "",
+        "more": [],
+    }
+    return {"roles": list(roles), **usual, **more}
 
 
 def test_answers_let_a_file_be_read(tmp_path):
     data = csv(heading="one,two,three")
     question = asked(data, folder=tmp_path)
-    told = {
+    settings = table_form.told(question.head, {}, [], answer())
+    assert settings == LAG | {
         "columns": {"height": "one", "amplitude": "two", "phase": "three"},
-        "units": {"height": "nm", "amplitude": "nm"},
+        "units": {"height": "nm", "amplitude": "nm", "phase": "deg"},
+        "read": {"height_grows": "away"},
     }
-    answers = [{"height": "one", "amplitude": "two", "phase": "three"}.get(place[-1], "lag") if place[0] != "units"
-               else {"phase": "deg"}.get(place[-1], "nm") for place in question.asked]  # fmt: skip
-    settings = reading.with_answers({}, list(question.asked), answers)
-    told["units"]["phase"] = "deg"
-    assert settings == told | LAG
     curve = reading.curve_from(data, "curve.csv", settings, CASE, tmp_path)
     assert np.allclose(curve["amplitude"], measured_curve.numbers()[1], atol=1e-14)
+
+
+def test_what_a_reader_does_by_itself_is_not_named(tmp_path):
+    question = asked(csv(), folder=tmp_path)
+    assert table_form.told(question.head, {}, [], answer(convention="lead")) == {"phase_convention": "lead"}
+    volts = asked(csv(heading="height_nm,amplitude_V,phase_deg"), folder=tmp_path)
+    more = answer(sensitivity="50 nm/V", amplitude="rms", grows="toward")
+    assert table_form.told(volts.head, {}, [], more) == LAG | {
+        "read": {"sensitivity": "50 nm/V", "amplitude_is": "rms", "height_grows": "toward"}
+    }
 
 
 def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path):
@@ -106,7 +126,8 @@ def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path)
     question = asked(near, LAG, folder=tmp_path)
     assert {place[:2] for place in question.asked} == {
         ("calibrate", "free_amplitude"), ("calibrate", "free_phase"), ("calibrate", "errors")}  # fmt: skip
-    settings = reading.with_answers(LAG, list(question.asked), ["20 nm", "90 deg", "30 pm", "0.2 deg"])
+    told = ["20 nm", "90 deg", "30 pm", "0.2 deg"]
+    settings = table_form.told(question.head, LAG, list(question.asked), answer(more=told))
     assert reading.curve_from(near, "c.csv", settings, CASE, tmp_path).sizes["point"] == 61
 
 
@@ -248,10 +269,11 @@ def test_what_is_not_clear_is_asked_in_the_window_and_then_read(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             await page.files.open(csv(), "curve.csv")
-            form = element(user, SaveForm)
+            form = element(user, table_form.TableForm)
             assert "sign of the phases" in form.props["why"] and "phase_convention" not in form.props["why"]
+            assert [column["role"] for column in form.props["columns"]] == ["height", "amplitude", "phase"]
             assert page.view.document.measured is None
-            send(form, "save", ["lead"])
+            send(form, "read", answer(convention="lead"))
             await until(lambda: page.view.document.measured is not None)
             assert page.view.document.measured.settings == {"phase_convention": "lead"}
 
@@ -264,21 +286,25 @@ def test_an_answer_that_does_not_do_is_asked_for_again_with_what_is_wrong(tmp_pa
 
     def form_of(user):
         with user.client:
-            return [one for one in user.client.elements.values() if isinstance(one, SaveForm)][-1]
+            return [one for one in user.client.elements.values() if isinstance(one, table_form.TableForm)][-1]
+
+    roles = ["height", "amplitude", "phase", "curve"]
+
+    def told(curve):
+        return answer(roles, units=["nm", "nm", "deg", ""], more=[curve] if curve else [])
 
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             await page.files.open("\n".join([*lines, ""]).encode(), "map.csv")
             for wrong, sentence in (("9", "has no curve 9; it contains 2"), ("first", "is not a whole number")):
                 before = form_of(user)
-                assert before.props["fields"][0]["label"] == "Which curve, 1 to 2"
-                send(before, "save", [wrong])
+                assert before.props["more"][0]["label"] == "Which curve, 1 to 2"
+                send(before, "read", told(wrong))
                 await until(lambda before=before: form_of(user) is not before)
                 again = form_of(user).props
-                assert sentence in again["why"] and again["fields"][0]["value"] == wrong
-            send(form_of(user), "save", ["2"])
-            await until(lambda: form_of(user).props["fields"][0]["label"] == "Phases in the file")
-            send(form_of(user), "save", ["lag"])
+                assert sentence in again["why"] and again["more"][0]["value"] == wrong
+                assert again["convention"] == "lag"
+            send(form_of(user), "read", told("2"))
             await until(lambda: page.view.document.measured is not None)
             assert page.view.document.measured.settings == {"phase_convention": "lag", "read": {"curve": 2}}
 
@@ -395,8 +421,38 @@ THERMAL = "frequency (Hz),PSD (m^2/Hz){}\n" + "".join(f"{6e4 + n},1e-24{{}}\n" f
 @pytest.mark.parametrize("more", [("", ""), (",fit (m^2/Hz)", ",2e-24"), (",fit (m^2/Hz),residual", ",2e-24,0.5")])
 def test_a_thermal_spectrum_is_not_asked_for_heights_that_it_does_not_have(tmp_path, more):
     data = THERMAL.format(more[0], *[more[1]] * 50).encode()
-    with pytest.raises(df.ResultError, match="is a spectrum of thermal motion, not a curve against height"):
+    with pytest.raises(reading.SpectrumFound):
         reading.curve_from(data, "thermal.csv", LAG, CASE, tmp_path)
+
+
+def test_a_thermal_spectrum_that_is_dropped_becomes_the_lever(tmp_path):
+    data = (files("dforce.library") / "measured" / "thermal.csv").read_bytes()
+    told = df.thermal_tune(str(files("dforce.library") / "measured" / "thermal.csv"))
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            await page.files.open(data, "thermal.csv")
+            form = element(user, SaveForm)
+            assert "f0 = " in form.props["why"] and "±" in form.props["why"]
+            send(form, "save", ["25 degC", "static"])
+            await until(lambda: "given" in (page.view.document.value(("fit",)) or {}))
+            case = page.view.document.case()
+            for name, (value, _) in told.as_table().items():
+                assert getattr(case.cantilever, name) == pytest.approx(value, rel=1e-4)
+            assert case.fit.given["cantilever.k"] == pytest.approx([told.k, told.k_error])
+
+    asyncio.run(flow())
+
+
+def test_a_spectrum_in_volts_asks_for_its_sensitivity(tmp_path):
+    frequency, density = measured_curve.spectrum()
+    rows = "".join(f"{f:.3f},{1e14 * s:.6e}\n" for f, s in zip(frequency, density, strict=True))
+    data = f"frequency (Hz),PSD (V^2/Hz)\n{rows}".encode()
+    with pytest.raises(df.ParameterError) as refused:
+        tune.tune_from(data, "volts.csv", {}, tmp_path)
+    assert "sensitivity" in tune.questions(str(refused.value), {})
+    found = tune.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
+    assert found.k == pytest.approx(measured_curve.K, rel=0.1)
 
 
 def test_a_file_with_too_few_columns_is_not_asked_for_the_missing_ones(tmp_path):

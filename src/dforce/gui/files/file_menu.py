@@ -20,9 +20,10 @@ from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.plots import Plots
 from dforce.gui.document.document import Document
 from dforce.gui.files import project, uploads
-from dforce.gui.files.saving import Field, ask, choice, text
-from dforce.gui.measured import reading
+from dforce.gui.files.saving import ask, choice, text
+from dforce.gui.measured import reading, tune
 from dforce.gui.measured.overlay import shows
+from dforce.gui.measured.table_form import ask_table
 from dforce.gui.study.explore import is_explorable
 from dforce.gui.study.parameter_study import Over, with_approach
 from dforce.gui.window.error_messages import as_sentence, say, telling
@@ -164,37 +165,55 @@ class FileMenu:
             case = view.document.case()
         try:
             raw = await asyncio.to_thread(reading.curve_from, data, name, settings, case, view.session.results.folder)
+        except reading.SpectrumFound:
+            await self._open_spectrum(data, name, {})
+            return
         except reading.Question as question:
-            self._ask(question.asked, str(question), data, name, settings)
+            self._ask(question, str(question), data, name, settings)
             return
         await view.session.take_measured(raw, name, settings)
         self.plots.show_measured()
 
     def _ask(
-        self,
-        asked: Mapping[reading.Place, Field],
-        sentence: str,
-        data: bytes,
-        name: str,
-        settings: Mapping[str, object],
+        self, question: reading.Question, sentence: str, data: bytes, name: str, settings: Mapping[str, object]
     ) -> None:
         """Ask what a file does not tell, and once more, with what is wrong, where an answer does not do."""
 
-        async def answered(*answers: str) -> None:
-            told = reading.with_answers(settings, list(asked), answers)
-
+        async def answered(told: dict[str, object]) -> None:
             async def read() -> None:
                 try:
                     await self.open_measured(data, name, told)
                 except df.DForceError as error:
-                    typed = zip(asked.items(), answers, strict=True)
-                    again = {place: {**field, "value": answer} for (place, field), answer in typed}
-                    self._ask(again, str(error), data, name, settings)
+                    self._ask(question, str(error), data, name, told)
 
             await self._attempt("the file could not be opened", read)
 
-        why = f"{as_sentence(sentence)} Please answer:"
-        ask(f"Read {shorten(name, 60)}", list(asked.values()), answered, why=why, button="Read")
+        ask_table(f"Read {shorten(name, 60)}", as_sentence(sentence), question.head, settings, question.asked, answered)
+
+    async def _open_spectrum(self, data: bytes, name: str, answers: dict[str, str]) -> None:
+        """Show f0, k and Q of a thermal spectrum, and take them for the lever when a person says so."""
+        folder = self.view.session.results.folder
+        try:
+            found = await asyncio.to_thread(tune.tune_from, data, name, answers, folder)
+        except df.ParameterError as error:
+            fields, why = tune.questions(str(error), answers), as_sentence(str(error))
+            if not fields:
+                raise
+        else:
+            fields, why = tune.questions("", answers), tune.in_words(found)
+        shown = dict(fields)
+
+        async def answered(*given: str) -> None:
+            told = answers | {key: text for key, text in zip(shown, given, strict=True) if text.strip()}
+
+            async def take() -> None:
+                found = await asyncio.to_thread(tune.tune_from, data, name, told, folder)
+                self.view.edit(tune.with_lever(self.view.document, found), anew=True)
+                ui.notify(f"The lever has now {tune.in_words(found)}", type="positive")
+
+            await self._attempt("the spectrum could not be used", take)
+
+        ask(f"Thermal tune {shorten(name, 60)}", list(shown.values()), answered, why=why, button="Take for the lever")
 
     async def save_project(self) -> None:
         """Save the document with all its results."""

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
-from dforce.core.errors import shorten
 from dforce.core.files import in_quotes
 from dforce.gui.document.document import MeasuredData
-from dforce.gui.files.saving import Field, choice, text
+from dforce.gui.files.saving import Field, text
 from dforce.inverse.fitting.load import known_settings
+from dforce.inverse.heads import SPECTRUM, FileHead, head_of
 from dforce.inverse.readers import tables_in
 from dforce.results import hdf5
 from dforce.results.files import is_sealed
@@ -34,9 +34,11 @@ PHASES = {
 AMPLITUDES = {"peak": "zero to peak", "rms": "root mean square (rms)"}
 HEIGHTS = {"toward": "nearer to the sample", "away": "farther from the sample"}
 UNITS = {"height": "nm", "phase": "deg"}
-MISSING = re.compile(r"no column for the (.+?); name it")
-SEVERAL = re.compile(r"several columns for the (\w+):")
-UNITLESS = re.compile(r"has no unit for the (\w+)")
+# what the table of columns answers
+OF_THE_TABLE = re.compile(
+    r"no column|several columns|has no unit|cannot be both|units: |the unit of|"
+    r"(sensitivity|amplitude_is|height_grows|phase_convention) ="
+)
 CURVES = re.compile(r"choose one with curve = 1 to (\d+)")
 NOISELESS = re.compile(r"write errors = \{'(\w+)'")
 # how a function is called: here there is a form
@@ -46,11 +48,23 @@ Place = tuple[str, ...]  # of an answer in the table [data]
 
 
 class Question(df.ParameterError):
-    """A file does not tell all; `asked` holds the questions, by where their answers belong in a table `[data]`."""
+    """A file does not tell all.
 
-    def __init__(self, sentence: str, asked: Mapping[Place, Field]) -> None:
+    Attributes
+    ----------
+    head
+        The head of the file, over which columns, units and signs are chosen.
+    asked
+        The other questions, by where their answers belong in a table `[data]`.
+    """
+
+    def __init__(self, sentence: str, head: FileHead, asked: Mapping[Place, Field]) -> None:
         super().__init__(sentence)
-        self.asked = dict(asked)
+        self.head, self.asked = head, dict(asked)
+
+
+class SpectrumFound(df.ResultError):
+    """A file is a thermal spectrum, not a curve."""
 
 
 def curve_from(
@@ -89,11 +103,12 @@ def curve_from(
             calibrated(raw, settings, case)
         except df.DForceError as error:
             sentence = str(error).replace(in_quotes(path), name)
-            asked = (
-                dict(_questions(sentence, data, name, settings, case)) if isinstance(error, df.ParameterError) else {}
-            )
-            if asked:
-                raise Question(ADVICE.sub("", sentence), asked) from None
+            head = _head(data, name)
+            if head is not None and head.kind == SPECTRUM:
+                raise SpectrumFound(sentence) from None
+            asked = dict(_questions(sentence, case)) if isinstance(error, df.ParameterError) else {}
+            if head is not None and (asked or OF_THE_TABLE.search(sentence)):
+                raise Question(ADVICE.sub("", sentence), head, asked) from None
             raise type(error)(sentence) from None
     return raw.assign_attrs(source=name)
 
@@ -156,38 +171,20 @@ def _reading(settings: Mapping[str, Any]) -> dict[str, Any]:
     return known_settings(df.read_measured, named, settings.get("read", {}), "read")
 
 
-def _questions(
-    sentence: str, data: bytes, name: str, settings: Mapping[str, object], case: df.Case | None
-) -> Iterator[tuple[Place, Field]]:
-    """Give the questions that a sentence of the reader comes to, and the sign of the phases with the first of them."""
-    found = dict(_of_reading(sentence, data, name)) or dict(_of_calibration(sentence, case))
-    yield from found.items()
-    sign = ("phase_convention",)
-    if "phase_convention =" in sentence:
-        yield sign, choice("Phases in the file", PHASES)
-    elif any(place[0] == "columns" for place in found) and not settings.get("phase_convention"):
-        yield sign, choice("Phases in the file", {"": "as in the file"} | PHASES)
+def _head(data: bytes, name: str) -> FileHead | None:
+    """Return the head of a file; None for one that is no table."""
+    try:
+        return head_of(tables_in(data, name), name)
+    except df.ResultError:
+        return None
 
 
-def _of_reading(sentence: str, data: bytes, name: str) -> Iterator[tuple[Place, Field]]:
-    """Give what reading a file asks for."""
-    if (missing := MISSING.search(sentence) or SEVERAL.search(sentence)) is not None:
-        columns = [one for one in tables_in(data, name)[0].columns if one.values.dtype.kind == "f"]
-        words = {one.name: f"{shorten(one.name, 40)}{f' ({one.unit})' if one.unit else ''}" for one in columns}
-        for quantity in missing[1].split(" or the "):
-            yield ("columns", quantity), choice(f"Column of the {quantity}", words)
-            if not any(one.unit for one in columns):
-                yield ("units", quantity), text(f"Unit of the {quantity}", UNITS.get(quantity, "nm"))
-    elif (unit := UNITLESS.search(sentence)) is not None:
-        yield ("units", unit[1]), text(f"Unit of the {_spaced(unit[1])}", UNITS.get(unit[1].partition("_")[0], "nm"))
-    elif "sensitivity =" in sentence:
-        yield ("read", "sensitivity"), text("Sensitivity of the detector", "50 nm/V")
-    elif "amplitude_is =" in sentence:
-        yield ("read", "amplitude_is"), choice("Amplitudes in the file", AMPLITUDES)
-    elif "height_grows =" in sentence:
-        yield ("read", "height_grows"), choice("Larger heights are", HEIGHTS)
-    elif (several := CURVES.search(sentence)) is not None:
+def _questions(sentence: str, case: df.Case | None) -> Iterator[tuple[Place, Field]]:
+    """Give the questions beside those of the table that a sentence of reader or calibration comes to."""
+    if (several := CURVES.search(sentence)) is not None:
         yield ("read", "curve"), text(f"Which curve, 1 to {several[1]}", "1")
+    else:
+        yield from _of_calibration(sentence, case)
 
 
 def _of_calibration(sentence: str, case: df.Case | None) -> Iterator[tuple[Place, Field]]:
@@ -204,7 +201,3 @@ def _of_calibration(sentence: str, case: df.Case | None) -> Iterator[tuple[Place
                 yield ("calibrate", "errors", name), text(f"Noise of the {name}", usual)
     elif (noiseless := NOISELESS.search(sentence)) is not None:
         yield ("calibrate", "errors", noiseless[1]), text(f"Noise of the {noiseless[1]}", noises.get(noiseless[1], ""))
-
-
-def _spaced(word: str) -> str:
-    return word.replace("_", " ")
