@@ -91,6 +91,5 @@ def window(lasting):
     """Give the page that the tests of a module share, showing the first example."""
     window, watch = lasting
     window.start()
-    window.tab("Microscope")
     yield window
     watch.check()

@@ -24,7 +24,6 @@ from dforce.gui.document.document import Document
 from dforce.gui.document.results import ResultStore
 from dforce.gui.document.session import Session
 from dforce.gui.files import file_menu, project, uploads
-from dforce.gui.window import error_messages
 from dforce.gui.window.view import DrawnResult
 from dforce.results import hdf5
 from dforce.results.curves import Picture, drawable, pictures_of
@@ -171,10 +170,7 @@ def full(*_, **__):
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
-def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, monkeypatch):
-    said = []
-    monkeypatch.setattr(error_messages, "say", said.append)
-
+def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, said, monkeypatch):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
             session, before = page.view.session, page.view.document
@@ -192,23 +188,26 @@ def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, monkeypa
     asyncio.run(flow())
 
 
-def unwritable(result, path, **_):
-    """Do as `df.write` on a full disk, for results of the window alone."""
-    if path.parent.name == "store":
-        raise df.ResultError(f"'{path}' could not be written: no space left on device") from OSError(
-            errno.ENOSPC, "No space left"
-        )
-    return write(result, path)
+@pytest.fixture
+def unwritable(monkeypatch):
+    """Give a function after which the disk is full for results of the window."""
+    plain = df.write
+
+    def write(result, path, **_):
+        if path.parent.name == "store":
+            raise df.ResultError(f"'{path}' could not be written: no space left on device") from OSError(
+                errno.ENOSPC, "No space left"
+            )
+        return plain(result, path)
+
+    return functools.partial(monkeypatch.setattr, df, "write", write)
 
 
-write = df.write
-
-
-def test_a_result_that_finds_no_place_is_not_shown_in_place_of_the_case(tmp_path, monkeypatch):
+def test_a_result_that_finds_no_place_is_not_shown_in_place_of_the_case(tmp_path, unwritable):
     async def flow():
         async with window(tmp_path / "store", live=False) as (_, page):
             session, before = page.view.session, page.view.document
-            monkeypatch.setattr(df, "write", unwritable)
+            unwritable()
             with pytest.raises(df.ResultError, match="no space left"):
                 await page.files.open(netcdf())
             assert (session.document, session.results.names(), session.steps) == (before, [], [])
@@ -216,19 +215,17 @@ def test_a_result_that_finds_no_place_is_not_shown_in_place_of_the_case(tmp_path
     asyncio.run(flow())
 
 
-def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_path, monkeypatch):
+def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_path, said, unwritable):
     async def flow():
         async with window(tmp_path / "store", live=False) as (user, page):
             shown = []
             page.view.show_result = shown.append
-            monkeypatch.setattr(df, "write", unwritable)
+            unwritable()
             page.view.edit(Document.of(CASE), anew=True)
             await page.view.run()
             assert shown == [page.view.session.job.result]
             await user.should_see("this result could not be kept: no space left")
             page.view.curve = DrawnResult(page.view.document, shown[0])
-            said = []
-            monkeypatch.setattr(error_messages, "say", said.append)
             await page.plots.kept._keep()
             assert said == ["No space left."]
 
@@ -440,19 +437,10 @@ def test_the_name_of_a_file_holds_letters_and_digits_only(title, name):
     assert file_menu.stem(title) == name
 
 
-def catch(monkeypatch):
-    """Return a list that gets what the browser is sent to save: names and contents."""
-    sent = []
-    monkeypatch.setattr(
-        file_menu.ui.download, "content", lambda content, name, kind="": sent.append((name, content)), raising=False
-    )
-    return sent
-
-
-def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, monkeypatch):
+def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, catch):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
-            saved = catch(monkeypatch)
+            saved = catch()
             page.view.edit(Document.of(CASE), anew=True)
             await page.files.save_script()
             await page.files.save_case()
@@ -464,10 +452,10 @@ def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, monkeypatch):
     asyncio.run(flow())
 
 
-def test_a_table_that_is_saved_holds_the_numbers(tmp_path, monkeypatch):
+def test_a_table_that_is_saved_holds_the_numbers(tmp_path, catch):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
-            saved = catch(monkeypatch)
+            saved = catch()
             show(page, result())
             await page.files.save_result("", ".csv")
             header, *rows = [line for line in saved[0][1].decode().splitlines() if not line.startswith("#")]

@@ -114,13 +114,11 @@ def stop_between(done, total, note):
 
 
 @pytest.fixture
-def often(monkeypatch):
+def often(every_look, cases_a_block, monkeypatch):
     """Let a sweep be looked at often enough to be stopped between two of four short cases."""
     monkeypatch.setattr("dforce.core.parallel.LOOK", 0.001)
     monkeypatch.setattr("dforce.maps._map.LOOK", 0.001)
-    monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
-    monkeypatch.setattr("dforce.maps._part.BLOCK", 1)
-    monkeypatch.setattr("dforce.maps._part.LEAST_BLOCK", 1)
+    cases_a_block(1)
 
 
 @pytest.mark.parametrize("kind", PLANS)

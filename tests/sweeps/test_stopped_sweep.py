@@ -36,11 +36,11 @@ def case(**changes: object) -> df.Case:
 
 
 @pytest.fixture
-def stopped(monkeypatch: pytest.MonkeyPatch) -> Callable[..., xr.Dataset]:
+def stopped(
+    every_look: None, cases_a_block: Callable[[int], None], monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., xr.Dataset]:
     """Return a function that sweeps with two cases side by side and is stopped once so many points are done."""
-    monkeypatch.setattr("dforce.maps._part.BLOCK", 2)
-    monkeypatch.setattr("dforce.maps._part.LEAST_BLOCK", 2)
-    monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
+    cases_a_block(2)
     add = Crew.add
 
     def sweep(points: int, *args: Any, **settings: Any) -> xr.Dataset:

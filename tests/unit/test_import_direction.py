@@ -206,3 +206,21 @@ def test_importing_dforce_loads_nothing_heavy() -> None:
     code = f"import sys, dforce; print(*sorted(set(sys.modules) & set({HEAVY!r})))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert loaded.stdout.split() == []
+
+
+# What comes with an extra alone. Of the package the window needs it to be loaded, and what zarr reads stores through.
+OPTIONAL = ("zarr", "distributed", "dask", "fsspec", "igor2", "nicegui", "plotly")
+OF_EXTRAS = ("dforce.gui", "dforce.results.checked", "dforce.__main__")
+WITHOUT = f"""
+import importlib, pkgutil, sys
+sys.modules |= dict.fromkeys({OPTIONAL!r})
+import dforce
+for module in pkgutil.walk_packages(dforce.__path__, "dforce."):
+    if not module.name.startswith({OF_EXTRAS!r}):
+        importlib.import_module(module.name)
+dforce.example("hysteresis")
+"""
+
+
+def test_all_but_the_window_loads_without_what_comes_with_an_extra() -> None:
+    subprocess.run([sys.executable, "-c", WITHOUT], check=True)

@@ -30,6 +30,16 @@ TOLD = 6  # digits of a number in a sentence
 # The largest size (SI), by its unit, of a number without a bound of its own on that side; beyond it a unit was left out, as
 # for a distance of 12. Each is far beyond what an instrument has.
 UTMOST = {"m": 1e-3, "rad": 2.0 * math.pi, "J": 1e-15, "J/m^2": 10.0, "N": 1e-3, "V": 1e3, "C/m^2": 10.0, "m/s": 1e3}
+# SI units of values that are declared in other units than those of `units.QUICK`: known without loading pint.
+STORED = {
+    "mC/m^2": "C/m^2",
+    "degC": "K",
+    "aJ": "J",
+    "mol/l": "mol/m^3",
+    "mmol/l": "mol/m^3",
+    "1/nm": "1/m",
+    "nm^3": "m^3",
+}
 NO_UNIT = re.compile(r"\s*[-+.\deE]+\s*")
 
 if TYPE_CHECKING:
@@ -200,8 +210,10 @@ def param(
     """
     texts = [text for text in (default, low, above, high, below) if isinstance(text, str)]
     if unit is None:
-        unit = _unit_of(texts[0]) if texts else "1"
-    quantity = ParameterQuantity(_stored_unit(unit), symbol, doc, low, above, high, below)
+        match = units.NUMBER.fullmatch(texts[0]) if texts else None
+        unit = (match[2] if match else "") or "1"
+    stored = units.QUICK[unit][0] if unit in units.QUICK else STORED.get(unit, unit)
+    quantity = ParameterQuantity(stored, symbol, doc, low, above, high, below)
     return pydantic.Field(default, description=doc, validate_default=True, json_schema_extra=quantity)
 
 
@@ -214,48 +226,6 @@ def part(default: object, *, description: str, **limits: Any) -> Any:
 def shared(path: str) -> Any:
     """Declare a parameter that comes from the instrument, so that one tip serves every force."""
     return pydantic.Field(None, exclude=True, repr=False, validate_default=False, json_schema_extra=Shared(path))
-
-
-def _unit_of(text: str) -> str:
-    match = units.NUMBER.fullmatch(text)
-    return (match[2] if match else "") or "1"
-
-
-PREFIXED = {
-    "nm": "m",
-    "um": "m",
-    "pm": "m",
-    "mm": "m",
-    "kHz": "Hz",
-    "MHz": "Hz",
-    "GHz": "Hz",
-    "TPa": "Pa",
-    "GPa": "Pa",
-    "MPa": "Pa",
-    "kPa": "Pa",
-    "nN": "N",
-    "pN": "N",
-    "mJ/m^2": "J/m^2",
-    "us": "s",
-    "ms": "s",
-    "ns": "s",
-    "deg": "rad",
-    "mV": "V",
-    "mPa s": "Pa s",
-    "mC/m^2": "C/m^2",
-    "degC": "K",
-    "aJ": "J",
-    "um/s": "m/s",
-    "mol/l": "mol/m^3",
-    "mmol/l": "mol/m^3",
-    "1/nm": "1/m",
-    "nm^3": "m^3",
-}
-
-
-def _stored_unit(unit: str) -> str:
-    """Return the SI unit that values declared in `unit` are stored in, without loading pint."""
-    return PREFIXED.get(unit, unit)
 
 
 class Parameters(pydantic.BaseModel, metaclass=ParametersType):

@@ -11,7 +11,8 @@ from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked
 from dforce.experiments import Branches
 from dforce.experiments.base import Progress
-from dforce.results.curves import goes_along, swept
+from dforce.results.curves import goes_along
+from dforce.results.kinds import swept
 from dforce.runs import run
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from dforce.experiments.base import SET_POINT
 from dforce.findings.finding import Finding, finding, number
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
 from dforce.findings.set_point import RATIO, SetPointState, regime, states_at
-from dforce.results.curves import goes_along, swept
+from dforce.results.curves import goes_along
+from dforce.results.kinds import swept
 from dforce.results.significance import is_none, with_scales
 from dforce.results.status import Status, count_status
 

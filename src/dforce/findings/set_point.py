@@ -13,8 +13,9 @@ from dforce.core.arrays import AnyArray
 from dforce.core.errors import ParameterError, checked, nearest
 from dforce.core.units import parse_share
 from dforce.findings.jumps import jumps_of_all
-from dforce.results.curves import by_case, drawable, goes_along, row_of, swept
+from dforce.results.curves import by_case, drawable, goes_along, row_of
 from dforce.results.dataset import COLUMN_DIMS
+from dforce.results.kinds import swept
 from dforce.results.significance import ERRORS, is_none
 from dforce.results.status import check_computed, repeats
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,14 +18,6 @@ NEEDED = ("height", "amplitude", "phase")
 AMPLITUDES = ("amplitude", "amplitude_2")
 NUMBERS = ("1", "")  # units of quantities that need none
 FEWEST = 8  # points of a curve
-
-
-class Placed(NamedTuple):
-    """The quantities of a table: numbers in SI units by name, the columns that they came from, and sentences."""
-
-    values: dict[str, Array]
-    columns: dict[str, Column]
-    history: list[str]
 
 
 def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, name: str) -> dict[str, Column]:

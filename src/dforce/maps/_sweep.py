@@ -12,7 +12,7 @@ from dforce.core.log import announce
 from dforce.core.parallel import Crew
 from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
-from dforce.maps._cases import cases_of
+from dforce.maps._one_by_one import cases_of
 from dforce.maps._pace import paced
 from dforce.maps._result import QUANTITIES, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of

@@ -1,4 +1,4 @@
-"""The page: header with menus and run bar, the forms' tabs at the left, sliders and plots at the right."""
+"""The page: header with menus and run bar, sliders and form at the left, the answer, the chart and its pane at the right."""
 
 from __future__ import annotations
 
@@ -36,13 +36,6 @@ from dforce.gui.window.view import Said, View
 if TYPE_CHECKING:
     import xarray as xr
 
-TABS = {
-    "Microscope": ("cantilever", "drive", "readout", "medium", "noise"),
-    "Tip and sample": ("tip", "sample", "contact"),
-    "Forces": ("forces",),
-    "Experiment": ("experiment",),
-    "Solver": ("solver",),
-}
 FORGOTTEN = 3600.0  # s after which a session that no page shows is only kept in the storage
 HERE = Path(__file__).parent
 SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
@@ -189,14 +182,9 @@ class Page:
         self.view.session.hide_kept()  # they were of another case, and are a press away
 
     def _left(self) -> None:
-        forms = self.forms = Forms(self.view, (Sliders(self.view), FitAtFields(self.view)))
-        with ui.tabs().props("dense no-caps inline-label narrow-indicator align=justify").classes("df-tabs") as tabs:
-            made = {name: ui.tab(name) for name in TABS}
-        banner = ui.label().classes("df-banner").props('role="alert"')
-        with ui.tab_panels(tabs, value="Microscope", animated=False, keep_alive=False).classes("df-panels"):
-            for name, sections in TABS.items():
-                with ui.tab_panel(name).classes("df-panel"):
-                    forms.tab(sections)
+        banner = ui.label().classes("df-banner wrong").props('role="alert"')
+        with ui.element("div").classes("df-panels"):
+            forms = self.forms = Forms(self.view, (Sliders(self.view), FitAtFields(self.view)))
         with ui.element("div").classes("df-foot"):
             with ui.element("div").classes("df-force"):
                 self.view.force = Chart("force against distance")
@@ -206,14 +194,8 @@ class Page:
 
         def said(said: Said) -> None:
             nowhere = said.wrong if said.wrong and not forms.has(said.where) else ""
-            notes = [text for path, text in said.advice if not forms.has(path)]
-            banner.set_text(nowhere or " ".join(notes))
-            banner.classes(add="wrong" if nowhere else "", remove="" if nowhere else "wrong")
-            banner.set_visibility(bool(nowhere or notes))
-            sections = forms.wrong_sections()
-            for name, tab in made.items():
-                wrong = any(section in sections for section in TABS[name])
-                tab.classes(add="df-wrong-tab" if wrong else "", remove="" if wrong else "df-wrong-tab")
+            banner.set_text(nowhere)
+            banner.set_visibility(bool(nowhere))
 
         banner.set_visibility(False)
         self.view.on_said.append(said)
