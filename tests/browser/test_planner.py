@@ -68,6 +68,6 @@ def test_a_planner_finds_amplitude_and_set_point_that_keep_the_peak_force_low(vi
     chosen = df.parse(f"{amplitude.input_value()} {unit}", "m")
     share = 0.01 * float(page.get_by_label("set point in percent").input_value())
     case = df.example("figure-4-soft").replace("drive.A0", chosen)
-    curve = df.approach(case, zc=np.linspace(1.3, 0.05, 251) * chosen)
+    curve = df.approach(case, zc=np.linspace(1.3, -1.0, 251) * chosen)
     force = df.at_set_point(curve, share)["peak_force"].values
     assert 0.0 < force.max() < LIMIT
