@@ -22,7 +22,7 @@ from dforce.experiments.branches import Span
 from dforce.problem import Problem
 from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, with_motions
 from dforce.procedures.table import Table, with_levers
-from dforce.procedures.varied import Varied, varied_by
+from dforce.procedures.varied import VariedParameter, varied_by
 from dforce.solvers.continuation import Curve
 from dforce.solvers.doubling import doublings
 from dforce.solvers.escape import UnstableStates, escape
@@ -135,7 +135,7 @@ def _dataset(
     plan: Branches,
     among: ParameterRange,
     curves: list[Curve],
-    path: Varied,
+    path: VariedParameter,
     quantity: ParameterQuantity,
     searched: Array,
 ) -> xr.Dataset:
