@@ -306,7 +306,8 @@ def script_of(document: Document) -> str:
     case, name = document.case(), stem(document.title)
     text = case.to_python(name)
     if document.measured is not None and case.sweep is None and getattr(case.experiment, "kind", "") == "approach":
-        text += reading.script_of(document.measured, f"{name}-measured.png")
+        fits = f"{name}-fit.png" if document.measured.fit and case.fit is not None and case.fit.free else ""
+        text += reading.script_of(document.measured, f"{name}-measured.png", fits)
     return text
 
 

@@ -10,14 +10,15 @@ import functools
 
 import dforce as df
 from dforce.core.units import show
-from dforce.gui.document.document import Document
+from dforce.gui.document.document import Document, Path
 
 DIGITS = 6
-TABS = "Microscope and Tip and sample"
 UNCONFIRMED = (
-    "Confirm lever and tip: with wrong values the fit looks as good, but its results are wrong. Correct them in the tabs "
-    f"{TABS}, then confirm."
+    "Confirm lever and tip: with wrong values the fit looks as good, but its results are wrong. Choose a lever, type its "
+    "values, or drop a thermal spectrum; then confirm."
 )
+TYPED = {"f0": "Hz", "k": "N/m", "Q": "1", "R": "m"}  # units of what is typed of lever and tip
+LONGEST = 40  # characters of a value
 
 
 def lever_and_tip(case: df.Case) -> dict[str, str]:
@@ -44,6 +45,56 @@ def asked(document: Document) -> dict[str, str]:
         return lever_and_tip(document.case())
     except (df.DForceError, TypeError):
         return {}
+
+
+def missing(document: Document) -> str:
+    """Return why a document has no lever and tip; empty where it has them."""
+    try:
+        document.case()
+    except (df.DForceError, TypeError) as error:
+        return str(error)
+    return ""
+
+
+def place_of(document: Document, name: str) -> Path:
+    """Return where a value of lever or tip is typed; () where it follows from others, as of a beam."""
+    if name == "R":
+        return ("tip", "radius")
+    if document.value(("cantilever", "beam")):
+        return ()
+    return ("cantilever", "modes", 0, name) if document.value(("cantilever", "modes")) else ("cantilever", name)
+
+
+def typed(document: Document) -> list[dict[str, str]]:
+    """Return the values of lever and tip that can be typed, each with its name and its text."""
+    values = asked(document)
+    found = []
+    for name in TYPED:
+        place = place_of(document, name)
+        if place:
+            text = document.value(place)
+            found.append({"name": name, "text": str(text if text is not None else values.get(name, ""))})
+    return found
+
+
+def with_value(document: Document, name: str, text: str) -> Document:
+    """Return a document with a value of lever or tip as typed; nothing typed takes it away."""
+    place = place_of(document, name) if name in TYPED else ()
+    return document.put(place, text.strip()[:LONGEST] or None) if place else document
+
+
+def with_library(document: Document, name: str) -> Document:
+    """Return a document with a lever of the library, and with its tip where the library has one.
+
+    Its Q is that of the medium, or must be typed: few makers state one.
+    """
+    probe = df.cantilevers().get(name)
+    if probe is None:
+        return document
+    document = document.put(("cantilever",), {"name": name})
+    if probe.tip_radius is not None:
+        document = document.put(("tip", "radius"), show(probe.tip_radius, "m", DIGITS))
+    return document
 
 
 def is_confirmed(document: Document, values: dict[str, str]) -> bool:

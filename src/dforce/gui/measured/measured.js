@@ -2,9 +2,7 @@
 export default {
   template: `
     <aside class="df-motion df-measured" aria-label="measured curve">
-      <div class="df-motion-head"><h2>{{ name }}</h2>
-        <button type="button" class="df-remove" aria-label="close the measured curve" title="Close; the curve stays"
-                @click="$emit('close')">×</button></div>
+      <div class="df-motion-head"><h2>{{ name }}</h2></div>
       <p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
       <ul class="df-facts"><li v-for="fact in facts" :key="fact">{{ fact }}</li></ul>
       <p v-if="hint" class="df-motion-note">{{ hint }}</p>
@@ -19,14 +17,22 @@ export default {
       <details v-if="history.length" class="df-folded"><summary>What was done with it</summary>
         <ul class="df-facts"><li v-for="line in history" :key="line">{{ line }}</li></ul></details>
       <template v-if="ready">
-        <h3>Lever and tip</h3>
-        <p class="df-text">{{ lever || "What is typed is not yet a case." }}</p>
+        <h3>Which lever and tip?</h3>
+        <div class="df-lever">
+          <label class="df-lever-name">Lever of the library
+            <input class="df-box" list="df-levers" :disabled="busy" placeholder="type to search"
+                   @change="$emit('library', $event.target.value); $event.target.value = ''" /></label>
+          <datalist id="df-levers"><option v-for="one in levers" :key="one" :value="one"></option></datalist>
+          <label v-for="one in typed" :key="one.name"><i>{{ one.name }}</i>
+            <input class="df-box" :value="one.text" maxlength="40" :disabled="busy" :aria-label="one.name + ' of lever and tip'"
+                   :placeholder="'type ' + one.name" @change="$emit('lever', {name: one.name, text: $event.target.value})" /></label></div>
+        <p v-if="missing" class="df-motion-note" role="status">{{ missing }}</p>
         <template v-if="unconfirmed">
           <p class="df-motion-note" id="df-unconfirmed">{{ unconfirmed }}</p>
           <div class="df-measured-buttons"><button type="button" class="df-plain" :disabled="!lever"
               @click="$emit('confirm')">They are those of this curve</button></div>
         </template>
-        <p v-else class="df-text">Confirmed for this curve.</p>
+        <p v-else class="df-text">Confirmed for this curve: {{ lever }}.</p>
         <h3>Fit</h3>
         <p class="df-text">Parameters to find; the fit begins at the values in the forms.</p>
         <div class="df-fit-rows" role="group" aria-label="parameters to fit">
@@ -49,20 +55,36 @@ export default {
         <template v-if="report">
           <p v-if="stale" class="df-motion-note">This fit is of another case than the one in the forms.</p>
           <p v-for="note in notes" :key="note" class="df-motion-note">{{ note }}</p>
+          <ul class="df-facts df-answers" role="status"><li v-for="one in answers" :key="one">{{ one }}</li></ul>
           <p class="df-text">{{ summary }}</p>
           <ul class="df-facts"><li v-for="one in others" :key="one">{{ one }}</li></ul>
           <div class="df-measured-buttons">
-            <button type="button" class="df-plain" @click="$emit('take')">Take over these values</button></div>
+            <button type="button" class="df-plain" @click="$emit('take')">Take over these values</button>
+            <button type="button" class="df-plain" @click="$emit('report')">Save the report</button></div>
           <details class="df-folded"><summary>Report</summary><pre class="df-report">{{ report }}</pre></details>
+          <h3>Safe settings for this sample</h3>
+          <div class="df-measured-buttons">
+            <label class="df-text">Peak force at {{ set_point }} below
+              <input class="df-box number df-limit" v-model="wanted" maxlength="40" aria-label="largest peak force" /></label>
+            <button v-if="!finding" type="button" class="df-plain" @click="$emit('safe', wanted)">Find safe settings</button>
+            <button v-else type="button" class="df-plain" @click="$emit('unsafe')">Stop</button>
+            <progress v-if="finding" aria-label="progress of the safe settings"></progress></div>
+          <p v-if="unsafe" class="df-motion-note wrong" role="alert">{{ unsafe }}</p>
+          <ul v-if="findings.length" class="df-facts df-findings" role="status"><li v-for="one in findings" :key="one">{{ one }}</li></ul>
         </template>
       </template>
     </aside>`,
   props: {
     name: { default: "" }, wrong: { default: "" }, facts: { default: () => [] }, hint: { default: "" }, ready: Boolean,
     low: { default: -5 }, high: { default: 5 }, at: { default: 0 }, match: { default: "" }, history: { default: () => [] },
-    lever: { default: "" }, unconfirmed: { default: "" },
+    lever: { default: "" }, unconfirmed: { default: "" }, levers: { default: () => [] }, typed: { default: () => [] },
+    missing: { default: "" }, findings: { default: () => [] }, finding: Boolean, unsafe: { default: "" }, limit: { default: "" },
+    set_point: { default: "" },
     rows: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
-    report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, others: { default: () => [] },
+    report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, answers: { default: () => [] }, others: { default: () => [] },
+  },
+  data() {
+    return { wanted: this.limit || "1 nN" };
   },
   methods: {
     shift(field) {

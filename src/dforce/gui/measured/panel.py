@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
-from dforce.core.errors import shorten
 from dforce.core.units import show
 from dforce.gui.case.words import in_words, with_labels
+from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import Document, MeasuredData, path_of
 from dforce.gui.measured import confirming, fitting, overlay
+from dforce.gui.measured.foreseen import Foreseen
+from dforce.gui.measured.safe import LIMIT, SafeJob
 from dforce.gui.window.error_messages import as_sentence, say, telling
 from dforce.gui.window.view import View
 from dforce.validity import advice_in
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 NM = 1e-9
 FEWEST, MOST, EVERY = 51, 501, 0.1e-9  # points of an experiment over the measured heights, and about how far apart
 BETWEEN = 0.05  # s between two messages of the shift that is dragged
-NONE = "Measured curve ..."
+NONE = "Drop a measured curve anywhere onto the window: it is drawn under the curve of the model, and fitted here."
 MATCH = "An approach over the measured distances, with the measured free amplitude"
 NOT_HERE = "This picture has no measured quantity; choose amplitude and phase against the distance."
 NO_MODEL = "The case has no curve against the distance; press Match the experiment."
@@ -41,37 +43,43 @@ class MeasuredPanel(ui.element, component="measured.js"):
             self.update()
 
 
-class MeasuredCurve:
-    """The measured curve of one page; its button is made in the container that is open, its panel by :meth:`panel`."""
+class MeasuredCurve(Panel):
+    """The measured curve of one page, and its fit."""
+
+    title = "Fit"
 
     def __init__(self, view: View) -> None:
-        self.view = view
-        self.is_open = False
-        self.before_opening: Callable[[], None] = lambda: None
-        with ui.element("button").classes("df-plain").props('type="button" aria-expanded="false"') as self.button:
-            self.text = ui.label(NONE)
-        self.button.props["title"] = (
-            "Draw a measured curve under the curve of the model; or drop its file onto the window"
-        )
-        # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
-        self.button.on(
-            "click",
-            self._pressed,
-            js_handler="""(event) => {
-            if (event.currentTarget.dataset.there !== "yes") window.dforceFiles.pick(); else emit();
-        }""",
-        )
+        super().__init__(view)
+        self.foreseen = Foreseen(self.show)
+        self.safe: SafeJob | None = None
 
-    def panel(self) -> None:
+    @property
+    def label(self) -> str:
+        """The title, with the reduced chi2 of a fit."""
+        fit = self.view.session.measured.fit if self.view.document.measured is not None else None
+        if fit is None or not fit.attrs["degrees_of_freedom"]:
+            return self.title
+        return f"{self.title} {fit.attrs['chi2'] / fit.attrs['degrees_of_freedom']:.2g}"
+
+    def make(self) -> None:
         """Make the panel, in the container that is open."""
+        with ui.element("div").classes("df-none") as self.none:
+            ui.label(NONE).classes("df-text")
+            with ui.element("button").classes("df-plain").props('type="button"') as button:
+                ui.label("Open a measured curve")
+            # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
+            button.on("click", js_handler="() => window.dforceFiles.pick()")
         element = self.element = MeasuredPanel()
-        element.set_visibility(False)
-        element.on("close", self.close)
         element.on("shift", self._shift, throttle=BETWEEN)
         element.on("match", self._match)
         element.on("remove", self._remove)
         element.on("free", self._free)
         element.on("confirm", self._confirm)
+        element.on("library", self._library)
+        element.on("lever", self._lever)
+        element.on("safe", self._safe)
+        element.on("unsafe", self._stop_safe)
+        element.on("report", self._report)
         element.on("fit", self._fit)
         element.on("stop", self.view.session.stop_fit)
         element.on("take", self._take)
@@ -85,25 +93,12 @@ class MeasuredCurve:
             return None
         return overlay.Beside(kept.curve, measured.shift, measured.turn, kept.fit)
 
-    def open(self) -> None:
-        """Open the panel."""
-        self.before_opening()
-        self.is_open = True
-        self.show()
-
-    def close(self) -> None:
-        """Close the panel; the curve stays."""
-        self.is_open = False
-        self.show()
-
-    def show(self) -> None:
+    def show(self, scene: Scene | None = None) -> None:
         """Show the curve of the document, and how far its fit is."""
         measured, kept = self.view.document.measured, self.view.session.measured
-        self.text.set_text(NONE if measured is None else f"● {shorten(measured.name, 24)}")
-        self.button.props.update({"data-there": "no" if measured is None else "yes"})
-        self.button.props["aria-expanded"] = "true" if self.is_open and measured is not None else "false"
-        self.element.set_visibility(self.is_open and measured is not None)
-        if measured is None or not self.is_open:
+        self.element.set_visibility(measured is not None)
+        self.none.set_visibility(measured is None)
+        if measured is None or not self.in_sight:
             return
         curve = kept.curve
         facts = [] if curve is None else _facts(curve, measured)
@@ -131,13 +126,20 @@ class MeasuredCurve:
         rows = fitting.rows(document)
         chosen = {path_of(document, name) for name in fitting.free_names(document)}
         failed = "" if job is None or job.state != "failed" else job.error
-        shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[])
+        shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[], answers=[])
         values = confirming.asked(document)
         confirmed = confirming.is_confirmed(document, values)
         shown |= {"lever": confirming.in_words(values), "unconfirmed": "" if confirmed else confirming.UNCONFIRMED}
+        missing = "" if values else as_sentence(in_words(document, confirming.missing(document)))
+        shown |= {"typed": confirming.typed(document), "levers": list(df.cantilevers()), "missing": missing}
+        if session.measured.curve is not None:
+            self.foreseen.ask(document, session.measured.curve)
+        foreseen = {path_of(document, name): text for name, text in self.foreseen.sentences.items()}
         for row in rows:
             name = "" if fit is None else fitting.name_in(fit, row, document)
             about = as_sentence(with_labels(document, failed)) if row.name in failed else ""
+            said = fitting.note(fit, name) if fit is not None and name else ""
+            before = with_labels(document, foreseen.get(row.path, "")) if not name else ""
             shown["rows"].append(
                 {
                     "name": row.name,
@@ -146,7 +148,7 @@ class MeasuredCurve:
                     "value": row.value,
                     "free": row.path in chosen,
                     "found": fitting.found_for(fit, name) if fit is not None and name else "",
-                    "note": about or (fitting.note(fit, name) if fit is not None and name else ""),
+                    "note": about or said or before,
                 }
             )
         if failed and not any(row.name in failed for row in rows):
@@ -159,17 +161,22 @@ class MeasuredCurve:
         }
         if fit is not None:
             shown |= {
+                "answers": [f"{row['label']}: {row['found']}" for row in shown["rows"] if row["found"]],
                 "report": df.fit_report(fit),
                 "stale": not fitting.is_of(fit, document),
-                "notes": [with_labels(document, piece.text) for piece in advice_in(fit)],
+                "notes": [with_labels(document, one.text) for one in advice_in(fit) if one.name != "reduced_chi2"],
                 "summary": _summary(fit),
                 "others": fitting.others(fit, rows, document),
             }
+        safe = self.safe
+        shown |= {
+            "findings": [] if safe is None else safe.sentences(),
+            "finding": safe is not None and safe.busy,
+            "unsafe": as_sentence(safe.error) if safe is not None and safe.error else "",
+            "limit": LIMIT if safe is None else safe.limit,
+            "set_point": f"{100.0 * document.set_point:.3g} %",
+        }
         return shown
-
-    def _pressed(self) -> None:
-        if self.view.document.measured is not None:
-            (self.close if self.is_open else self.open)()
 
     def _change(self, **changes: Any) -> None:
         """Look at the curve in another way."""
@@ -187,7 +194,6 @@ class MeasuredCurve:
             self.view.edit(matched(self.view.document, curve, measured.shift), anew=True)
 
     async def _remove(self) -> None:
-        self.close()
         await self.view.session.drop_measured()
 
     def _free(self, event: GenericEventArguments) -> None:
@@ -199,7 +205,36 @@ class MeasuredCurve:
     def _confirm(self) -> None:
         self._change(confirmed=confirming.asked(self.view.document))
 
+    def _library(self, event: GenericEventArguments) -> None:
+        self.view.edit(confirming.with_library(self.view.document, str(event.args)), anew=True)
+
+    def _lever(self, event: GenericEventArguments) -> None:
+        name, text = str(event.args["name"]), str(event.args["text"])
+        self.view.edit(confirming.with_value(self.view.document, name, text), anew=True)
+
+    async def _safe(self, event: GenericEventArguments) -> None:
+        """Find the safe settings for the sample of the fit."""
+        fit = self.view.session.measured.fit
+        if fit is None or (self.safe is not None and self.safe.busy):
+            return
+        with telling("the safe settings could not be found"):
+            case = self.view.session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
+            limit, share = str(event.args)[: confirming.LONGEST], self.view.document.set_point
+            self.safe = SafeJob(case, self.view.session.limits.seconds, limit=limit, share=share)
+            await self.safe.go(self.show)
+
+    def _stop_safe(self) -> None:
+        if self.safe is not None:
+            self.safe.stopping.set()
+
+    def _report(self) -> None:
+        fit = self.view.session.measured.fit
+        if fit is not None:
+            text = f"{df.fit_report(fit)}\n\n{df.chi2_in_words(fit)}\n"
+            ui.download.content(text, f"{Path(str(fit.attrs.get('data_source', 'curve'))).stem}-fit.txt", "text/plain")
+
     async def _fit(self) -> None:
+        self.safe = None
         with telling("the fit could not be made"):
             try:
                 await self.view.session.fit(self.view.document)
@@ -247,7 +282,7 @@ def _facts(curve: xr.Dataset, measured: MeasuredData) -> list[str]:
 
 def _summary(fit: xr.Dataset) -> str:
     """Return how good a fit is."""
-    text = f"χ² = {fit.attrs['chi2']:.4g} for {fit.attrs['degrees_of_freedom']} degrees of freedom"
+    text = df.chi2_in_words(fit)
     lost = int(fit.attrs["lost_points"])
-    stopped = "; stopped: the best values so far" if fit.attrs.get("interrupted") else ""
-    return f"{text}{f', {lost} points lost' if lost else ''}{stopped}."
+    stopped = " The fit was stopped: these are the best values so far." if fit.attrs.get("interrupted") else ""
+    return f"{text}{f' {lost} points are lost.' if lost else ''}{stopped}"

@@ -126,8 +126,10 @@ def calibrated(raw: xr.Dataset, settings: Mapping[str, Any], case: df.Case | Non
     return df.calibrate(raw, case, **known_settings(df.calibrate, {}, settings.get("calibrate", {}), "calibrate"))
 
 
-def script_of(curve: MeasuredData, picture: str) -> str:
+def script_of(curve: MeasuredData, picture: str, fits: str = "") -> str:
     """Return the lines of a script that draw a curve under the `result` of a `case`; none for a curve of dForce's own files.
+
+    `fits` names a picture of the fit where the script fits the curve, too.
 
     Raises
     ------
@@ -141,6 +143,13 @@ def script_of(curve: MeasuredData, picture: str) -> str:
     more = "".join(f", {key}={value!r}" for key, value in settings.items())
     called = ", ".join([repr(curve.name), *(f"{key}={value!r}" for key, value in read.items())])
     lines = [f"measured = df.calibrate(df.read_measured({called}), case{more})"]
+    if fits:
+        lines += [
+            "fit = df.fit(case, measured)",
+            "print(df.fit_report(fit))",
+            "print(df.chi2_in_words(fit))",
+            f"df.plot.save(df.plot.fit(fit), {fits!r})",
+        ]
     lines += [f'measured["height"] += {curve.shift!r}  # m'] * bool(curve.shift)
     if curve.turn:
         lines += [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -63,7 +64,9 @@ def with_lever(document: Document, tune: df.ThermalTune) -> Document:
     """Return a document whose lever has the values of a tune; the error of k counts in a fit."""
     modes = bool(document.value(("cantilever", "modes")))
     base = ("cantilever", "modes", 0) if modes else ("cantilever",)
-    for name, (value, _) in tune.as_table().items():
-        document = document.put((*base, name), df.show(value, UNITS[name], 6) if name != "Q" else round(value, 2))
+    for name, (value, error) in tune.as_table().items():
+        digits = 2 + max(0, math.floor(math.log10(value)) - math.floor(math.log10(error)))  # two of the error
+        text = df.show(value, UNITS[name], digits)
+        document = document.put((*base, name), text if name != "Q" else float(text))
     path = "cantilever.modes.1.k" if modes else "cantilever.k"
     return document.put(("fit", "given", path), [tune.k, tune.k_error])
