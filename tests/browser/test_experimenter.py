@@ -84,6 +84,11 @@ def test_an_experimenter_reads_modulus_peak_force_and_safe_settings_from_a_curve
     expect(findings).to_contain_text("stays below 3 nN up to a free amplitude of", timeout=WAIT)
     force = re.search(r"At 80 % of A0 = 30 nm the tip presses with ([\d.]+) nN", findings.inner_text())
     expect(page.get_by_text(f"{force[1]} nN", exact=True).first).to_be_visible()  # as below the curve
+    # the force behind the curve, without a model, with its gap
+    panel.get_by_role("tab", name="Reconstruct").click()
+    panel.get_by_role("button", name="Reconstruct the force").click()
+    expect(panel.locator(".df-gaps")).to_contain_text("force unknown", timeout=WAIT)
+    expect(panel.get_by_role("figure", name="force against distance, reconstructed")).to_be_visible()
     # 6. the script repeats reading, fit and report
     with page.expect_download() as download:
         page.get_by_role("button", name="File").click()

@@ -17,6 +17,7 @@ from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.document.document import Document, MeasuredData, path_of
 from dforce.gui.measured import confirming, fitting, overlay
 from dforce.gui.measured.foreseen import Foreseen
+from dforce.gui.measured.reconstructing import Reconstructing
 from dforce.gui.measured.safe import LIMIT, SafeJob
 from dforce.gui.window.error_messages import as_sentence, say, telling
 from dforce.gui.window.view import View
@@ -70,6 +71,12 @@ class MeasuredCurve:
     def panel(self) -> None:
         """Make the panel, in the container that is open."""
         element = self.element = MeasuredPanel()
+        with element:
+            force = self.reconstructing = Reconstructing(self.view, self.beside, self.show)
+        element.on("rebuild", force.start)
+        element.on("halt", force.stop)
+        element.on("shelve", force.keep)
+        element.on("tab", force.draw)
         element.set_visibility(False)
         element.on("close", self.close)
         element.on("shift", self._shift, throttle=BETWEEN)
@@ -123,7 +130,7 @@ class MeasuredCurve:
             reach = max(3.0, 2.0 * abs(measured.shift) / NM)
             shown |= {"at": round(measured.shift / NM, 3), "low": -round(reach), "high": round(reach)}
             shown |= {"history": [str(line) for line in curve.attrs.get("history", [])]}
-        self.element.show(**shown, **self._of_fit())
+        self.element.show(**shown, **self._of_fit(), **self.reconstructing.shown())
 
     def _hint(self) -> str:
         """Say why the curve cannot be seen where it cannot."""
