@@ -199,8 +199,12 @@ class Window:
             self.page.wait_for_timeout(50)
 
     def tab(self, name: str) -> None:
-        """Go to a tab."""
+        """Go to a tab of the pane below the chart."""
         self.page.get_by_role("tab", name=name).click()
+
+    def unfold(self) -> None:
+        """Open all that the form keeps behind "More"."""
+        self.page.evaluate("() => document.querySelectorAll('.df-form details').forEach((one) => { one.open = true; })")
 
     def type(self, path: str, text: str) -> None:
         """Type into a field, as fast as a person does."""

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from dforce.core.errors import CaseError, DForceError, ForceError, ParameterError, ResultError, UnitError
     from dforce.core.parameters import param, shared
     from dforce.core.units import parse, show
+    from dforce.findings.answer import answer
     from dforce.findings.motion_at import motion_at
     from dforce.findings.report import report
     from dforce.findings.set_point import at_set_point
@@ -79,6 +80,7 @@ _HOMES = {
     "core.units": ("parse", "show"),
     "findings.motion_at": ("motion_at",),
     "findings.report": ("report",),
+    "findings.answer": ("answer",),
     "findings.set_point": ("at_set_point",),
     "findings.summary": ("summary",),
     "forces": ("Force", "load_plugin"),
@@ -168,6 +170,7 @@ __all__ = [
     "Tone",
     "UnitError",
     "advice",
+    "answer",
     "approach",
     "at_set_point",
     "basins",

@@ -7,7 +7,7 @@ import pytest
 import dforce as df
 from dforce.gui.document.document import FIRST
 
-TABS = ("Microscope", "Tip and sample", "Forces", "Experiment", "Solver")
+TABS = ("Set point", "Fit", "Against", "Motion", "Numbers", "Advice")
 
 
 def violations(page, *without, within=None):
@@ -33,8 +33,9 @@ def test_axe_finds_nothing_in_any_tab(window, theme):
     for tab in TABS:
         window.tab(tab)
         page.get_by_role("tab", name=tab, selected=True).wait_for()
-        assert violations(page, within=".df-panels") == [], tab
-    window.tab("Microscope")
+        assert violations(page, within=".df-pane") == [], tab
+    window.unfold()
+    assert violations(page, within=".df-panels") == []
     page.locator(".df-slider").wait_for()
     window.type("drive.A0", "-1")
     window.field("drive.A0").locator(".df-error").wait_for()
@@ -57,8 +58,7 @@ def test_everything_can_be_done_with_the_keyboard_alone(window):
     assert page.evaluate(focused, df.examples()["figure-3-water"].title)
     keyboard.press("Enter")
     window.shows(df.example("figure-3-water"))
-    page.get_by_role("tab", name="Microscope").focus()
-    keyboard.press("Tab")
+    window.field("cantilever.Q").locator("input").focus()
     while page.evaluate("() => document.activeElement.closest('.df-entry')?.dataset.path") != "drive.A0":
         keyboard.press("Tab")
     keyboard.press("Control+A")

@@ -16,6 +16,7 @@ from simulated import element, send, until, window
 
 import dforce as df
 from dforce.gui.case.entry import Entry, SliderElement
+from dforce.gui.case.force_menu import ForceList
 from dforce.gui.document.compute import Job, Live
 from dforce.gui.document.session import Session
 from dforce.gui.window.pages import Page
@@ -84,7 +85,10 @@ def test_a_new_force_model_appears_by_itself(tmp_path):
 
     async def flow():
         async with window(tmp_path) as (user, page):
-            await user.should_see("A spring that pulls back at any distance.")
+            user.find("Add a force").click()
+            await until(
+                lambda: "A spring that pulls back at any distance." in str(element(user, ForceList).props["groups"])
+            )
             page.forms._add_force("window_test_spring")
             field = entry(user, "forces.2.stiffness")
             assert (field.props["label"], field.props["text"]) == ("Stiffness of the test spring", "1")

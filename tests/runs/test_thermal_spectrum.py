@@ -212,6 +212,7 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
     from simulated import show, window
 
     from dforce.gui.curves.figures import Layer
+    from dforce.gui.curves.panel import Scene
 
     checks.validate_upload(result(), tmp_path)
     assert pictures_of(result()) == [Picture("frequency", ("spectral_density", "fitted_density"), True, True)]
@@ -225,11 +226,18 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
             low, high = (10.0**end for end in figure["layout"]["xaxis"]["range"])
             assert low < 75.0 < 470.0 < high and "(m²/Hz)" in figure["layout"]["yaxis"]["title"]["text"]
             table = page.plots.fit_numbers.sheet
-            assert table.visible and table.props["rows"] == [[one.label, one.text] for one in df.summary(result())]
-            page.plots.fit_numbers.show([Layer(result(), "dry"), Layer(result(), "wet")], pictures_of(result())[0])
+            assert page.plots.pane.current is page.plots.fit_numbers and table.props["rows"] == [
+                [one.label, one.text] for one in df.summary(result())
+            ]
+            page.plots.fit_numbers.show(
+                Scene([Layer(result(), "dry"), Layer(result(), "wet")], pictures_of(result())[0])
+            )
             assert table.props["heads"] == ["", "dry", "wet"] and len(table.props["rows"][0]) == 3
             [note] = show(page, stopped())["layout"]["annotations"]
-            assert "stopped before its first result" in note["text"] and not table.visible
+            assert (
+                "stopped before its first result" in note["text"]
+                and page.plots.pane.current is not page.plots.fit_numbers
+            )
 
     asyncio.run(flow())
 

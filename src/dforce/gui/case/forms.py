@@ -1,9 +1,10 @@
-"""The tabs' forms, made from the declarations of the parameters: sections, fields, lists, choices, forces."""
+"""The form of a case, made from the declarations of its parameters: sections, fields, lists, choices, forces."""
 
 from __future__ import annotations
 
+import contextlib
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from nicegui import ui
@@ -23,10 +24,11 @@ from dforce.gui.case.sliders import toggle
 from dforce.gui.case.values import read, shown, units_of
 from dforce.gui.document.document import Path
 from dforce.gui.window.view import Said, View
-from dforce.problem import values_used
 
 LEFT_OUT = "left out"
-UNUSED = "Not used by the chosen forces"
+MORE = "More"
+FIRST = ("cantilever", "drive", "tip", "sample", "forces", "experiment")  # sections that every case shows
+LATER = ("contact", "medium", "readout", "noise", "solver")  # behind "More" while nothing is typed in them
 SWITCH = "Switch off for comparison"
 TEXTUAL = ("quantity", "numbers", "whole", "number", "text")
 
@@ -47,41 +49,55 @@ class Companion(Protocol):
 class Forms:
     """The forms of one page.
 
-    `tab(names)` fills the current container with sections of the case; the fields register themselves by path, so that
-    values, errors and advice find them. A shape that has no field here is a place to add one: see :meth:`_shape`.
+    The sections and fields that a case uses come first, the others stand behind "More". The fields register themselves by
+    path, so that values, errors and advice find them. A shape that has no field here is a place to add one: see
+    :meth:`_shape`.
     """
 
     def __init__(self, view: View, companions: Sequence[Companion] = ()) -> None:
         self.view, self.companions = view, companions
         self.shown: dict[Path, tuple[Field, Shape, Entry | OwnLaw]] = {}
         self._looked_at: dict[Path, tuple[Any, str]] = {}  # the value last seen at a path, and what is wrong with it
-        self.rebuilt: list[Callable[[], None]] = []
+        self.frame = ui.element("div").classes("df-form")
+        self._folds: list[ui.element] = []  # those that are open around what is being made
+        self._hidden: dict[Path, tuple[ui.element, ...]] = {}  # the folds around each field
+        self._build()
         view.on_show.append(self.show)
         view.on_said.append(self.said)
         self.last = Said()
 
-    def tab(self, names: tuple[str, ...]) -> None:
-        """Fill the container with sections of the case, and fill it anew whenever the form changes."""
-        frame = ui.element("div").classes("df-form")
+    def _build(self) -> None:
+        """Fill the form anew."""
+        self.frame.clear()
+        self.shown.clear()
+        self._looked_at.clear()
+        self._hidden.clear()
+        used = [name for name in LATER if self.view.document.value((name,))]
+        with self.frame:
+            for name in (*FIRST, *used):
+                self._section_of_case(name)
+            with self._fold("More settings"):
+                for name in LATER:
+                    if name not in used:
+                        self._section_of_case(name)
 
-        def build() -> None:
-            frame.clear()
-            with frame:
-                for name in names:
-                    self._section_of_case(name)
-
-        self.rebuilt.append(build)
-        build()
+    @contextlib.contextmanager
+    def _fold(self, title: str) -> Iterator[None]:
+        """Put what is made inside behind a line that opens it."""
+        with ui.element("details").classes("df-folded") as fold:
+            TextElement(tag="summary", text=title)
+            self._folds.append(fold)
+            try:
+                yield
+            finally:
+                self._folds.pop()
 
     def show(self, anew: bool) -> None:
         """Show the document: every field, or the forms anew."""
         if anew:
-            self.shown.clear()
-            self._looked_at.clear()
             for companion in self.companions:
                 companion.clear()
-            for build in self.rebuilt:
-                build()
+            self._build()
         else:
             for path in self.shown:
                 self._refresh(path)
@@ -108,6 +124,9 @@ class Forms:
             if not wrong and said.wrong and path == wrong_at:
                 wrong = said.wrong
             entry.show(error=wrong, advice=advice.get(path, []))
+            if wrong or path in advice:
+                for fold in self._hidden.get(path, ()):
+                    fold.props["open"] = True
 
     def _wrong(self, path: Path, field: Field, shape: Shape) -> str:
         """Return what is wrong with the value at a path by itself; looked at once for each value."""
@@ -121,10 +140,6 @@ class Forms:
     def has(self, path: Path) -> bool:
         """Return whether something is shown for a path, so that an error about it is seen there."""
         return self._nearest(path) != ()
-
-    def wrong_sections(self) -> set[str]:
-        """Return the sections of the case in which a field shows an error."""
-        return {str(path[0]) for path, (_, _, entry) in self.shown.items() if entry.props.get("error")}
 
     def _nearest(self, path: Path) -> Path:
         """Return the path itself where it has a field, else the first field below it; () when there is none."""
@@ -153,6 +168,8 @@ class Forms:
             self._choice(path, label, words, way, lambda new: self._take_way(path, model, way, new))
             hidden = {key for name, keys in model.ways.items() if name != way for key in keys}
         folded = [field for field in self._unused(path, model) if field.key not in hidden]
+        if len(folded) == 1 or len(folded) == len(fields(model)) - len(hidden):  # nothing is gained by a fold
+            folded = []
         for field in fields(model):
             if field.key in hidden or field in folded:
                 continue
@@ -160,23 +177,15 @@ class Forms:
                 self._shape((*path, field.key), field, field.shapes[0])
             else:
                 self._field((*path, field.key), field)
-
         if folded:
-            with ui.element("details").classes("df-folded"):
-                TextElement(tag="summary", text=UNUSED)
+            with self._fold(MORE):
                 for field in folded:
                     self._field((*path, field.key), field)
 
     def _unused(self, path: Path, model: type[Parameters]) -> list[Field]:
-        """Return the fields that are there for forces, but for none of those chosen, and in which nothing is typed."""
-        models = [
-            df.forces.REGISTRY.get(str(force.get("model"))) for force in self.view.document.value(("forces",)) or []
-        ]
-        used = values_used(model for model in models if model is not None)
-        known = values_used(df.forces.REGISTRY.values()) - used
+        """Return the fields in which nothing is typed, except those that need a value."""
         given = self.view.document.value(path) or {}
-        section = ".".join(map(str, path))
-        return [field for field in fields(model) if f"{section}.{field.key}" in known and field.key not in given]
+        return [field for field in fields(model) if not field.required and field.key not in given]
 
     def _way(self, path: Path, model: type[Parameters]) -> str:
         given = self.view.document.value(path) or {}
@@ -241,9 +250,9 @@ class Forms:
             words = {word: spaced(word) for word in shape.words}
             chosen = str(self.view.document.value(path) or field.default)
             entry = self._choice(path, field.label, words, chosen, lambda new: self._put(path, new), field.help)
-            self.shown[path] = (field, shape, entry)
+            self._register(path, field, shape, entry)
         elif path[0] == "forces" and field.key == "law":
-            self.shown[path] = (field, shape, OwnLaw(self.view, path, field))
+            self._register(path, field, shape, OwnLaw(self.view, path, field))
             self._refresh(path)
         else:
             self._row(path, field, shape)
@@ -264,8 +273,12 @@ class Forms:
             )
             for companion in self.companions if slidable else ():
                 companion.place(path, field)
-        self.shown[path] = (field, shape, entry)
+        self._register(path, field, shape, entry)
         self._refresh(path)
+
+    def _register(self, path: Path, field: Field, shape: Shape, entry: Entry | OwnLaw) -> None:
+        self.shown[path] = (field, shape, entry)
+        self._hidden[path] = tuple(self._folds)
 
     def _refresh(self, path: Path) -> None:
         """Show what the document holds at a path."""

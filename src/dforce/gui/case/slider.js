@@ -25,6 +25,7 @@ export default {
   },
   computed: {
     shown() {
+      if (this.value === undefined) return ""; // typed halfway
       const digits = Math.max(0, Math.min(9, Math.ceil(-Math.log10(this.step || 1) - 1e-9)));
       return this.value.toFixed(digits) + (this.unit && this.unit !== "1" ? " " + this.unit.replace(/^u(?=[a-zA-Z])/, "µ") : "");
     },

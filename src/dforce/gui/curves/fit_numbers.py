@@ -1,28 +1,31 @@
-"""What was fitted to a thermal spectrum, as a table below its picture."""
+"""What was fitted to a thermal spectrum, as a tab."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import dforce as df
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.numbers import NumbersTable
-from dforce.results.curves import Picture
+from dforce.gui.curves.panel import Panel, Scene
 from dforce.results.kinds import is_kind
 
 
-class FitNumbers:
-    """The table, in the container that is open when it is made."""
+class FitNumbers(Panel):
+    """The table, a column for each spectrum that is drawn."""
 
-    def __init__(self) -> None:
+    title = "Thermal tune"
+
+    def suits(self, scene: Scene) -> bool:
+        """Return whether a thermal spectrum is drawn."""
+        return bool(_spectra(scene))
+
+    def make(self) -> None:
+        """Make the table, in the container that is open."""
         self.sheet = NumbersTable().classes("df-fit-numbers")
         self.sheet.props["label"] = "numbers of the fit"
-        self.sheet.set_visibility(False)
 
-    def show(self, layers: Sequence[Layer], wanted: Picture | None) -> None:
+    def show(self, scene: Scene | None = None) -> None:
         """Show what the thermal spectra among the results that are drawn say, a column each."""
-        spectra = [layer for layer in layers if wanted is not None and is_kind(layer.result, "thermal_spectrum")]
-        self.sheet.set_visibility(bool(spectra))
+        spectra = [] if scene is None else _spectra(scene)
         if not spectra:
             return
         found = [{one.label: one.text for one in df.summary(layer.result)} for layer in spectra]
@@ -32,3 +35,10 @@ class FitNumbers:
             rows=[[label, *(texts.get(label, "–") for texts in found)] for label in labels],
         )
         self.sheet.update()
+
+
+def _spectra(scene: Scene) -> list[Layer]:
+    """Return the thermal spectra of a scene."""
+    if scene.picture is None:
+        return []
+    return [layer for layer in scene.layers if is_kind(layer.result, "thermal_spectrum")]

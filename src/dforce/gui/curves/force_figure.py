@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dforce.gui.curves.chart import packed
-from dforce.gui.curves.figures import DASHES, SHADES, Figure, legend
+from dforce.gui.curves.figures import DASHES, SHADES, Figure
 from dforce.results.dataset import reader_unit
 
 if TYPE_CHECKING:
@@ -66,9 +66,10 @@ def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figur
             }
         )
     layout = {
-        "margin": {"l": 54, "r": 12, "t": 22 if len(shown) > 1 else 8, "b": 38},
+        "margin": {"l": 50, "r": 8, "t": 6, "b": 42},
         "showlegend": len(shown) > 1,
-        "legend": legend(),
+        # at the right, where the force is small
+        "legend": {"x": 1, "xanchor": "right", "y": 1, "yanchor": "top", "font": {"size": 10}},
         "hovermode": "closest",
         "xaxis": {"title": {"text": f"distance <i>d</i> ({x_unit})"}},
         "yaxis": {"title": {"text": f"force ({unit})"}, "zeroline": True},

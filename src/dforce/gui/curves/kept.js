@@ -19,10 +19,8 @@ export default {
       <span v-if="now && items.some((one) => one.shown)" class="df-chip" title="The curve that follows the fields">
         <span class="df-eye"><span class="df-dot" style="--df-dot: var(--df-series-0)"></span></span>
         <span class="df-chip-name">now</span></span>
-      <button v-if="items.length + (now ? 1 : 0) > 1" type="button" class="df-plain" :aria-expanded="comparing ? 'true' : 'false'"
-              @click="$emit('compare')">What differs</button>
     </div>`,
-  props: { items: { default: () => [] }, now: Boolean, comparing: Boolean, longest: { default: 100 } },
+  props: { items: { default: () => [] }, now: Boolean, longest: { default: 100 } },
   data() {
     return { renaming: "" };
   },

@@ -10,8 +10,6 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
-from dforce.core.notation import html_symbol
-from dforce.gui.curves import compare
 from dforce.gui.curves.figures import Layer
 from dforce.gui.document.document import LONGEST_NAME, KeptResult
 from dforce.gui.window.error_messages import telling
@@ -21,15 +19,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NOW = "now"  # what the curve that follows the fields is called among others
-SAME = "The cases of these results do not differ in any parameter."
 
 
 class Strip(ui.element, component="kept.js"):
     """The row of results."""
-
-
-class DifferencesTable(ui.element, component="differences.js"):
-    """What differs."""
 
 
 class KeptResults:
@@ -37,19 +30,12 @@ class KeptResults:
 
     def __init__(self, view: View) -> None:
         self.view = view
-        self.comparing = False
         self.strip = Strip()
         self.strip.props["longest"] = LONGEST_NAME
         self.strip.on("keep", self._keep)
         self.strip.on("shown", lambda event: self._change(event, shown=bool(event.args["shown"])))
         self.strip.on("rename", lambda event: self._change(event, name=str(event.args["name"])[:LONGEST_NAME]))
         self.strip.on("remove", self._remove)
-        self.strip.on("compare", self._compare)
-
-    def table(self) -> None:
-        """Make the table of differences, in the container that is open."""
-        self.differences = DifferencesTable()
-        self.differences.set_visibility(False)
 
     def layers(self, result: xr.Dataset | None) -> list[Layer]:
         """Return what is drawn: the results kept that are shown, and on top the one that follows the fields."""
@@ -87,32 +73,13 @@ class KeptResults:
         return self.view.result
 
     def show(self, result: xr.Dataset | None) -> None:
-        """Show the row, and the table where it is open."""
+        """Show the row."""
         document = self.view.document
         follows = result is not None and self.view.session.kept_as(result) is None
-        changed = {
-            "items": [dataclasses.asdict(kept) for kept in document.results],
-            "now": follows,
-            "comparing": self.comparing,
-        }
+        changed = {"items": [dataclasses.asdict(kept) for kept in document.results], "now": follows}
         if any(self.strip.props.get(key) != value for key, value in changed.items()):
             self.strip.props.update(changed)
             self.strip.update()
-        self.differences.set_visibility(self.comparing and bool(document.results))
-        if self.comparing:
-            self._show_differences(self.layers(result))
-
-    def _show_differences(self, layers: list[Layer]) -> None:
-        rows = compare.differences([layer.result for layer in layers])
-        changed = {
-            "rows": [dataclasses.asdict(row) | {"symbol": html_symbol(row.symbol)} for row in rows],
-            "names": [layer.name for layer in layers],
-            "colors": [layer.color for layer in layers],
-            "text": SAME if len(layers) > 1 else "Draw at least two results to see their differences.",
-        }
-        if any(self.differences.props.get(key) != value for key, value in changed.items()):
-            self.differences.props.update(changed)
-            self.differences.update()
 
     async def _keep(self) -> None:
         if self.view.result is not None:
@@ -122,10 +89,6 @@ class KeptResults:
     async def _remove(self, event: GenericEventArguments) -> None:
         with telling("the result could not be removed"):
             await self.view.session.drop(str(event.args))
-
-    def _compare(self) -> None:
-        self.comparing = not self.comparing
-        self.view.show_anew()
 
     def _change(self, event: GenericEventArguments, **changes: Any) -> None:
         document, identifier = self.view.document, str(event.args["id"])

@@ -10,9 +10,9 @@ const digits = (x) => (x === 0 ? "0" : Math.abs(x) >= 1000 || Math.abs(x) < 0.00
 export default {
   template: `
     <section class="df-motion" aria-label="motion at a point" :data-state="state" :class="{'df-behind': behind}">
-      <header class="df-motion-head"><h2>Motion at <template v-for="(part, n) in places" :key="n"><template v-if="n">, </template>
+      <header class="df-motion-head"><h2 v-if="places.length">Motion at <template v-for="(part, n) in places" :key="n"><template v-if="n">, </template>
           <span v-if="part.symbol"><span class="df-symbol" v-html="part.symbol"></span> = </span>{{ part.text }}</template></h2>
-        <button type="button" class="df-remove" aria-label="close the motion" title="Close" @click="$emit('close')">×</button></header>
+        <p v-else class="df-text">Click on a point of a curve: the motion of the tip appears here.</p></header>
       <p v-if="error" class="df-motion-note wrong" role="alert">{{ error }}</p>
       <p v-else-if="note" class="df-motion-note" role="status">{{ note }}</p>
       <template v-if="motion && !error">

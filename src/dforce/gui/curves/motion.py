@@ -15,8 +15,9 @@ from dforce.core.notation import html_symbol
 from dforce.findings.set_point import regime
 from dforce.gui.curves.figures import Layer, unit_of
 from dforce.gui.curves.force_figure import LEAST_PART
+from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import LIVE, Latest, in_thread
-from dforce.gui.window.shown import PagePart, ShownParts
+from dforce.gui.window.shown import PagePart
 from dforce.results.curves import pictures_of
 from dforce.results.dataset import reader_unit
 
@@ -48,40 +49,46 @@ class Spot:
     document: Document | None
 
 
-class MotionPanel:
-    """Shows the motion at a point; hidden until one is clicked.
+class MotionPanel(Panel):
+    """Shows the motion at a point that was clicked; while it is behind, the motion stands still."""
 
-    Parameters
-    ----------
-    shown
-        Is told of which document the motion is; while it is behind, the motion stands still.
-    """
+    title = "Motion"
 
-    def __init__(self, shown: ShownParts) -> None:
-        self.shown = shown
+    def make(self) -> None:
+        """Make the drawing, in the container that is open."""
+        self.shown = self.view.shown
         self.element = Drawing()
-        self.element.set_visibility(False)
-        self.element.on("close", self.close)
         self.spot: Spot | None = None
         self._latest = Latest(self._compute)
-        shown.mark(PagePart.MOTION, self._stand)
+        self.shown.mark(PagePart.MOTION, self._stand)
+
+    def suits(self, scene: Scene) -> bool:
+        """Return whether something with motions is drawn."""
+        return self.spot is not None or (scene.result is not None and "amplitude" in scene.result)
 
     def _stand(self, behind: bool) -> None:
         self.element.props["behind"] = behind
 
-    def open(self, layer: Layer, places: dict[str, int], document: Document | None) -> None:
+    def take(self, layer: Layer, places: dict[str, int], document: Document | None) -> None:
         """Show the motion at a point of a result; with a document, of the curve that follows it."""
         motionless = {dim: place for dim, place in places.items() if dim in layer.result["amplitude"].dims}
         self.spot = Spot(layer.result, motionless, document)
-        self.element.set_visibility(True)
-        self._latest.ask(self.spot)
+        self.open()
+
+    def show(self, scene: Scene | None = None) -> None:
+        """Show the motion of the point that was chosen last."""
+        if self.spot is not None and self.element.props.get("motion") is None:
+            self._latest.ask(self.spot)
 
     def close(self) -> None:
-        """Hide it."""
-        self.spot = None
-        self.element.props["motion"] = None  # what is not seen need not move
-        self.element.set_visibility(False)
+        """Stand still: a motion that is out of sight need not move."""
+        self.element.props.update(motion=None, state="")
         self.shown.show(PagePart.MOTION, None)
+
+    def _forget(self) -> None:
+        self.spot = None
+        self.element.props.update(places=[], note="", error="")
+        self.close()
 
     def follow(self, curve: DrawnResult | None, layers: Sequence[Layer]) -> None:
         """Show the motion at the same place of the curve that follows the fields.
@@ -93,14 +100,15 @@ class MotionPanel:
             return
         if spot.document is None:
             if all(layer.result is not spot.result for layer in layers):
-                self.close()
+                self._forget()
             return
         places = _same_places(spot, curve.result) if curve is not None else None
         if curve is None or places is None:
-            self.close()
+            self._forget()
             return
         self.spot = Spot(curve.result, places, curve.document)
-        self._latest.ask(self.spot)
+        if self.in_sight:
+            self._latest.ask(self.spot)
 
     def place_in(self, result: xr.Dataset) -> xr.Dataset | None:
         """Return the point of a result that was clicked, or lies where a point of an earlier curve was; None without one."""
@@ -127,7 +135,7 @@ class MotionPanel:
                 shown |= {"note": str(motion.attrs["note"]), "motion": _plain(motion)}
         except df.DForceError as error:
             shown["error"] = _sentence(str(error))
-        if not self._latest.overtaken and self.spot is spot:
+        if not self._latest.overtaken and self.spot is spot and self.in_sight:
             self.element.props.update(shown)
             self.element.update()
             self.shown.show(PagePart.MOTION, spot.document)

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from nicegui import ui
 
 from dforce.core.arrays import AnyArray
 from dforce.core.quantities import NONE
-from dforce.gui.curves.figures import Drawn, Layer, unit_of
-from dforce.results.curves import Line, Picture
+from dforce.gui.curves.figures import Layer, unit_of
+from dforce.gui.curves.panel import Panel, Scene
+from dforce.results.curves import Line
 from dforce.results.significance import along, is_none
-
-if TYPE_CHECKING:
-    from dforce.gui.window.view import View
 
 MOST_ROWS = 1000
 DIGITS = 6
@@ -36,27 +33,24 @@ class RowGroup:
     columns: dict[str, list[str]] = field(default_factory=dict)
 
 
-class Numbers:
-    """Shows the numbers when asked; its button is made in the container that is open, and its table by :meth:`table`."""
+class Numbers(Panel):
+    """The table of what is drawn."""
 
-    def __init__(self, view: View) -> None:
-        self.view = view
-        self.open = False
-        with ui.element("button").classes("df-plain").props('type="button" aria-expanded="false"') as self.button:
-            ui.label("Numbers")
-        self.button.on("click", self._toggle)
+    title = "Numbers"
 
-    def table(self) -> None:
+    def suits(self, scene: Scene) -> bool:
+        """Return whether curves are drawn."""
+        return scene.picture is not None
+
+    def make(self) -> None:
         """Make the table, in the container that is open."""
         self.sheet = NumbersTable()
-        self.sheet.set_visibility(False)
 
-    def show(self, drawn: Drawn, wanted: Picture | None) -> None:
-        """Show the numbers of a figure of curves, where the table is open."""
-        self.button.set_visibility(wanted is not None)
-        self.sheet.set_visibility(self.open and wanted is not None)
-        if not self.open or wanted is None:
+    def show(self, scene: Scene | None = None) -> None:
+        """Show the numbers of a figure of curves."""
+        if scene is None or scene.picture is None:
             return
+        drawn, wanted = scene.drawn, scene.picture
         pairs = zip(drawn.figure["data"], drawn.traces, strict=False)  # an empty figure has none
         lines = [(str(data["meta"]), *what) for data, what in pairs if what is not None]
         layers = list({id(layer.result): layer for _, layer, _ in lines}.values())
@@ -69,11 +63,6 @@ class Numbers:
             text=MORE if len(rows) > MOST_ROWS else "",
         )
         self.sheet.update()
-
-    def _toggle(self) -> None:
-        self.open = not self.open
-        self.button.props(f'aria-expanded="{str(self.open).lower()}"')
-        self.view.show_anew()
 
 
 def _blocks(

@@ -12,29 +12,32 @@ import numpy as np
 from nicegui import background_tasks, ui
 from nicegui.events import GenericEventArguments
 
+import dforce as df
 from dforce.core.notation import html_symbol, plain_math
+from dforce.gui.case.words import in_words
 from dforce.gui.curves import figures
+from dforce.gui.curves.advice import Advice
 from dforce.gui.curves.chart import Chart
+from dforce.gui.curves.differences import Differences
 from dforce.gui.curves.fit_numbers import FitNumbers
 from dforce.gui.curves.kept import KeptResults
 from dforce.gui.curves.motion import MotionPanel
 from dforce.gui.curves.numbers import Numbers
+from dforce.gui.curves.panel import Pane, Scene
 from dforce.gui.curves.setpoint import SetPoint
 from dforce.gui.curves.states import CoexistingStates, with_states
 from dforce.gui.document.document import MOST_PLOTS
-from dforce.gui.measured import overlay
+from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.panel import MeasuredCurve
+from dforce.gui.measured.reconstructing import Reconstruction
 from dforce.gui.study.panel import Explorer
 from dforce.gui.window.shown import PagePart
-from dforce.gui.window.view import STANDING, View
+from dforce.gui.window.view import View, Waiting
 from dforce.results.curves import Picture, drawable, pictures_of, row_of
 from dforce.results.kinds import is_kind, kind_of, loaded
 
 if TYPE_CHECKING:
     import xarray as xr
-
-NOTHING = "No result yet."
-
 
 log = logging.getLogger("dforce.gui")
 
@@ -45,7 +48,7 @@ class Picker(ui.element, component="picker.js"):
     """Chooses what is drawn: one of the usual pictures, or any quantities against any other."""
 
 
-class Waiting:
+class WaitingWords:
     """What is waited for, in the middle of the container that is open when it is made."""
 
     def __init__(self) -> None:
@@ -53,13 +56,13 @@ class Waiting:
             self.bar = ui.element("progress").props('max=1 aria-label="progress"')
             self.text = ui.label().props('role="status"')
 
-    def show(self, text: str, share: float | None = None) -> None:
-        """Show a sentence, with a bar for the share that is done: 0 before it is known, None where nothing is under way."""
-        self.frame.set_visibility(bool(text))
-        self.text.set_text(text)
-        self.bar.set_visibility(share is not None)
-        if share:
-            self.bar.props(f"value={share:.3f}")
+    def show(self, waiting: Waiting) -> None:
+        """Show the sentence, with a bar where something is under way."""
+        self.frame.set_visibility(bool(waiting.text))
+        self.text.set_text(waiting.text)
+        self.bar.set_visibility(waiting.share is not None)
+        if waiting.share:
+            self.bar.props(f"value={waiting.share:.3f}")
         else:
             self.bar.props(remove="value")
 
@@ -75,32 +78,38 @@ class Plots:
         self.names: tuple[str, ...] = ()  # of the quantities that the picker offers
         self.result: xr.Dataset | None = None
         self.layers: list[figures.Layer] = []
+        self.answer = ui.label().classes("df-answer").props('role="status"')
         self.line = ui.label().classes("df-status").props('role="status"')
         with ui.element("div").classes("df-plotbar"):
             self.picker = Picker()
             self.picker.on("picture", self._picture)
             self.picker.on("own", self._own)
-            self.numbers = Numbers(view)
-            self.measured = MeasuredCurve(view)
-            self.explorer = Explorer(view)
             self.kept = KeptResults(view)
-        with ui.element("div").classes("df-shown"):
+        self.set_point, self.fit_numbers, self.motion = SetPoint(view), FitNumbers(view), MotionPanel(view)
+        self.measured, self.explorer, self.numbers = MeasuredCurve(view), Explorer(view), Numbers(view)
+        self.reconstruction, self.differences = Reconstruction(view, self.measured.beside), Differences(view)
+        with ui.element("div").classes("df-stage") as self.stage:
             with ui.element("div").classes("df-main"):
                 view.main = Chart("result", on_point=self._clicked, holds=True)
-                self.waiting = Waiting()
-            self.motion = MotionPanel(view.shown)
-            self.measured.panel()
-            self.explorer.panel()
-        self.measured.before_opening = lambda: self._alone(self.measured)
-        self.explorer.before_opening = lambda: self._alone(self.explorer)
+                self.waiting = WaitingWords()
+            self.explorer.stage()
+        self.explorer.on_stage = self._set_stage
+        panels = (
+            self.set_point,
+            self.fit_numbers,
+            self.measured,
+            self.reconstruction,
+            self.explorer,
+            self.motion,
+            self.numbers,
+            self.differences,
+            Advice(view),
+        )
+        self.pane = Pane(view, panels)
         self.states = CoexistingStates(view)
-        self.set_point = SetPoint(view)
-        self.numbers.table()
-        self.fit_numbers = FitNumbers()
-        self.kept.table()
         view.compose = self.compose
         view.picture = lambda: self.shown
-        for element in (self.set_point.element, self.fit_numbers.sheet, self.numbers.sheet, self.kept.differences):
+        for element in (self.set_point.element, self.fit_numbers.sheet, self.numbers.sheet, self.differences.element):
             view.shown.mark(PagePart.BESIDE, partial(dim, element))
         view.on_beside.append(self.beside)
         view.on_anew.append(self.redraw)
@@ -124,11 +133,12 @@ class Plots:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)
             self.drawn = figures.picture(self.layers, self.shown)
-            if (states := self.states.of(self.view.curve)) is not None:
-                self.drawn = with_states(self.drawn, self.shown, states)
-            self.drawn = clicked(self.drawn, self.shown, [self.motion.place_in(layer.result) for layer in self.layers])
+            points = [self.motion.place_in(layer.result) for layer in (*self.layers, *self._behind())]
+            self.drawn = clicked(self.drawn, self.shown, points)
             if (beside := self.measured.beside()) is not None:
                 self.drawn = overlay.with_measured(self.drawn, self.shown, beside)
+            for layer in self._behind():
+                self.drawn = with_states(self.drawn, self.shown, layer.result)
         self.wait()
         return self.drawn.figure
 
@@ -138,17 +148,32 @@ class Plots:
         if self.shown is not None:
             self._offer(self.layers[-1].result, self.shown)
         self.picker.set_visibility(self.shown is not None)
-        self.set_point.show(self.layers, self.shown)
-        self.fit_numbers.show(self.layers, self.shown)
-        self.numbers.show(self.drawn, self.shown)
-        self.motion.follow(self.view.curve, self.layers)
-        self.measured.show()
+        self.answer.set_text(self._answer())
+        self.motion.follow(self.view.curve, (*self.layers, *self._behind()))
+        self.pane.show(Scene(self.layers, self.shown, self.drawn))
 
-    def _alone(self, panel: MotionPanel | MeasuredCurve | Explorer) -> None:
-        """Close what else stands beside the curves: two panels would leave them no room."""
-        for other in (self.motion, self.measured, self.explorer):
-            if other is not panel:
-                other.close()
+    def _behind(self) -> list[figures.Layer]:
+        """Return the states behind the curve, once they are known."""
+        states = self.states.of(self.view.curve)
+        return [] if states is None else [figures.Layer(states)]
+
+    def _answer(self) -> str:
+        """Return in words what is drawn on top, after what a fit of this case found."""
+        if not self.layers:
+            return ""
+        document, fit = self.view.document, self.view.session.measured.fit
+        results = [self.layers[-1].result]
+        if document.measured is not None and fit is not None and fitting.is_of(fit, document):
+            results.insert(0, fit)
+        try:
+            return in_words(document, " ".join(df.answer(result, document.set_point) for result in results))
+        except df.DForceError:  # a run that was stopped before its first result
+            return ""
+
+    def _set_stage(self) -> None:
+        """Let a map take the stage, where the curves step down to a strip."""
+        over = self.explorer.takes_the_stage
+        self.stage.classes(add="df-over" if over else "", remove="" if over else "df-over")
 
     def show_measured(self) -> None:
         """Show a measured curve that has just come: its panel, and amplitude and phase against the distance."""
@@ -160,15 +185,10 @@ class Plots:
 
     def wait(self) -> None:
         """Say what is waited for: above the curves, or in the middle of a plot that is still empty."""
-        text, job, empty = self.view.status, self.view.session.job, not self.layers
-        self.line.set_text("" if empty else text)
+        empty = not self.layers
+        self.line.set_text("" if empty else self.view.status)
         self.line.set_visibility(bool(self.line.text))
-        if empty and not text and job is not None and job.busy and job.is_of(self.view.document):
-            self.waiting.show(f"Running: {job.words()}", job.share)
-        elif empty and not text:
-            self.waiting.show(NOTHING if self.view.said.wrong else "")
-        else:
-            self.waiting.show(text if empty else "", None if text in STANDING else 0.0)
+        self.waiting.show(self.view.waiting if empty else Waiting())
 
     def wanted(self, result: xr.Dataset) -> Picture:
         """Return the picture that was last chosen for such a result, else the one that says most."""
@@ -244,6 +264,8 @@ class Plots:
             return
         curve, place = int(event["curve"]), int(event["index"])
         trace = self.drawn.traces[curve] if curve < len(self.drawn.traces) else None
+        if curve in self.drawn.behind and (behind := self._behind()):
+            trace = behind[0], self.drawn.behind[curve]
         if trace is None or not 0 <= place < len(trace[1].places):
             return
         layer, line = trace
@@ -261,8 +283,7 @@ class Plots:
 
     def _open_motion(self, layer: figures.Layer, places: dict[str, int]) -> None:
         curve = self.view.curve
-        self._alone(self.motion)
-        self.motion.open(layer, places, curve.document if curve is not None and curve.result is layer.result else None)
+        self.motion.take(layer, places, curve.document if curve is not None and curve.result is layer.result else None)
         self.redraw()  # with a ring around the point
 
 

@@ -14,8 +14,8 @@ import dforce as df
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import AMOUNTS, NONE
 from dforce.gui.curves.figures import Layer, unit_of
+from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT
-from dforce.gui.window.view import View
 from dforce.results.curves import Picture, goes_along, pictures_of, row_of
 from dforce.results.significance import ERRORS, is_none
 
@@ -26,7 +26,7 @@ MOST_COLUMNS = 10
 MOST_ROWS = 30
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NO_STATE = "No state on these curves has this amplitude."
-TOO_NEAR = "The amplitude is below this value everywhere; begin the curve farther from the surface (tab Experiment)."
+TOO_NEAR = "The amplitude is below this value everywhere; begin the curve farther from the surface (Experiment)."
 
 
 class SetPointTable(ui.element, component="setpoint.js"):
@@ -40,14 +40,15 @@ class SetPointTable(ui.element, component="setpoint.js"):
             self.run_method("take", changed)
 
 
-class SetPoint:
+class SetPoint(Panel):
     """Reads the quantities at the set point off the curves of one page."""
 
-    def __init__(self, view: View) -> None:
-        self.view = view
+    title = "Set point"
+
+    def make(self) -> None:
+        """Make the field and the table, in the container that is open."""
         self.element = SetPointTable()
         self.element.props.update(low=100.0 * LOWEST_SET_POINT, high=100.0 * HIGHEST_SET_POINT)
-        self.element.set_visibility(False)
         self.element.on("percent", self._changed)
 
     def marked(self, layers: Sequence[Layer], wanted: Picture) -> list[Layer]:
@@ -55,13 +56,16 @@ class SetPoint:
         share = self.view.document.set_point
         return [dataclasses.replace(layer, states=states_of(layer.result, share, wanted)) for layer in layers]
 
-    def show(self, layers: Sequence[Layer], wanted: Picture | None) -> None:
-        """Show the states of layers."""
-        with_states = [layer for layer in layers if layer.states is not None]
-        self.element.set_visibility(bool(with_states))
-        if not with_states or wanted is None:
+    def suits(self, scene: Scene) -> bool:
+        """Return whether curves with set points are drawn."""
+        return scene.picture is not None and any(layer.states is not None for layer in scene.layers)
+
+    def show(self, scene: Scene | None = None) -> None:
+        """Show the states of the layers."""
+        with_states = [] if scene is None else [layer for layer in scene.layers if layer.states is not None]
+        if scene is None or scene.picture is None or not with_states:
             return
-        columns, rows = table_of(with_states, wanted)
+        columns, rows = table_of(with_states, scene.picture)
         changed = {
             "percent": round(100.0 * self.view.document.set_point, 6),
             "rows": rows[:MOST_ROWS],

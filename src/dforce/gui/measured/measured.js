@@ -2,9 +2,7 @@
 export default {
   template: `
     <aside class="df-motion df-measured" aria-label="measured curve">
-      <div class="df-motion-head"><h2>{{ name }}</h2>
-        <button type="button" class="df-remove" aria-label="close the measured curve" title="Close; the curve stays"
-                @click="$emit('close')">×</button></div>
+      <div class="df-motion-head"><h2>{{ name }}</h2></div>
       <p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
       <ul class="df-facts"><li v-for="fact in facts" :key="fact">{{ fact }}</li></ul>
       <p v-if="hint" class="df-motion-note">{{ hint }}</p>
@@ -28,7 +26,7 @@ export default {
           <label v-for="one in typed" :key="one.name"><i>{{ one.name }}</i>
             <input class="df-box" :value="drafts[one.name] ?? one.text" maxlength="40" :disabled="busy"
                    :aria-label="one.name + ' of lever and tip'" :placeholder="'type ' + one.name"
-                   @input="drafts[one.name] = $event.target.value" @change="lever_typed(one.name)" /></label></div>
+                   @input="drafts[one.name] = $event.target.value" @change="typed_in(one.name)" /></label></div>
         <p v-if="missing" class="df-motion-note" role="status">{{ missing }}</p>
         <template v-if="unconfirmed">
           <p class="df-motion-note" id="df-unconfirmed">{{ unconfirmed }}</p>
@@ -36,10 +34,7 @@ export default {
               @click="$emit('confirm')">They are those of this curve</button></div>
         </template>
         <p v-else class="df-text">Confirmed for this curve: {{ lever }}.</p>
-        <div class="df-measured-tabs" role="tablist" aria-label="what is found from the curve">
-          <button v-for="name in ['Fit', 'Reconstruct']" :key="name" type="button" role="tab" class="df-plain" :id="'df-tab-' + name"
-                  :aria-selected="tab === name ? 'true' : 'false'" @click="choose(name)">{{ name }}</button></div>
-        <div v-show="tab === 'Fit'" role="tabpanel" aria-labelledby="df-tab-Fit">
+        <h3>Fit</h3>
         <p class="df-text">Parameters to find; the fit begins at the values in the forms.</p>
         <div class="df-fit-rows" role="group" aria-label="parameters to fit">
           <template v-for="row in rows" :key="row.name">
@@ -78,24 +73,6 @@ export default {
           <p v-if="unsafe" class="df-motion-note wrong" role="alert">{{ unsafe }}</p>
           <ul v-if="findings.length" class="df-facts df-findings" role="status"><li v-for="one in findings" :key="one">{{ one }}</li></ul>
         </template>
-        </div>
-        <div v-show="tab === 'Reconstruct'" role="tabpanel" aria-labelledby="df-tab-Reconstruct">
-          <p class="df-text">The force that this curve needs, without any model of the sample.</p>
-          <div class="df-measured-buttons">
-            <button v-if="!rebuilding" type="button" class="df-plain df-main-button" :disabled="!!unconfirmed"
-                    :aria-describedby="unconfirmed ? 'df-unconfirmed' : undefined" @click="$emit('rebuild')">Reconstruct the force</button>
-            <button v-else type="button" class="df-plain" @click="$emit('halt')">Stop</button>
-            <progress v-if="rebuilding" max="1" :value="rebuilt_share || undefined" aria-label="progress of the reconstruction"></progress>
-          </div>
-          <p v-if="unbuilt" class="df-motion-note wrong" role="alert">{{ unbuilt }}</p>
-          <template v-if="rebuilt">
-            <p v-if="rebuilt_stale" class="df-motion-note">This force is of another shift or lever than those above.</p>
-            <p class="df-text">Force with two errors, {{ rebuilt_for }}.</p>
-            <ul class="df-facts df-gaps" role="status"><li v-for="one in gaps" :key="one">{{ one }}</li></ul></template>
-          <div v-show="rebuilt" class="df-rebuilt-chart" :class="{'df-behind': rebuilt_stale}"><slot></slot></div>
-          <div v-if="rebuilt" class="df-measured-buttons">
-            <button type="button" class="df-plain" @click="$emit('shelve')">Keep this force</button></div>
-        </div>
       </template>
     </aside>`,
   props: {
@@ -103,22 +80,17 @@ export default {
     low: { default: -5 }, high: { default: 5 }, at: { default: 0 }, match: { default: "" }, history: { default: () => [] },
     lever: { default: "" }, unconfirmed: { default: "" }, levers: { default: () => [] }, typed: { default: () => [] },
     missing: { default: "" }, findings: { default: () => [] }, finding: Boolean, unsafe: { default: "" }, limit: { default: "" },
-    set_point: { default: "" }, rebuilding: Boolean, rebuilt_share: { default: 0 }, unbuilt: { default: "" }, rebuilt: Boolean,
-    rebuilt_for: { default: "" }, rebuilt_stale: Boolean, gaps: { default: () => [] },
+    set_point: { default: "" },
     rows: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
     report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, answers: { default: () => [] }, others: { default: () => [] },
   },
   data() {
-    return { wanted: this.limit || "1 nN", tab: "Fit", drafts: {} }; // drafts: what is being typed, which no update from the server overwrites
+    return { wanted: this.limit || "1 nN", drafts: {} }; // drafts: no update from the server overwrites what is being typed
   },
   methods: {
-    lever_typed(name) {
+    typed_in(name) {
       this.$emit("lever", { name, text: this.drafts[name] });
       delete this.drafts[name];
-    },
-    choose(name) {
-      this.tab = name;
-      this.$nextTick(() => this.$emit("tab"));
     },
     shift(field) {
       if (Number.isFinite(field.valueAsNumber)) this.$emit("shift", field.valueAsNumber);

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +10,12 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
-from dforce.core.errors import shorten
 from dforce.core.units import show
 from dforce.gui.case.words import in_words, with_labels
+from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import Document, MeasuredData, path_of
 from dforce.gui.measured import confirming, fitting, overlay
 from dforce.gui.measured.foreseen import Foreseen
-from dforce.gui.measured.reconstructing import Reconstructing
 from dforce.gui.measured.safe import LIMIT, SafeJob
 from dforce.gui.window.error_messages import as_sentence, say, telling
 from dforce.gui.window.view import View
@@ -29,7 +27,7 @@ if TYPE_CHECKING:
 NM = 1e-9
 FEWEST, MOST, EVERY = 51, 501, 0.1e-9  # points of an experiment over the measured heights, and about how far apart
 BETWEEN = 0.05  # s between two messages of the shift that is dragged
-NONE = "Measured curve ..."
+NONE = "Drop a measured curve anywhere onto the window: it is drawn under the curve of the model, and fitted here."
 MATCH = "An approach over the measured distances, with the measured free amplitude"
 NOT_HERE = "This picture has no measured quantity; choose amplitude and phase against the distance."
 NO_MODEL = "The case has no curve against the distance; press Match the experiment."
@@ -45,40 +43,33 @@ class MeasuredPanel(ui.element, component="measured.js"):
             self.update()
 
 
-class MeasuredCurve:
-    """The measured curve of one page; its button is made in the container that is open, its panel by :meth:`panel`."""
+class MeasuredCurve(Panel):
+    """The measured curve of one page, and its fit."""
+
+    title = "Fit"
 
     def __init__(self, view: View) -> None:
-        self.view = view
-        self.is_open = False
+        super().__init__(view)
         self.foreseen = Foreseen(self.show)
         self.safe: SafeJob | None = None
-        self.before_opening: Callable[[], None] = lambda: None
-        with ui.element("button").classes("df-plain").props('type="button" aria-expanded="false"') as self.button:
-            self.text = ui.label(NONE)
-        self.button.props["title"] = (
-            "Draw a measured curve under the curve of the model; or drop its file onto the window"
-        )
-        # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
-        self.button.on(
-            "click",
-            self._pressed,
-            js_handler="""(event) => {
-            if (event.currentTarget.dataset.there !== "yes") window.dforceFiles.pick(); else emit();
-        }""",
-        )
 
-    def panel(self) -> None:
+    @property
+    def label(self) -> str:
+        """The title, with the reduced chi2 of a fit."""
+        fit = self.view.session.measured.fit if self.view.document.measured is not None else None
+        if fit is None or not fit.attrs["degrees_of_freedom"]:
+            return self.title
+        return f"{self.title} {fit.attrs['chi2'] / fit.attrs['degrees_of_freedom']:.2g}"
+
+    def make(self) -> None:
         """Make the panel, in the container that is open."""
+        with ui.element("div").classes("df-none") as self.none:
+            ui.label(NONE).classes("df-text")
+            with ui.element("button").classes("df-plain").props('type="button"') as button:
+                ui.label("Open a measured curve")
+            # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
+            button.on("click", js_handler="() => window.dforceFiles.pick()")
         element = self.element = MeasuredPanel()
-        with element:
-            force = self.reconstructing = Reconstructing(self.view, self.beside, self.show)
-        element.on("rebuild", force.start)
-        element.on("halt", force.stop)
-        element.on("shelve", force.keep)
-        element.on("tab", force.draw)
-        element.set_visibility(False)
-        element.on("close", self.close)
         element.on("shift", self._shift, throttle=BETWEEN)
         element.on("match", self._match)
         element.on("remove", self._remove)
@@ -102,25 +93,12 @@ class MeasuredCurve:
             return None
         return overlay.Beside(kept.curve, measured.shift, measured.turn, kept.fit)
 
-    def open(self) -> None:
-        """Open the panel."""
-        self.before_opening()
-        self.is_open = True
-        self.show()
-
-    def close(self) -> None:
-        """Close the panel; the curve stays."""
-        self.is_open = False
-        self.show()
-
-    def show(self) -> None:
+    def show(self, scene: Scene | None = None) -> None:
         """Show the curve of the document, and how far its fit is."""
         measured, kept = self.view.document.measured, self.view.session.measured
-        self.text.set_text(NONE if measured is None else f"● {shorten(measured.name, 24)}")
-        self.button.props.update({"data-there": "no" if measured is None else "yes"})
-        self.button.props["aria-expanded"] = "true" if self.is_open and measured is not None else "false"
-        self.element.set_visibility(self.is_open and measured is not None)
-        if measured is None or not self.is_open:
+        self.element.set_visibility(measured is not None)
+        self.none.set_visibility(measured is None)
+        if measured is None or not self.in_sight:
             return
         curve = kept.curve
         facts = [] if curve is None else _facts(curve, measured)
@@ -130,7 +108,7 @@ class MeasuredCurve:
             reach = max(3.0, 2.0 * abs(measured.shift) / NM)
             shown |= {"at": round(measured.shift / NM, 3), "low": -round(reach), "high": round(reach)}
             shown |= {"history": [str(line) for line in curve.attrs.get("history", [])]}
-        self.element.show(**shown, **self._of_fit(), **self.reconstructing.shown())
+        self.element.show(**shown, **self._of_fit())
 
     def _hint(self) -> str:
         """Say why the curve cannot be seen where it cannot."""
@@ -200,10 +178,6 @@ class MeasuredCurve:
         }
         return shown
 
-    def _pressed(self) -> None:
-        if self.view.document.measured is not None:
-            (self.close if self.is_open else self.open)()
-
     def _change(self, **changes: Any) -> None:
         """Look at the curve in another way."""
         document = self.view.document
@@ -220,7 +194,6 @@ class MeasuredCurve:
             self.view.edit(matched(self.view.document, curve, measured.shift), anew=True)
 
     async def _remove(self) -> None:
-        self.close()
         await self.view.session.drop_measured()
 
     def _free(self, event: GenericEventArguments) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from nicegui import background_tasks
+from nicegui import background_tasks, ui
 
 import dforce as df
 from dforce.gui.curves.chart import Chart
+from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import Job
 from dforce.gui.measured import confirming, overlay
 from dforce.gui.measured.reconstructed import figure_of
@@ -35,39 +36,60 @@ class ReconstructJob(Job):
         return df.reconstruct(self.curve, self.case, progress=self._watch)
 
 
-class Reconstructing:
-    """The reconstruction of one page; its chart is made in the container that is open.
+class ReconstructionShown(ui.element, component="reconstructing.js"):
+    """What the tab shows, around its chart."""
 
-    Parameters
-    ----------
-    view
-        The page.
-    beside
-        Returns the measured curve as it is drawn; None without one.
-    look
-        Called when there is something else to show.
-    """
 
-    def __init__(self, view: View, beside: Callable[[], overlay.Beside | None], look: Callable[[], None]) -> None:
-        self.view, self.beside, self.look = view, beside, look
-        self.chart = Chart("force against distance, reconstructed")
+class Reconstruction(Panel):
+    """The tab of one page; `beside` returns the measured curve as it is drawn, None without one."""
+
+    title = "Reconstruct"
+
+    def __init__(self, view: View, beside: Callable[[], overlay.Beside | None]) -> None:
+        super().__init__(view)
+        self.beside = beside
         self.job: ReconstructJob | None = None
         self.holds_for = ""
         self._of: object = None  # of which curve and lever the result is
 
-    def shown(self) -> dict[str, Any]:
-        """Return what the panel shows."""
-        job = self.job
+    def suits(self, scene: Scene) -> bool:
+        """Return whether there is a measured curve."""
+        return self.view.document.measured is not None
+
+    def make(self) -> None:
+        """Make the tab, in the container that is open."""
+        self.element = ReconstructionShown()
+        with self.element:
+            self.chart = Chart("force against distance, reconstructed")
+        self.element.on("start", self.start)
+        self.element.on("stop", self.stop)
+        self.element.on("keep", self.keep)
+        self.view.on_job.append(self.show)
+        self.view.on_show.append(lambda anew: self.show())
+
+    def show(self, scene: Scene | None = None) -> None:
+        """Show what was reconstructed, and how far it is."""
+        document, job = self.view.document, self.job
+        if document.measured is None or not self.in_sight:
+            return
         result = None if job is None else job.result
-        return {
-            "rebuilding": job is not None and job.busy,
-            "rebuilt_share": job.share if job is not None else 0.0,
-            "unbuilt": as_sentence(job.error) if job is not None and job.error else "",
+        confirmed = confirming.is_confirmed(document, confirming.asked(document))
+        shown = {
+            "name": document.measured.name,
+            "unconfirmed": "" if confirmed else confirming.UNCONFIRMED,
+            "busy": job is not None and job.busy,
+            "share": job.share if job is not None else 0.0,
+            "failed": as_sentence(job.error) if job is not None and job.error else "",
+            "done": result is not None,
+            "stale": result is not None and self._of != self._now(),
+            "holds_for": self.holds_for,
             "gaps": [] if result is None else [as_sentence(line) for line in notes_of(result)],
-            "rebuilt": result is not None,
-            "rebuilt_for": self.holds_for,
-            "rebuilt_stale": result is not None and self._of != self._now(),
         }
+        if any(self.element.props.get(key) != value for key, value in shown.items()):
+            self.element.props.update(shown)
+            self.element.update()
+        if scene is not None:  # the chart was hidden, perhaps before it was drawn
+            self._draw()
 
     async def start(self) -> None:
         """Reconstruct the force of the curve as it is drawn, for the lever that was confirmed."""
@@ -79,18 +101,16 @@ class Reconstructing:
             lever = confirming.lever_and_tip(case)
             if not confirming.is_confirmed(self.view.document, lever):
                 raise df.ParameterError(confirming.UNCONFIRMED)
-            self._of = self._now()
-            job = self.job = ReconstructJob(case, self.view.session.limits.seconds, curve=beside.moved())
             exact = {name: value for name, value in lever.items() if name[0] in "kQ"}  # the force scales with k / Q
-            self.holds_for = f"for {confirming.in_words(exact)}"
-            await job.go(self.look)
-            if job.result is not None:
-                await self.chart.draw(figure_of(job.result).figure)
+            self._of, self.holds_for = self._now(), f"for {confirming.in_words(exact)}"
+            self.job = ReconstructJob(case, self.view.session.limits.seconds, curve=beside.moved())
+            await self.job.go(self.show)
+            self._draw()
 
-    def draw(self) -> None:
-        """Draw the force again, on a chart that was hidden."""
-        if self.job is not None and self.job.result is not None:
-            background_tasks.create(self.chart.draw(figure_of(self.job.result).figure))
+    def stop(self) -> None:
+        """Stop the reconstruction under way."""
+        if self.job is not None:
+            self.job.stopping.set()
 
     async def keep(self) -> None:
         """Keep the force in the list of results, from where it is drawn and saved."""
@@ -99,10 +119,9 @@ class Reconstructing:
                 title = f"Force behind {self.job.result.attrs.get('source', 'the curve')}"
                 await self.view.session.keep(self.job.result.assign_attrs(title=title), shown=False)
 
-    def stop(self) -> None:
-        """Stop the reconstruction under way."""
-        if self.job is not None:
-            self.job.stopping.set()
+    def _draw(self) -> None:
+        if self.job is not None and self.job.result is not None:
+            background_tasks.create(self.chart.draw(figure_of(self.job.result).figure))
 
     def _now(self) -> object:
         document = self.view.document

@@ -4,8 +4,7 @@ const differ = (one, before) => JSON.stringify(one) !== JSON.stringify(before);
 export default {
   template: `
     <aside class="df-motion df-explore" aria-label="over parameters">
-      <div class="df-motion-head"><h2>{{ title || "Against a parameter, at the set point" }}</h2>
-        <button type="button" class="df-remove" aria-label="close the result over parameters" title="Close" @click="$emit('close')">×</button></div>
+      <div class="df-motion-head"><h2>{{ title || "Against a parameter, at the set point" }}</h2></div>
       <details class="df-folded df-vary-fold" :open="!title || here"><summary>Compute against parameters</summary>
       <form class="df-vary" @submit.prevent="compute">
         <label>Vary <select class="df-box" v-model="path" :disabled="busy" @change="$emit('suggest', path)">
@@ -57,14 +56,13 @@ export default {
             <option value="below">at most</option><option value="above">at least</option></select>
           <input class="df-box" :value="limit" aria-label="limit" maxlength="40" @change="$emit('limit', {text: $event.target.value})" /></template></template>
       </div>
-      <div v-show="quantities.length" class="df-explore-chart" :class="{'df-behind': behind}"><slot></slot></div>
       <p v-if="allowed" class="df-text" role="status">{{ allowed }}</p>
       <p v-for="one in found" :key="one" class="df-text">{{ one }}</p>
       <div v-if="quantities.length" class="df-measured-buttons df-picked"><span>{{ picked || "Click on a point to take over its settings." }}</span>
         <button v-if="picked" type="button" class="df-plain" @click="$emit('take')">Take over these settings</button></div>
     </aside>`,
   props: {
-    title: { default: "" }, here: Boolean, behind: Boolean, second: { default: () => ({}) }, limitable: { default: () => [] },
+    title: { default: "" }, here: Boolean, second: { default: () => ({}) }, limitable: { default: () => [] },
     few: { default: 10 }, found: { default: () => [] }, rows: { default: () => [] }, suggested: { default: () => ({}) }, most: { default: 101 }, busy: Boolean,
     share: { default: 0 }, words: { default: "" }, failed: { default: "" }, note: { default: "" }, quantities: { default: () => [] },
     quantity: { default: "" }, axes: { default: () => [] }, x: { default: "" }, y: { default: "" }, lines: Boolean,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -13,9 +14,11 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
+from dforce.gui.case.fields import name_of
 from dforce.gui.case.parameters import ParameterRow
-from dforce.gui.case.words import in_words
+from dforce.gui.case.words import KEY, in_words, with_labels
 from dforce.gui.curves.chart import Chart
+from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import LIVE, Latest, in_thread
 from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT, path_of
 from dforce.gui.document.session import LOOKED_EVERY
@@ -50,31 +53,36 @@ class ExplorePanel(ui.element, component="explore.js"):
             self.update()
 
 
-class Explorer:
-    """The panel of one page; its button is made in the container that is open, the panel by :meth:`panel`."""
+class Explorer(Panel):
+    """The panel of one page; its chart takes the stage, where :meth:`stage` makes it."""
+
+    title = "Against"
 
     def __init__(self, view: View) -> None:
-        self.view, self.study = view, view.session.study
-        self.is_open = False
+        super().__init__(view)
+        self.study = view.session.study
         self.choice = explore.Choice()
         self.limit: drawn_limit.DrawnLimit | None = None
         self.picked: explore.Choice | None = None
         self.suggested: dict[str, Any] = {}
         self.second: dict[str, Any] = {"path": "", "low": "", "high": ""}
         self.seen = 0
-        self.before_opening: Callable[[], None] = lambda: None
-        with ui.element("button").classes("df-plain").props('type="button" aria-expanded="false"') as self.button:
-            ui.label("Against a parameter")
-        self.button.on("click", lambda: self.close() if self.is_open else self.open())
+        self.on_stage: Callable[[], None] = lambda: None  # called when its chart may take the stage, or leave it
         self._latest = Latest(self._draw)
 
-    def panel(self) -> None:
+    def stage(self) -> None:
+        """Make the chart, in the container that is open."""
+        with ui.element("div").classes("df-explore-chart") as self.place:
+            self.chart = Chart("quantity over parameters", on_point=self._clicked, on_limit=self._dragged)
+
+    @property
+    def takes_the_stage(self) -> bool:
+        """Whether its chart takes the place of the curves."""
+        return self.in_sight and self.study.result is not None and bool(self.choice.quantity)
+
+    def make(self) -> None:
         """Make the panel, in the container that is open."""
         element = self.element = ExplorePanel()
-        with element:
-            self.chart = Chart("quantity over parameters", on_point=self._clicked, on_limit=self._dragged)
-        element.set_visibility(False)
-        element.on("close", self.close)
         element.on("suggest", lambda event: self._suggest(str(event.args)))
         element.on("second", lambda event: self._suggest(str(event.args), second=True))
         element.on("compute", self._compute)
@@ -86,27 +94,13 @@ class Explorer:
         self.view.on_show.append(lambda anew: self.show())
         self.view.on_anew.append(self.show)
 
-    def open(self) -> None:
-        """Open the panel."""
-        self.before_opening()
-        self.is_open = True
+    def show(self, scene: Scene | None = None) -> None:
+        """Show what there is to choose, and how far a computation is."""
+        if not self.in_sight:
+            return
         if not self.suggested:
             names = [row.name for row in self._rows()]
             self._suggest(next((name for name in FIRST_AMPLITUDE if name in names), names[0]))
-        self.show()
-        self.draw()
-
-    def close(self) -> None:
-        """Close the panel."""
-        self.is_open = False
-        self.show()
-
-    def show(self) -> None:
-        """Show what there is to choose, and how far a computation is."""
-        self.button.props["aria-expanded"] = "true" if self.is_open else "false"
-        self.element.set_visibility(self.is_open)
-        if not self.is_open:
-            return
         if self.seen != self.study.number:
             self._take_in()
         job, document = self.study.job, self.view.document
@@ -118,6 +112,13 @@ class Explorer:
             as_sentence(in_words(document, job.error)) if job is not None and job.state == "failed" else ""
         )
         self.element.show(**shown, **self._of_result())
+        behind = self.study.result is not None and bool(self.study.why_behind(self.view.document))
+        self.place.classes(add="df-behind" if behind else "", remove="" if behind else "df-behind")
+        self.on_stage()
+
+    def close(self) -> None:
+        """Leave the stage to the curves."""
+        self.on_stage()
 
     def _rows(self) -> list[ParameterRow]:
         return choices(self.view.document)
@@ -155,7 +156,7 @@ class Explorer:
         result, choice = self.study.result, self.choice
         if result is None or not choice.quantity:
             return {"quantities": [], "title": "", "note": "", "picked": "", "allowed": "", "found": []}
-        axes = explore.axes_of(result, choice.quantity)
+        axes, behind = explore.axes_of(result, choice.quantity), self.study.why_behind(self.view.document)
 
         def words(names: list[str]) -> list[dict[str, str]]:
             return [{"name": name, "label": explore.label_of(result, name)} for name in names]
@@ -166,12 +167,13 @@ class Explorer:
         ]
         shown: dict[str, Any] = {"title": self._title(), "here": self._computed(), "axes": words(axes)}
         shown |= {"quantities": words(explore.quantities(result)), "few": len(explore.FIRST)}
-        shown |= {"found": str(result.attrs.get("findings", "")).splitlines()}
+        found = str(result.attrs.get("findings", "")).splitlines()
+        shown |= {"found": [_in_labels(with_labels(self.view.document, line)) for line in found]}
         shown |= {"quantity": choice.quantity, "x": choice.x, "y": choice.y, "slices": slices}
         shown |= {
             "lines": choice.quantity not in explore.WORDS,
-            "behind": bool(self.study.why_behind(self.view.document)),
-            "note": " ".join(filter(None, (self.study.why_behind(self.view.document), explore.gaps_of(result)))),
+            "behind": bool(behind),
+            "note": f"{behind} {explore.gaps_of(result, choice.quantity)}".strip(),
         }
         shown |= {"limited": self.limit is not None, "limit": "", "allowed": ""}
         if self.limit is not None and not choice.y:
@@ -183,7 +185,7 @@ class Explorer:
 
     def draw(self) -> None:
         """Draw what is chosen."""
-        if self.study.result is not None and self.is_open:
+        if self.study.result is not None and self.in_sight:
             self._latest.ask(self.choice)
 
     async def _draw(self, choice: explore.Choice) -> None:
@@ -306,6 +308,18 @@ class Explorer:
                 document = document.put(place, value if unit == "1" else show(value, unit, DIGITS))
         self.view.edit(document, anew=True)
         self.view.session.look(dataclasses.replace(self.view.document, set_point=share))
+
+
+def _in_labels(text: str) -> str:
+    """Return a sentence with the words of quantities and forces in the place of their names."""
+
+    def word(name: re.Match[str]) -> str:
+        if name[0] in OBSERVABLES:
+            return OBSERVABLES[name[0]].label
+        model = df.forces.REGISTRY.get(name[0])
+        return name[0] if model is None else name_of(model)
+
+    return as_sentence(KEY.sub(word, text))
 
 
 def _ends(given: dict[str, Any], which: str = "") -> dict[str, str]:

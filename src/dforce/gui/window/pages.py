@@ -1,4 +1,4 @@
-"""The page: header with menus and run bar, the forms' tabs at the left, sliders and plots at the right."""
+"""The page: header with menus and run bar, sliders and form at the left, the answer, the chart and its pane at the right."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nicegui import app, ui
+from starlette.requests import Request
 
 import dforce as df
 from dforce.gui.case.entry import LONGEST
@@ -23,29 +24,29 @@ from dforce.gui.files.file_menu import FileMenu
 from dforce.gui.measured.at_field import FitAtFields
 from dforce.gui.study.parameter_study import Over
 from dforce.gui.window.address import Address
+from dforce.gui.window.classroom import PAGE as CLASS_PAGE
+from dforce.gui.window.classroom import Classroom
 from dforce.gui.window.error_messages import as_sentence, say
 from dforce.gui.window.limits import ALONE, Limits
 from dforce.gui.window.menus import menu
+from dforce.gui.window.security import GUEST
 from dforce.gui.window.shown import PagePart
 from dforce.gui.window.view import Said, View
 
 if TYPE_CHECKING:
     import xarray as xr
 
-TABS = {
-    "Microscope": ("cantilever", "drive", "readout", "medium", "noise"),
-    "Tip and sample": ("tip", "sample", "contact"),
-    "Forces": ("forces",),
-    "Experiment": ("experiment",),
-    "Solver": ("solver",),
-}
 FORGOTTEN = 3600.0  # s after which a session that no page shows is only kept in the storage
 HERE = Path(__file__).parent
 SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
 
 
 def register(
-    folder: Path, document: Document | None = None, limits: Limits = ALONE, over: xr.Dataset | None = None
+    folder: Path,
+    document: Document | None = None,
+    limits: Limits = ALONE,
+    over: xr.Dataset | None = None,
+    classroom: Classroom | None = None,
 ) -> None:
     """Make the page known to the server.
 
@@ -59,6 +60,8 @@ def register(
         What each session may ask for.
     over
         A result over parameters that each session looks at first.
+    classroom
+        The class that the server is open to; None where it is for one person.
     """
     sessions: dict[str, Session] = {}
     app.add_static_file(local_file=library_file(), url_path=LIBRARY, max_cache_age=86400)
@@ -83,8 +86,14 @@ def register(
         LIVE.submit(lambda: df.run(df.example(FIRST)))
 
     @ui.page("/", title="dForce")
-    def page() -> None:
-        Page(session_of_browser())
+    def page(request: Request) -> None:
+        session = session_of_browser()
+        if classroom is not None and request.scope.get(GUEST, True):
+            classroom.welcome(session)
+        Page(session, class_page=classroom is not None and session.person is None)
+
+    if classroom is not None:
+        classroom.register(sessions, dress)
 
     @app.on_shutdown
     def end() -> None:
@@ -92,19 +101,26 @@ def register(
             session.close()
 
 
+def dress() -> ui.dark_mode:
+    """Give a page the looks of the window, and return its choice of light or dark."""
+    for sheet in SHEETS:
+        ui.add_head_html(f'<link rel="stylesheet" href="/assets/{sheet.name}">')
+    ui.colors(primary="#0b5c8f", dark="#1a2127", dark_page="#12171b")
+    ui.query(".nicegui-content").classes("df-content")
+    return ui.dark_mode(app.storage.user.get("dark"))
+
+
 class Page:
     """One page of a session: makes the elements and ties them to a view."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, class_page: bool = False) -> None:
         self.view = View(session)
-        for sheet in SHEETS:
-            ui.add_head_html(f'<link rel="stylesheet" href="/assets/{sheet.name}">')
+        self.dark = dress()
         ui.add_body_html(f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script>")
-        ui.colors(primary="#0b5c8f", dark="#1a2127", dark_page="#12171b")
-        self.dark = ui.dark_mode(app.storage.user.get("dark"))
-        ui.query(".nicegui-content").classes("df-content")
         with ui.element("header").classes("df-header"):
             self._header()
+            if class_page:
+                ui.link("Class", CLASS_PAGE, new_tab=True).classes("df-class-link")
         with ui.element("div").classes("df-body"):
             with ui.element("aside").classes("df-left").props('aria-label="parameters"') as self.left:
                 self._left()
@@ -166,14 +182,9 @@ class Page:
         self.view.session.hide_kept()  # they were of another case, and are a press away
 
     def _left(self) -> None:
-        forms = self.forms = Forms(self.view, (Sliders(self.view), FitAtFields(self.view)))
-        with ui.tabs().props("dense no-caps inline-label narrow-indicator align=justify").classes("df-tabs") as tabs:
-            made = {name: ui.tab(name) for name in TABS}
-        banner = ui.label().classes("df-banner").props('role="alert"')
-        with ui.tab_panels(tabs, value="Microscope", animated=False, keep_alive=False).classes("df-panels"):
-            for name, sections in TABS.items():
-                with ui.tab_panel(name).classes("df-panel"):
-                    forms.tab(sections)
+        banner = ui.label().classes("df-banner wrong").props('role="alert"')
+        with ui.element("div").classes("df-panels"):
+            forms = self.forms = Forms(self.view, (Sliders(self.view), FitAtFields(self.view)))
         with ui.element("div").classes("df-foot"):
             with ui.element("div").classes("df-force"):
                 self.view.force = Chart("force against distance")
@@ -183,14 +194,8 @@ class Page:
 
         def said(said: Said) -> None:
             nowhere = said.wrong if said.wrong and not forms.has(said.where) else ""
-            notes = [text for path, text in said.advice if not forms.has(path)]
-            banner.set_text(nowhere or " ".join(notes))
-            banner.classes(add="wrong" if nowhere else "", remove="" if nowhere else "wrong")
-            banner.set_visibility(bool(nowhere or notes))
-            sections = forms.wrong_sections()
-            for name, tab in made.items():
-                wrong = any(section in sections for section in TABS[name])
-                tab.classes(add="df-wrong-tab" if wrong else "", remove="" if wrong else "df-wrong-tab")
+            banner.set_text(nowhere)
+            banner.set_visibility(bool(nowhere))
 
         banner.set_visibility(False)
         self.view.on_said.append(said)

@@ -39,6 +39,7 @@ TOO_LONG = "This curve takes too long for live drawing; press Run."
 STOPPED = "Stopped: the finished points are shown."
 UNKNOWN = "an error inside dForce, please report it"
 STANDING = (TOO_LONG, STOPPED, UNKNOWN)  # after which nothing is under way
+NOTHING = "No result yet."
 WAITING = "Another run is in progress; this run begins after it."
 
 
@@ -49,6 +50,14 @@ class Said:
     wrong: str = ""
     where: Path = ()
     advice: tuple[tuple[Path, str], ...] = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Waiting:
+    """What an empty chart says: a sentence, and the share that is done (0 before it is known, None: nothing is under way)."""
+
+    text: str = ""
+    share: float | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -129,7 +138,7 @@ class View:
         self.shown.mark(PagePart.FORCE, lambda behind: self.force.dim(behind))
         self.curve: DrawnResult | None = None
         self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
-        self.said, self.status = Said(), ""
+        self.said, self._told = Said(), ""
         self._drawing = asyncio.Lock()
         self._latest = Latest(self._safely(self._follow))
         self._beside = Latest(self._safely(self._show_beside))
@@ -144,6 +153,23 @@ class View:
     def result(self) -> xr.Dataset | None:
         """The result that the main chart is to show beside those kept."""
         return None if self.curve is None else self.curve.result
+
+    @property
+    def status(self) -> str:
+        """The sentence about the live curve; of a case that is none nothing is waited for."""
+        return "" if self.said.wrong else self._told
+
+    @property
+    def waiting(self) -> Waiting:
+        """What is waited for: nothing once there is a mistake, else what was last said, else the run of this case."""
+        job = self.session.job
+        if self.said.wrong:
+            return Waiting(NOTHING)
+        if self.status:
+            return Waiting(self.status, None if self.status in STANDING else 0.0)
+        if job is not None and job.busy and job.is_of(self.document):
+            return Waiting(f"Running: {job.words()}", job.share)
+        return Waiting()
 
     def begin(self) -> None:
         """Show everything once the browser is there, also after a connection was cut."""
@@ -175,6 +201,11 @@ class View:
         self.shown.look()
         for hook in self.on_show:
             hook(anew)
+        if self._told or self.said.wrong:  # what is under way may take long: a mistake is said at once
+            with self._saying_what_is_wrong(self.document):
+                self.document.case()
+                if self.said.wrong:
+                    self._say(Said(), self.document)
         self._latest.ask(WantedResult(self.document))
 
     def show_job(self) -> None:
@@ -216,7 +247,7 @@ class View:
         with self._saying_what_is_wrong(wanted.document, curves=True):
             case = self.session.limits.check(wanted.document.case())
             if case.experiment is None:
-                raise df.ParameterError("experiment is missing; choose one in the tab Experiment")
+                raise df.ParameterError("experiment is missing; choose one under Experiment")
             if self.said.wrong:
                 self._say(Said(), wanted.document)
             result = wanted.result if wanted.result is not None else self._there(wanted.document)
@@ -344,7 +375,7 @@ class View:
         return say
 
     def _status(self, text: str) -> None:
-        self.status = text
+        self._told = text
         for hook in self.on_status:
             hook()
 
