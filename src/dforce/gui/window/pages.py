@@ -27,6 +27,7 @@ from dforce.gui.window.error_messages import as_sentence, say
 from dforce.gui.window.limits import ALONE, Limits
 from dforce.gui.window.menus import menu
 from dforce.gui.window.shown import PagePart
+from dforce.gui.window.start import StartPage
 from dforce.gui.window.view import Said, View
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ def register(
         A result over parameters that each session looks at first.
     """
     sessions: dict[str, Session] = {}
+    app.add_static_files(local_directory=HERE / "pictures", url_path="/assets/pictures", max_cache_age=3600)
     app.add_static_file(local_file=library_file(), url_path=LIBRARY, max_cache_age=86400)
     for sheet in SHEETS:
         app.add_static_file(local_file=sheet, url_path=f"/assets/{sheet.name}", max_cache_age=0)
@@ -66,7 +68,7 @@ def register(
             store = Store(folder / "sessions" / f"document-{name}.json")
             sessions[name] = Session(store, folder / "results" / name, limits)
             if document is not None:
-                sessions[name].document = document
+                sessions[name].document, sessions[name].fresh = document, False
             if over is not None:
                 sessions[name].study.take(Over(over))
         return sessions[name]
@@ -77,7 +79,8 @@ def register(
 
     @ui.page("/", title="dForce")
     def page() -> None:
-        Page(session_of_browser())
+        session = session_of_browser()
+        Page(session, start=session.fresh and over is None)
 
     @app.on_shutdown
     def end() -> None:
@@ -86,9 +89,9 @@ def register(
 
 
 class Page:
-    """One page of a session: makes the elements and ties them to a view."""
+    """One page of a session: makes the elements and ties them to a view; `start` shows the first page before the case."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, start: bool = False) -> None:
         self.view = View(session)
         for sheet in SHEETS:
             ui.add_head_html(f'<link rel="stylesheet" href="/assets/{sheet.name}">')
@@ -98,13 +101,15 @@ class Page:
         ui.query(".nicegui-content").classes("df-content")
         with ui.element("header").classes("df-header"):
             self._header()
-        with ui.element("div").classes("df-body"):
+        self.start = StartPage(self.view, self._open_tab, self._turn_to_start)
+        with ui.element("div").classes("df-body") as self.body:
             with ui.element("aside").classes("df-left").props('aria-label="parameters"') as self.left:
                 self._left()
             self.view.shown.mark(PagePart.ADVICE, partial(dim, self.left))
             with ui.element("section").classes("df-right").props('aria-label="result"'):
                 self._right()
         self.address = Address(self.view)
+        (self.start.show if start else self.start.hide)()
         client = ui.context.client
         client.on_connect(self.view.begin)
         client.on_connect(self._take_unsent)
@@ -123,13 +128,15 @@ class Page:
 
     def _header(self) -> None:
         view = self.view
-        with ui.element("div").classes("df-brand"):
-            ui.label("dForce").classes("df-wordmark").props('role="heading" aria-level="1"')
+        with ui.element("h1").classes("df-wordmark"), ui.element("button").props('type="button"') as mark:
+            ui.label("dForce")
+        mark.props["title"] = "Start page"
+        mark.on("click", lambda: self.start.show())
         with (
             ui.button("Examples", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button")
         ):
             menu((one.title, one.shows, partial(self._open, one.name)) for one in df.examples().values())
-        self.files = FileMenu(view)
+        self.files = FileMenu(view, lambda: self.start.show())
         undo, redo = _icon("undo", "Undo", view.session.undo), _icon("redo", "Redo", view.session.redo)
         title = ui.input(placeholder="Untitled").props('dense borderless aria-label="title of the case" maxlength=300')
         title.classes("df-title")
@@ -147,12 +154,20 @@ class Page:
             title.set_value(view.document.title)
 
         view.on_show.append(show)
-        RunBar(view)
+        self.run_bar = RunBar(view)
         self.mode = _icon("dark_mode", "Light or dark", self._turn)
 
     def _turn(self) -> None:
         self.dark.value = not self.dark.value
         app.storage.user["dark"] = self.dark.value
+
+    def _turn_to_start(self, there: bool) -> None:
+        """Show the first page in place of the case, or the case again."""
+        self.body.set_visibility(not there)
+        self.run_bar.frame.set_visibility(not there)
+
+    def _open_tab(self, title: str) -> None:
+        next(panel for panel in self.plots.pane.panels if panel.title == title).open()
 
     def _open(self, name: str) -> None:
         self.view.open(Document.of(df.example(name)))
@@ -214,7 +229,7 @@ class RunBar:
 
     def __init__(self, view: View) -> None:
         self.view = view
-        with ui.element("div").classes("df-run"):
+        with ui.element("div").classes("df-run") as self.frame:
             self.progress = ui.element("progress").props('max=1 aria-label="progress of the run"')
             self.text = ui.label().classes("df-run-text").props('role="status"')
             self.stop = ui.button("Stop", icon="stop", on_click=view.session.stop, color=None).props(
