@@ -23,7 +23,7 @@ class Question:
 
 QUESTIONS = (
     Question("curve", "Explain my curve", "Modulus and adhesion from a measured curve", "hysteresis", "Fit"),
-    Question("safe", "Safe settings", "The largest amplitude that my sample tolerates", "figure-4-soft", "Against"),
+    Question("safe", "Safe settings", "The amplitude that my sample tolerates", "figure-4-soft", "Against"),
     Question("states", "Two states and jumps", "Where the motion jumps, and why", "hysteresis"),
     Question("bimodal", "Bimodal contrast", "What the second mode shows", "figure-6"),
     Question("thermal", "Thermal tune of a lever", "f0, k and Q from thermal motion", "figure-3-air"),
