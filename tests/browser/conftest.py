@@ -61,12 +61,12 @@ def visit(browser, server):
     """Give a function that opens the window for another person, by default in the size of a small laptop."""
     opened = []
 
-    def visit(server=server, width=1366, height=768, **options):
+    def visit(server=server, width=1366, height=768, enter=Window.open, **options):
         context = browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True, **options)
         context.set_default_timeout(WAIT)
         opened.append((context, Watch(context, server)))
         window = Window(context.new_page(), server)
-        window.open()
+        enter(window)
         return window
 
     yield visit

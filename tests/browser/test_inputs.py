@@ -164,7 +164,7 @@ def test_the_force_of_an_own_law_follows_each_letter_and_enter_computes_with_it(
     law.fill("-2*P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 + ")
     page.get_by_text("is not an expression").first.wait_for()
     with window.redrawn(".df-force"):
-        page.locator(".df-chips").get_by_role("button", name="P4").click()
+        page.locator(".df-law-names").get_by_role("button", name="P4").click()
         law.press_sequentially("*0")
     page.get_by_text("Press Enter to compute with this law").wait_for()
     assert window.revision() == before

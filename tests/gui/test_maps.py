@@ -12,6 +12,8 @@ import pytest
 import dforce as df
 from dforce.gui.case.parameters import rows_of
 from dforce.gui.document.document import Document
+from dforce.gui.document.results import ResultStore
+from dforce.gui.files import file_menu, project, uploads
 from dforce.gui.study import explore, pictures
 from dforce.gui.study.parameter_study import SECTIONS, SET_POINT, Over, ParameterStudy, Varied, choices, plan_job
 
@@ -126,3 +128,23 @@ def test_what_was_varied_is_no_reason_to_compute_again():
     assert "earlier case" in study.why_behind(moved.put(("cantilever", "Q"), 300))
     study.take(Over(mapped().result, row, DOCUMENT))
     assert "set point 80 %" in study.why_behind(moved)
+
+
+def test_a_project_keeps_the_boundaries_of_regimes_beside_their_map(tmp_path):
+    over = Over(mapped().result, AMPLITUDE.row, DOCUMENT, SHARES.row, mapped().regimes)
+    data = project.packed(DOCUMENT, ResultStore(tmp_path), ResultStore(tmp_path), over)
+    found = project.unpacked(data, tmp_path).over
+    assert found.regimes.equals(over.regimes)
+    assert (found.row.name, found.second.name) == ("drive.A0", SET_POINT)
+    other = dataclasses.replace(over, regimes=mapped().result)
+    with pytest.raises(df.ResultError, match="damaged"):
+        project.unpacked(project.packed(DOCUMENT, ResultStore(tmp_path), ResultStore(tmp_path), other), tmp_path)
+
+
+def test_a_map_of_regimes_is_opened_with_its_words_and_boundaries(tmp_path):
+    data = file_menu.written(lambda path: df.write(mapped().regimes, path), ".nc")
+    result = uploads.opened_from(data, tmp_path)
+    figure = pictures.figure(result, explore.fitting(result, explore.Choice()))
+    words = {word for row in figure["data"][0]["text"] for word in row}
+    assert words & {"both", "repulsive"}
+    assert "a state ends" in {trace.get("name") for trace in figure["data"]}

@@ -47,11 +47,15 @@ def test_faint_states_come_under_the_curve_once_nothing_changes(tmp_path):
             plots = page.plots
             await until(lambda: plots.states.of(page.view.curve) is not None, 120.0)
             await until(lambda: any("states" in str(trace.get("meta")) for trace in plots.drawn.figure["data"]))
-            metas = [str(trace.get("meta")) for trace in plots.drawn.figure["data"]]
-            last = max(n for n, meta in enumerate(metas) if meta.startswith("states"))
-            assert last < metas.index("amplitude")  # under the curve
-            for trace, owner in zip(plots.drawn.figure["data"], plots.drawn.traces, strict=True):
-                assert (owner is None) or trace["meta"] in ("amplitude", "phase")
+            drawn = plots.drawn
+            below = [n for n, trace in enumerate(drawn.figure["data"]) if str(trace.get("meta")).startswith("states")]
+            assert all(drawn.figure["data"][n]["zorder"] < 0 and drawn.traces[n] is None for n in below)
+            assert below == sorted(drawn.behind)  # behind the curves, whose numbers stay as they were
+            line = drawn.behind[below[0]]
+            place = int(np.flatnonzero(np.isfinite(line.y))[0])
+            plots._clicked({"curve": below[0], "index": place})
+            spot = plots.motion.spot
+            assert float(spot.result["zc"][spot.places["point"]]) == line.x[place]
             page.view.edit(page.view.document.put(("drive", "A0"), "19 nm"), name="slide A0")
             assert plots.states.of(dataclasses.replace(page.view.curve, document=page.view.document)) is None
 

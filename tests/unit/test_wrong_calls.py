@@ -69,6 +69,7 @@ CALLS = {
     "core.notation:first_sentence": {"docstring": "One."},
     "force_along": {"case": CASE, "time": [0.0, 1.0, 2.0], "distance": [3e-9, 2e-9, 1e-9]},
     "force_curve": {"case": CASE, "distance": [3e-9, 2e-9]},
+    "force_parts": {"result": synthetic.force_curve()},
     "frequency_sweep": {"case": CASE, "frequency": ["48 kHz", "49 kHz"], "zc": "8 nm"},
     "results.curves:goes_along": {"dataset": CURVE},
     "core.notation:html_symbol": {"latex": "E"},

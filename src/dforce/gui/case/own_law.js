@@ -11,10 +11,10 @@ export default {
         <div v-else-if="waiting" class="df-note" role="status">Press Enter to compute with this law. The force curve shows it already.</div>
         <span class="df-hidden">{{ help }}</span>
       </div>
-      <div class="df-chips" role="group" aria-label="names for the law">
-        <button v-for="one in names" :key="one.name" type="button" class="df-chip" :title="one.help"
+      <div class="df-law-names" role="group" aria-label="names for the law">
+        <button v-for="one in names" :key="one.name" type="button" class="df-law-name" :title="one.help"
                 :aria-label="one.name + ': ' + one.help" @click="insert(one.name)">
-          <code>{{ one.name }}</code><span v-if="one.unit" class="df-chip-unit">{{ one.unit }}</span>
+          <code>{{ one.name }}</code><span v-if="one.unit" class="df-law-unit">{{ one.unit }}</span>
         </button>
       </div>
     </div>`,

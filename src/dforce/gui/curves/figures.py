@@ -62,13 +62,15 @@ class Layer:
 class Drawn:
     """A figure, and what each of its traces shows: its layer and line; None for marks.
 
-    Of curves, also where each quantity is drawn (names of its axes, and what its values are divided by), and the scale across.
+    Of curves, also where each quantity is drawn (names of its axes, and what its values are divided by), the scale across, and
+    by the numbers of their traces the lines of all states behind the curves.
     """
 
     figure: Figure
     traces: tuple[tuple[Layer, Line] | None, ...] = ()
     places: Mapping[str, tuple[str, str, float]] = field(default_factory=dict)
     x_scale: float = 1.0
+    behind: Mapping[int, Line] = field(default_factory=dict)
 
 
 def picture(layers: Sequence[Layer], wanted: Picture) -> Drawn:

@@ -131,11 +131,12 @@ class Plots:
             self.shown = self.wanted(first)
             self.layers = self.set_point.marked(self.layers, self.shown)
             self.drawn = figures.picture(self.layers, self.shown)
-            if (states := self.states.of(self.view.curve)) is not None:
-                self.drawn = with_states(self.drawn, self.shown, states)
-            self.drawn = clicked(self.drawn, self.shown, [self.motion.place_in(layer.result) for layer in self.layers])
+            points = [self.motion.place_in(layer.result) for layer in (*self.layers, *self._behind())]
+            self.drawn = clicked(self.drawn, self.shown, points)
             if (beside := self.measured.beside()) is not None:
                 self.drawn = overlay.with_measured(self.drawn, self.shown, beside)
+            for layer in self._behind():
+                self.drawn = with_states(self.drawn, self.shown, layer.result)
         self.wait()
         return self.drawn.figure
 
@@ -146,8 +147,13 @@ class Plots:
             self._offer(self.layers[-1].result, self.shown)
         self.picker.set_visibility(self.shown is not None)
         self.answer.set_text(self._answer())
-        self.motion.follow(self.view.curve, self.layers)
+        self.motion.follow(self.view.curve, (*self.layers, *self._behind()))
         self.pane.show(Scene(self.layers, self.shown, self.drawn))
+
+    def _behind(self) -> list[figures.Layer]:
+        """Return the states behind the curve, once they are known."""
+        states = self.states.of(self.view.curve)
+        return [] if states is None else [figures.Layer(states)]
 
     def _answer(self) -> str:
         """Return in words what is drawn on top, after what a fit of this case found."""
@@ -256,6 +262,8 @@ class Plots:
             return
         curve, place = int(event["curve"]), int(event["index"])
         trace = self.drawn.traces[curve] if curve < len(self.drawn.traces) else None
+        if curve in self.drawn.behind and (behind := self._behind()):
+            trace = behind[0], self.drawn.behind[curve]
         if trace is None or not 0 <= place < len(trace[1].places):
             return
         layer, line = trace

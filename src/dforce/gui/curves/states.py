@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import html
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ from dforce.findings.coexisting import coexisting
 from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure
 from dforce.gui.document.compute import LIVE, Latest, in_thread
-from dforce.results.curves import Picture, drawable, lines_of
+from dforce.results.curves import Line, Picture, drawable, lines_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
 REST = 0.3  # s without a change after which the states are looked for
 PATIENCE = 20.0  # s; what was found by then is drawn
-NAMES = {True: "all stable states", False: "unstable states"}
+NAMES = {True: "stable states", False: "unstable states"}
 
 
 @dataclass(frozen=True)
@@ -89,40 +88,34 @@ class CoexistingStates:
 
 def with_states(drawn: Drawn, wanted: Picture, states: xr.Dataset) -> Drawn:
     """Return a figure of curves with faint lines of all states under them: dashes where a state is unstable."""
-    names = [name for name in wanted.y if name in drawn.places]
-    if wanted.logarithmic or wanted.x not in drawable(states) or not names:
+    names = [name for name in wanted.y if name in drawn.places and name in drawable(states, wanted.x)]
+    if wanted.logarithmic or not names:
         return drawn
-    below = list(_lines(drawn, wanted, states, names))
-    layout = dict(drawn.figure["layout"]) | {"showlegend": True}
-    figure = {**drawn.figure, "data": [*below, *drawn.figure["data"]], "layout": layout}
-    return replace(drawn, figure=figure, traces=(*(None,) * len(below), *drawn.traces))
+    lines = [(name, line) for name in names for line in lines_of(states, wanted.x, name) if np.isfinite(line.y).any()]
+    data, layout = drawn.figure["data"], drawn.figure["layout"] | {"showlegend": True}
+    figure = {**drawn.figure, "data": [*data, *_traces(drawn, lines)], "layout": layout}
+    behind = {len(data) + number: line for number, (_, line) in enumerate(lines)}
+    return replace(drawn, figure=figure, traces=(*drawn.traces, *(None,) * len(lines)), behind=behind)
 
 
-def _lines(drawn: Drawn, wanted: Picture, states: xr.Dataset, names: list[str]) -> Iterator[Figure]:
+def _traces(drawn: Drawn, lines: list[tuple[str, Line]]) -> Iterator[Figure]:
     named: set[bool] = set()
-    for name in names:
-        if name not in drawable(states, wanted.x):
-            continue
+    for name, line in lines:
         x_axis, y_axis, scale = drawn.places[name]
-        for line in lines_of(states, wanted.x, name):
-            if not np.isfinite(line.y).any():
-                continue
-            yield {
-                "x": packed(line.x / drawn.x_scale),
-                "y": packed(line.y / scale),
-                "xaxis": x_axis,
-                "yaxis": y_axis,
-                "type": "scatter",
-                "mode": "lines",
-                "meta": f"states {name}",
-                "name": NAMES[line.stable],
-                "line": {
-                    "color": "soft",
-                    "width": 4 if line.stable else 1.5,
-                    "dash": "solid" if line.stable else "dash",
-                },
-                "opacity": 0.35 if line.stable else 0.7,
-                "showlegend": line.stable not in named,
-                "hovertemplate": f"{html.escape(line.name)}<extra></extra>",
-            }
-            named.add(line.stable)
+        look = {"width": 4, "dash": "solid"} if line.stable else {"width": 1.5, "dash": "dash"}
+        yield {
+            "x": packed(line.x / drawn.x_scale),
+            "y": packed(line.y / scale),
+            "xaxis": x_axis,
+            "yaxis": y_axis,
+            "zorder": -1,  # under the curves, whose numbers stay as they are
+            "type": "scatter",
+            "mode": "lines",
+            "meta": f"states {name}",
+            "name": NAMES[line.stable],
+            "line": {"color": "soft", **look},
+            "opacity": 0.35 if line.stable else 0.7,
+            "showlegend": line.stable not in named,
+            "hovertemplate": f"{NAMES[line.stable]}<extra></extra>",
+        }
+        named.add(line.stable)

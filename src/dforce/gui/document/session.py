@@ -88,6 +88,7 @@ class Session:
         self._writing = threading.Lock()
         self._keeping = asyncio.Lock()
         self.unkept = ""  # why what is typed is not kept
+        self.person: str | None = None  # the name of a guest of a class; None: whose server it is
 
     def edit(self, document: Document, *, name: str = "", anew: bool = False) -> None:
         """Take a new document as one step of undo; quick edits of one `name` are one step together."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import json
 import tempfile
@@ -14,13 +15,14 @@ import dforce as df
 from dforce.gui.document.document import PLUGINS, Document
 from dforce.gui.document.results import IDENTIFIER, ResultStore
 from dforce.gui.files.uploads import MOST_BYTES, beside_from, opened_from, result_from
+from dforce.gui.study import explore, pictures
 from dforce.gui.study.explore import is_explorable
 from dforce.gui.study.parameter_study import Over
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DOCUMENT, OVER = "document.json", "over.nc"
+DOCUMENT, OVER, REGIMES = "document.json", "over.nc", "regimes.nc"
 FORMAT = 1
 LONGEST_DOCUMENT = 5_000_000  # bytes
 BROKEN = "this project is damaged or was cut short"
@@ -63,6 +65,9 @@ def packed(document: Document, results: ResultStore, measured: ResultStore, over
             plain["over"] = {"origin": over.origin()}
             with tempfile.TemporaryDirectory(prefix="dforce-") as place:
                 archive.write(df.write(over.result, Path(place) / OVER), OVER)
+                if over.regimes is not None:
+                    plain["over"]["regimes"] = True
+                    archive.write(df.write(over.regimes, Path(place) / REGIMES), REGIMES)
         archive.writestr(DOCUMENT, json.dumps(plain, indent=1))
         for kept in document.results:
             archive.write(results.path(kept.id), f"{kept.id}.nc")
@@ -97,7 +102,10 @@ def unpacked(data: bytes, folder: Path) -> Project:
                     raise df.ResultError(BROKEN)
                 files[identifier] = _entry(archive, f"{identifier}.nc", min(left, MOST_BYTES))
                 left -= len(files[identifier])
-            over = _entry(archive, OVER, min(left, MOST_BYTES)) if "over" in plain else None
+            told = plain.get("over")
+            over = None if told is None else _entry(archive, OVER, min(left, MOST_BYTES))
+            has_regimes = isinstance(told, dict) and bool(told.get("regimes"))
+            regimes = _entry(archive, REGIMES, min(left, MOST_BYTES)) if has_regimes else None
     except (
         zipfile.BadZipFile,
         KeyError,
@@ -117,8 +125,10 @@ def unpacked(data: bytes, folder: Path) -> Project:
     }
     if over is None:
         return Project(document, results, None)
-    origin = plain["over"].get("origin") if isinstance(plain["over"], dict) else None
-    return Project(document, results, _over(opened_from(over, folder), origin))
+    found = _over(opened_from(over, folder), told.get("origin") if isinstance(told, dict) else None)
+    if regimes is not None:
+        found = _with_regimes(found, opened_from(regimes, folder))
+    return Project(document, results, found)
 
 
 def _over(result: xr.Dataset, origin: object) -> Over:
@@ -136,6 +146,21 @@ def _over(result: xr.Dataset, origin: object) -> Over:
     if not is_explorable(result):
         raise df.ResultError(BROKEN)
     return found
+
+
+def _with_regimes(over: Over, regimes: xr.Dataset) -> Over:
+    """Return a result over parameters with the map of regimes over it.
+
+    Raises
+    ------
+    ResultError
+        When it is no such map.
+    """
+    try:
+        pictures.figure(over.result, explore.fitting(over.result, explore.Choice()), regimes=regimes)
+    except Exception as error:  # whatever the file holds: it must not come as far as the page
+        raise df.ResultError(BROKEN) from error
+    return dataclasses.replace(over, regimes=regimes)
 
 
 def beside(document: Document) -> list[str]:

@@ -92,6 +92,7 @@ def validate_study(result: xr.Dataset) -> None:
             for dim in choice.places:
                 explore.label_of(result, dim), explore.places_of(result, dim)
             explore.settings_at(result, explore.picked(result, choice, 0.0, 0.0))
+            explore.gaps_of(result, name)
     except Exception as error:  # whatever the file holds: it must not come as far as the page
         raise df.ResultError(UNUSABLE) from error
 

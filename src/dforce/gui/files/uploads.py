@@ -170,6 +170,6 @@ def _result(path: Path) -> xr.Dataset:
         case_of(str(result.attrs.get("case", "")))
     except df.DForceError as error:
         raise df.ResultError(f"the case of this result cannot be used here: {error}") from None
-    if "status" not in result and not is_kind(result, "reconstruction"):
+    if "status" not in result and not is_kind(result, "reconstruction", "regimes"):
         raise df.ResultError("this is not the result of an experiment")
     return result

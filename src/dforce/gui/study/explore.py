@@ -35,6 +35,7 @@ WORDS = {"limit_hit": "which limit fails", "regime": "regime"}  # quantities tha
 LEFT_OUT = ("status", "motion", "component")
 MOST = 300  # values along an axis that are drawn; of more some are left out
 EVEN = 1e-6
+MOST_BYTES = 20_000_000  # of a quantity that is read for a sentence
 
 
 @dataclass(frozen=True)
@@ -169,11 +170,17 @@ def settings_at(result: xr.Dataset, choice: Choice) -> dict[str, tuple[float, st
     }
 
 
-def gaps_of(result: xr.Dataset) -> str:
-    """Return in a sentence at which values of its parameters a result has no state; empty where it has one everywhere."""
-    if not set(STATES) & {*result.dims} or not paths_of(result):
+def gaps_of(result: xr.Dataset, quantity: str) -> str:
+    """Return in a sentence at which values of its parameters a result has no state; empty where it has one everywhere.
+
+    Of a large result, such as a store, nothing is said: only what is looked at is read.
+    """
+    name = quantity if quantity in result.data_vars and result[quantity].dtype.kind == "f" else "peak_force"
+    if name not in result.data_vars or not set(STATES) & {*result[name].dims} or result[name].nbytes > MOST_BYTES:
         return ""
-    missing = without_states(result)
+    if not paths_of(result):
+        return ""
+    missing = without_states(result[[name]])
     count, several = int(missing.sum()), [str(dim) for dim in missing.dims if missing.sizes[dim] > 1]
     if not count:
         return ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -13,8 +14,9 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
+from dforce.gui.case.fields import name_of
 from dforce.gui.case.parameters import ParameterRow
-from dforce.gui.case.words import in_words
+from dforce.gui.case.words import KEY, in_words, with_labels
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import LIVE, Latest, in_thread
@@ -154,7 +156,7 @@ class Explorer(Panel):
         result, choice = self.study.result, self.choice
         if result is None or not choice.quantity:
             return {"quantities": [], "title": "", "note": "", "picked": "", "allowed": "", "found": []}
-        axes = explore.axes_of(result, choice.quantity)
+        axes, behind = explore.axes_of(result, choice.quantity), self.study.why_behind(self.view.document)
 
         def words(names: list[str]) -> list[dict[str, str]]:
             return [{"name": name, "label": explore.label_of(result, name)} for name in names]
@@ -165,11 +167,13 @@ class Explorer(Panel):
         ]
         shown: dict[str, Any] = {"title": self._title(), "here": self._computed(), "axes": words(axes)}
         shown |= {"quantities": words(explore.quantities(result)), "few": len(explore.FIRST)}
-        shown |= {"found": str(result.attrs.get("findings", "")).splitlines()}
+        found = str(result.attrs.get("findings", "")).splitlines()
+        shown |= {"found": [_in_labels(with_labels(self.view.document, line)) for line in found]}
         shown |= {"quantity": choice.quantity, "x": choice.x, "y": choice.y, "slices": slices}
         shown |= {
             "lines": choice.quantity not in explore.WORDS,
-            "note": " ".join(filter(None, (self.study.why_behind(self.view.document), explore.gaps_of(result)))),
+            "behind": bool(behind),
+            "note": f"{behind} {explore.gaps_of(result, choice.quantity)}".strip(),
         }
         shown |= {"limited": self.limit is not None, "limit": "", "allowed": ""}
         if self.limit is not None and not choice.y:
@@ -304,6 +308,18 @@ class Explorer(Panel):
                 document = document.put(place, value if unit == "1" else show(value, unit, DIGITS))
         self.view.edit(document, anew=True)
         self.view.session.look(dataclasses.replace(self.view.document, set_point=share))
+
+
+def _in_labels(text: str) -> str:
+    """Return a sentence with the words of quantities and forces in the place of their names."""
+
+    def word(name: re.Match[str]) -> str:
+        if name[0] in OBSERVABLES:
+            return OBSERVABLES[name[0]].label
+        model = df.forces.REGISTRY.get(name[0])
+        return name[0] if model is None else name_of(model)
+
+    return as_sentence(KEY.sub(word, text))
 
 
 def _ends(given: dict[str, Any], which: str = "") -> dict[str, str]:

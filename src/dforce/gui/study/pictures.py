@@ -11,6 +11,7 @@ from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Figure, title, unit_of
 from dforce.gui.study.drawn_limit import DrawnLimit
 from dforce.gui.study.explore import STATES, WORDS, Choice, axis_of, cut, label_of
+from dforce.results.kinds import is_kind
 from dforce.results.plan_regions import MARGINS, limits_between
 from dforce.results.regime_lines import boundary_lines
 
@@ -115,6 +116,8 @@ def _map(result: xr.Dataset, choice: Choice, regimes: xr.Dataset | None) -> Figu
             "hovertemplate": f"{_hover(result, choice.x, choice.y)}: {value}<extra></extra>",
         }
     trace |= {"x": packed(x), "y": packed(y)}
+    if regimes is None and is_kind(result, "regimes"):
+        regimes = result
     edges = [] if regimes is None else list(_boundaries(result, choice, regimes))
     marks = _marks(result, choice)
     named = len(legend) + len(marks) + sum(bool(edge["showlegend"]) for edge in edges)
@@ -138,7 +141,9 @@ def _words(result: xr.Dataset, choice: Choice, x: Any, y: Any) -> tuple[Any, Any
     """Return the words of a map with their places; those of limits end at the boundaries that were located."""
     words = cut(result, choice.quantity, choice)
     if choice.quantity != "limit_hit":
-        return x, y, words.transpose(choice.y, choice.x).values.astype(str)
+        values = words.transpose(choice.y, choice.x).values
+        names = str(words.attrs.get("flag_meanings", "")).split()
+        return x, y, np.array(names)[values] if names else values.astype(str)
     plane = result.isel({dim: place for dim, place in choice.places.items() if dim in result["limit_hit"].dims})
     across, up, hit = limits_between(plane, choice.x, choice.y)
     scales = [unit_of(result[dim])[0] for dim in (choice.x, choice.y)]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nicegui import app, ui
+from starlette.requests import Request
 
 import dforce as df
 from dforce.gui.case.entry import LONGEST
@@ -23,9 +24,12 @@ from dforce.gui.files.file_menu import FileMenu
 from dforce.gui.measured.at_field import FitAtFields
 from dforce.gui.study.parameter_study import Over
 from dforce.gui.window.address import Address
+from dforce.gui.window.classroom import PAGE as CLASS_PAGE
+from dforce.gui.window.classroom import Classroom
 from dforce.gui.window.error_messages import as_sentence, say
 from dforce.gui.window.limits import ALONE, Limits
 from dforce.gui.window.menus import menu
+from dforce.gui.window.security import GUEST
 from dforce.gui.window.shown import PagePart
 from dforce.gui.window.start import StartPage
 from dforce.gui.window.view import Said, View
@@ -39,7 +43,11 @@ SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
 
 
 def register(
-    folder: Path, document: Document | None = None, limits: Limits = ALONE, over: xr.Dataset | None = None
+    folder: Path,
+    document: Document | None = None,
+    limits: Limits = ALONE,
+    over: xr.Dataset | None = None,
+    classroom: Classroom | None = None,
 ) -> None:
     """Make the page known to the server.
 
@@ -53,6 +61,8 @@ def register(
         What each session may ask for.
     over
         A result over parameters that each session looks at first.
+    classroom
+        The class that the server is open to; None where it is for one person.
     """
     sessions: dict[str, Session] = {}
     app.add_static_files(local_directory=HERE / "pictures", url_path="/assets/pictures", max_cache_age=3600)
@@ -78,9 +88,17 @@ def register(
         LIVE.submit(lambda: df.run(df.example(FIRST)))
 
     @ui.page("/", title="dForce")
-    def page() -> None:
+    def page(request: Request) -> None:
         session = session_of_browser()
-        Page(session, start=session.fresh and over is None)
+        if classroom is not None and request.scope.get(GUEST, True):
+            classroom.welcome(session)
+        guest = session.person is not None  # who comes to see what the class looks at
+        Page(
+            session, start=session.fresh and over is None and not guest, class_page=classroom is not None and not guest
+        )
+
+    if classroom is not None:
+        classroom.register(sessions, dress)
 
     @app.on_shutdown
     def end() -> None:
@@ -88,19 +106,26 @@ def register(
             session.close()
 
 
+def dress() -> ui.dark_mode:
+    """Give a page the looks of the window, and return its choice of light or dark."""
+    for sheet in SHEETS:
+        ui.add_head_html(f'<link rel="stylesheet" href="/assets/{sheet.name}">')
+    ui.colors(primary="#0b5c8f", dark="#1a2127", dark_page="#12171b")
+    ui.query(".nicegui-content").classes("df-content")
+    return ui.dark_mode(app.storage.user.get("dark"))
+
+
 class Page:
     """One page of a session: makes the elements and ties them to a view; `start` shows the first page before the case."""
 
-    def __init__(self, session: Session, start: bool = False) -> None:
+    def __init__(self, session: Session, start: bool = False, class_page: bool = False) -> None:
         self.view = View(session)
-        for sheet in SHEETS:
-            ui.add_head_html(f'<link rel="stylesheet" href="/assets/{sheet.name}">')
+        self.dark = dress()
         ui.add_body_html(f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script>")
-        ui.colors(primary="#0b5c8f", dark="#1a2127", dark_page="#12171b")
-        self.dark = ui.dark_mode(app.storage.user.get("dark"))
-        ui.query(".nicegui-content").classes("df-content")
         with ui.element("header").classes("df-header"):
             self._header()
+            if class_page:
+                ui.link("Class", CLASS_PAGE, new_tab=True).classes("df-class-link")
         self.start = StartPage(self.view, self._open_tab, self._turn_to_start)
         with ui.element("div").classes("df-body") as self.body:
             with ui.element("aside").classes("df-left").props('aria-label="parameters"') as self.left:

@@ -51,7 +51,7 @@ def sample_labels() -> dict[str, str]:
 def asks_for_q(lever: str, medium: str) -> bool:
     """Return whether nothing gives the quality factor of a lever in a medium."""
     probe = df.cantilevers().get(lever)
-    return probe is not None and probe.Q is None and (probe.width is None or medium == "vacuum")
+    return probe is not None and probe.Q is None and (probe.width is None or medium not in ("air", "water"))
 
 
 def case_for(question: Question, lever: str = "", Q: str = "", medium: str = "", sample: str = "") -> df.Case:

@@ -20,6 +20,7 @@ Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 KEY = "key"  # of the secret in the address
+GUEST = "dforce.guest"  # in the scope of a request: whether it comes from a guest of a class
 MOST_BYTES = 50_000_000  # of a request
 TOO_LARGE = f"This is larger than {MOST_BYTES // 1_000_000} MB, the limit of this server."
 POLICY = "; ".join(
@@ -93,10 +94,14 @@ class Guard:
         Name of that cookie.
     hosts
         Allowed values of the header Host; empty: any, for a server that is open to others.
+    code
+        The path of the short address of a class, without its slash; empty where there is none. Its guests get a secret of
+        their own, which opens no page of the teacher.
     """
 
-    def __init__(self, app: App, secret: str, cookie: str, hosts: frozenset[str] = frozenset()) -> None:
-        self.app, self.secret, self.cookie, self.hosts = app, secret, cookie, hosts
+    def __init__(self, app: App, secret: str, cookie: str, hosts: frozenset[str] = frozenset(), code: str = "") -> None:
+        self.app, self.secret, self.cookie, self.hosts, self.code = app, secret, cookie, hosts, code
+        self.guests = hmac.new(secret.encode(), code.encode(), "sha256").hexdigest() if code else ""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check a request, then pass it on."""
@@ -108,8 +113,11 @@ class Guard:
         if wrong:
             await _refuse(scope, send, 403, wrong)
         elif self._in_address(scope):
-            await self._remember(scope, send)
-        elif not self._in_cookie(headers):
+            await self._remember(scope, send, self.secret)
+        elif self.code and scope["type"] == "http" and _same(scope.get("path", "").strip("/").lower(), self.code):
+            known = self._in_cookie(headers, self.secret)  # a teacher who looks at the class's address stays one
+            await self._remember({**scope, "path": "/"}, send, self.secret if known else self.guests)
+        elif not self._is_known(scope, headers):
             await _refuse(
                 scope, send, 403, "This page needs the whole address that dForce printed when it was started."
             )
@@ -152,15 +160,20 @@ class Guard:
         query = urllib.parse.parse_qs(scope.get("query_string", b"").decode("latin-1"))
         return scope["type"] == "http" and _same(query.get(KEY, [""])[0], self.secret)
 
-    def _in_cookie(self, headers: _Headers) -> bool:
-        """Return whether one of the cookies is ours; those of other programs on this computer come along."""
+    def _is_known(self, scope: Scope, headers: _Headers) -> bool:
+        """Return whether a request has a cookie of ours, and note in its scope whether it is that of a guest."""
+        scope[GUEST] = not self._in_cookie(headers, self.secret)
+        return not scope[GUEST] or (bool(self.code) and self._in_cookie(headers, self.guests))
+
+    def _in_cookie(self, headers: _Headers, secret: str) -> bool:
+        """Return whether one of the cookies is this one of ours; those of other programs on this computer come along."""
         # http.cookies gives up at the first cookie that it finds wrong, whoever set it
         pairs = (part.partition("=") for line in headers.all("cookie") for part in line.split(";"))
-        return any(name.strip() == self.cookie and _same(value.strip(), self.secret) for name, _, value in pairs)
+        return any(name.strip() == self.cookie and _same(value.strip(), secret) for name, _, value in pairs)
 
-    async def _remember(self, scope: Scope, send: Send) -> None:
+    async def _remember(self, scope: Scope, send: Send, secret: str) -> None:
         """Send the browser to the address without the secret, which a cookie then holds."""
-        cookie = f"{self.cookie}={self.secret}; Path=/; HttpOnly; SameSite=Lax; Max-Age=31536000"
+        cookie = f"{self.cookie}={secret}; Path=/; HttpOnly; SameSite=Lax; Max-Age=31536000"
         target = urllib.parse.quote(scope.get("path", "/"))
         location = "/" + target.lstrip("/\\")  # never another host
         headers = [(b"location", location.encode("ascii")), (b"set-cookie", cookie.encode("ascii")), *HEADERS]

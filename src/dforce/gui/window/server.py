@@ -124,7 +124,7 @@ def serve(options: Options) -> None:
         importlib.import_module("dask.base")
     from nicegui import app, ui
 
-    from dforce.gui.window import pages
+    from dforce.gui.window import classroom, pages
 
     # a page must be answered while a thread compiles or prepares a run in Python
     sys.setswitchinterval(SWITCH)
@@ -134,10 +134,14 @@ def serve(options: Options) -> None:
     hosts = own_hosts(port) if alone else frozenset[str]()
     document = None if options.case is None else Document.of(options.case)
     files.guests_only = not alone
-    pages.register(folder, document, ALONE if alone else SHARED, options.over)
-    app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts)
+    code = "" if alone else classroom.new_code()
+    short = f"{_named(options.host)}:{port}/{code}"
+    guests = None if alone else classroom.Classroom(f"http://{short}", SHARED)
+    pages.register(folder, document, ALONE if alone else SHARED, options.over, guests)
+    app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts, code=code)
+    joining = "" if alone else f"A class joins at {short}. Page of who is there: button Class."
     told = threading.Thread(
-        target=_announce, args=(options.host, port, address, options.show, folder / "browser"), daemon=True
+        target=_announce, args=(options.host, port, address, options.show, folder / "browser", joining), daemon=True
     )
     app.on_startup(told.start)
     ui.run(
@@ -194,7 +198,7 @@ def own_address(host: str) -> str:
             return socket.gethostname()
 
 
-def _announce(host: str, port: int, address: str, show: str, profile: Path) -> None:
+def _announce(host: str, port: int, address: str, show: str, profile: Path, joining: str = "") -> None:
     """Say the address and show the window, once the server answers there."""
     reach = {"0.0.0.0": OWN, "::": "::1"}.get(host, host)
     until = time.monotonic() + 10.0
@@ -204,7 +208,7 @@ def _announce(host: str, port: int, address: str, show: str, profile: Path) -> N
             break
         except OSError:
             time.sleep(0.02)
-    print(f"dForce is ready at {address}\nStop it with Ctrl-C.", flush=True)
+    print("\n".join([f"dForce is ready at {address}", *[joining] * bool(joining), "Stop it with Ctrl-C."]), flush=True)
     if show == "window" and open_window(address, profile):
         return
     if show != "no":

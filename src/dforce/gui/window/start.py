@@ -92,6 +92,8 @@ class StartPage:
 
     def _follow(self) -> None:
         """Ask for Q where nothing gives it, and say where the values of the sample are from."""
+        if self.lever.value and not self.medium.value:  # a lever has its Q from the medium
+            self.medium.value = "air"
         self.q.set_visibility(asks_for_q(self.lever.value or "", self.medium.value or ""))
         material = df.materials().get(self.sample.value or "")
         notes = [KEPT] if self.lever.value or material is not None else []
