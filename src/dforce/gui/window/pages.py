@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORGOTTEN = 3600.0  # s after which a session that no page shows is only kept in the storage
+ANSWERED_WITHIN = 60.0  # s that a browser of a busy computer has to answer
 HERE = Path(__file__).parent
 SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
 
@@ -145,11 +147,12 @@ class Page:
     async def _take_unsent(self) -> None:
         """Take what a page before this one could not send."""
         try:
-            left = await ui.run_javascript("return dforceUnsent.left()", timeout=5.0)
-        except TimeoutError:
+            left = await ui.run_javascript("return dforceUnsent.left()", timeout=ANSWERED_WITHIN)
+        except TimeoutError:  # the connection was cut: the next one asks again, and the browser still has it
             return
-        for name, text, unit in left or ():
+        for name, text, unit, number in left or ():
             self.forms.typed_elsewhere(str(name), str(text)[:LONGEST], str(unit)[:40])
+            ui.run_javascript(f"dforceUnsent.arrived({json.dumps(str(name))}, {int(number)})")
 
     def _header(self) -> None:
         view = self.view
