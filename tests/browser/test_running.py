@@ -147,6 +147,18 @@ def test_a_server_that_was_killed_and_started_again_has_what_was_typed(visit, tm
         window.shows(df.example(FIRST).replace(AMPLITUDE, "6 nm").replace("cantilever.k", 0.8))
 
 
+def test_what_could_not_be_sent_stays_in_the_browser_until_the_server_has_it(window):
+    asked = """() => {
+        const number = dforceUnsent.put("gone.with.the.form", "1", "");
+        const left = [dforceUnsent.left(), dforceUnsent.left()].map((all) => all.map((one) => one[0]));
+        dforceUnsent.arrived("gone.with.the.form", number);
+        return [...left, dforceUnsent.left().map((one) => one[0])];
+    }"""
+    first, again, after = window.page.evaluate(asked)
+    assert first == again
+    assert "gone.with.the.form" in first and "gone.with.the.form" not in after
+
+
 @pytest.mark.parametrize("width", [1366, 1024, 620])
 def test_nothing_is_wider_than_the_window(window, width):
     window.page.set_viewport_size({"width": width, "height": 768})

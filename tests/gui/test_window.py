@@ -306,7 +306,7 @@ def test_what_was_typed_is_there_after_a_restart(tmp_path):
 
 def test_what_a_page_could_not_send_is_taken_by_the_next(tmp_path):
     async def flow():
-        unsent = [["drive.A0", "7,5", "nm"], ["gone.with.the.form", "1", ""]]
+        unsent = [["drive.A0", "7,5", "nm", 1], ["gone.with.the.form", "1", "", 2]]
         async with window(tmp_path, unsent=unsent) as (_, page):
             await until(lambda: page.view.document.value(("drive", "A0")) == "7.5 nm")
 

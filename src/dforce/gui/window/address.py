@@ -36,7 +36,7 @@ class Address:
     async def begin(self) -> None:
         """Open the link by which the page was reached, if any."""
         try:
-            link = await ui.run_javascript("return dforceAddress.first()", timeout=5.0)
+            link = await ui.run_javascript("return dforceAddress.first()", timeout=60.0)
         except TimeoutError:
             return
         self._open(str(link or ""))

@@ -14,7 +14,7 @@ const dforceUnsent = {
     sessionStorage.setItem(this.KEY, JSON.stringify(all));
   },
   put(name, text, unit) {
-    this.number += 1;
+    this.number = Math.max(this.number + 1, Date.now()); // none that a page before this one used
     this.save({ ...this.all(), [name]: { text, unit, number: this.number, time: Date.now() } });
     return this.number;
   },
@@ -24,13 +24,11 @@ const dforceUnsent = {
     delete all[name];
     this.save(all);
   },
-  // Called by the server once a page is there: what the page before could not send.
+  // Called by the server once a page is there: what the page before could not send. It stays until the server has it.
   left() {
-    const all = this.all();
-    this.save({});
-    return Object.entries(all)
+    return Object.entries(this.all())
       .filter(([, one]) => Date.now() - one.time < this.OLDEST)
-      .map(([name, one]) => [name, one.text, one.unit]);
+      .map(([name, one]) => [name, one.text, one.unit, one.number]);
   },
 };
 window.dforceUnsent = dforceUnsent;
