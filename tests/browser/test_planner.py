@@ -44,31 +44,30 @@ def test_a_planner_finds_amplitude_and_set_point_that_keep_the_peak_force_low(vi
     expect(panel.get_by_label("second from")).to_have_value("50 %")
     panel.get_by_label("quantity to keep within a limit").select_option("peak_force")
     panel.get_by_label("limit to keep").fill("100 pN")
-    panel.get_by_role("spinbutton", name="in values", exact=True).fill("4")
-    panel.get_by_label("second values").fill("4")
+    panel.get_by_role("spinbutton", name="in values", exact=True).fill("6")
+    panel.get_by_label("second values").fill("5")
     panel.get_by_role("button", name="Compute").click()
     expect(panel.get_by_text("No setting is allowed")).to_be_visible(timeout=WAIT)
     expect(panel.get_by_text("Search beyond, or relax the limit")).to_be_visible()  # so down from the suggested range
     expect(panel.get_by_role("button", name="Compute")).to_be_visible(timeout=WAIT)
-    panel.get_by_role("textbox", name="from", exact=True).fill("0.5 nm")
-    panel.get_by_role("textbox", name="to", exact=True).fill("5 nm")
+    panel.get_by_role("textbox", name="from", exact=True).fill("0.3 nm")
+    panel.get_by_role("textbox", name="to", exact=True).fill("3 nm")
     panel.get_by_role("button", name="Compute").click()
     page.wait_for_function(
         "(chart) => (document.querySelector(chart + ' .df-plot')._fullData ?? []).some((trace) => trace.name === 'most room')",
         arg=CHART,
         timeout=WAIT,
     )
-    assert set(words(window)) == {"all limits hold", "peak_force"}
+    assert {"all limits hold", "peak_force"} <= set(words(window))
     click_on(window, "most room")
     expect(panel.get_by_text("free amplitude", exact=False).last).to_be_visible()
     panel.get_by_role("button", name="Take over these settings").click()
     amplitude = window.field("drive.A0").locator("input.df-box")
     expect(amplitude).not_to_have_value("10")
-    chosen, share = (
-        float(amplitude.input_value()),
-        0.01 * float(page.get_by_label("set point in percent").input_value()),
-    )
-    case = df.example("figure-4-soft").replace("drive.A0", f"{chosen} nm")
-    curve = df.approach(case, zc=np.linspace(1.3, 0.05, 251) * chosen * 1e-9)
+    unit = window.field("drive.A0").locator("select.df-unit").input_value()
+    chosen = df.parse(f"{amplitude.input_value()} {unit}", "m")
+    share = 0.01 * float(page.get_by_label("set point in percent").input_value())
+    case = df.example("figure-4-soft").replace("drive.A0", chosen)
+    curve = df.approach(case, zc=np.linspace(1.3, -1.0, 251) * chosen)
     force = df.at_set_point(curve, share)["peak_force"].values
     assert 0.0 < force.max() < LIMIT

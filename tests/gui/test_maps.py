@@ -8,6 +8,7 @@ import functools
 
 import numpy as np
 import pytest
+from simulated import window
 
 import dforce as df
 from dforce.gui.case.parameters import rows_of
@@ -148,3 +149,19 @@ def test_a_map_of_regimes_is_opened_with_its_words_and_boundaries(tmp_path):
     words = {word for row in figure["data"][0]["text"] for word in row}
     assert words & {"both", "repulsive"}
     assert "a state ends" in {trace.get("name") for trace in figure["data"]}
+
+
+def test_what_was_clicked_on_a_map_stays_when_its_boundaries_come(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            study, explorer = page.view.session.study, page.plots.explorer
+            study.take(Over(mapped().result, AMPLITUDE.row, page.view.document, SHARES.row))
+            explorer.open()
+            explorer.choice = explore.fitting(study.result, explore.Choice("peak_force", "A0", "set_point"))
+            explorer._clicked({"x": 19.0, "y": 0.8})
+            study.take(dataclasses.replace(study.over, regimes=mapped().regimes))
+            explorer.show()
+            assert (explorer.choice.quantity, explorer.choice.y) == ("peak_force", "set_point")
+            assert explorer.picked is not None
+
+    asyncio.run(flow())

@@ -258,7 +258,7 @@ def test_a_job_that_compiles_ends_where_it_looks_once_the_work_is_stopped():
             ended.append(1)
 
     def stop(*_):
-        if reached.wait(10.0):
+        if reached.is_set():
             raise KeyboardInterrupt
 
     assert not Crew(1, lambda *_: stop() if not ended else None, 1).run([job])

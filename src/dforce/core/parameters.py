@@ -30,16 +30,6 @@ TOLD = 6  # digits of a number in a sentence
 # The largest size (SI), by its unit, of a number without a bound of its own on that side; beyond it a unit was left out, as
 # for a distance of 12. Each is far beyond what an instrument has.
 UTMOST = {"m": 1e-3, "rad": 2.0 * math.pi, "J": 1e-15, "J/m^2": 10.0, "N": 1e-3, "V": 1e3, "C/m^2": 10.0, "m/s": 1e3}
-# SI units of values that are declared in other units than those of `units.QUICK`: known without loading pint.
-STORED = {
-    "mC/m^2": "C/m^2",
-    "degC": "K",
-    "aJ": "J",
-    "mol/l": "mol/m^3",
-    "mmol/l": "mol/m^3",
-    "1/nm": "1/m",
-    "nm^3": "m^3",
-}
 NO_UNIT = re.compile(r"\s*[-+.\deE]+\s*")
 
 if TYPE_CHECKING:
@@ -212,8 +202,7 @@ def param(
     if unit is None:
         match = units.NUMBER.fullmatch(texts[0]) if texts else None
         unit = (match[2] if match else "") or "1"
-    stored = units.QUICK[unit][0] if unit in units.QUICK else STORED.get(unit, unit)
-    quantity = ParameterQuantity(stored, symbol, doc, low, above, high, below)
+    quantity = ParameterQuantity(units.stored(unit), symbol, doc, low, above, high, below)
     return pydantic.Field(default, description=doc, validate_default=True, json_schema_extra=quantity)
 
 

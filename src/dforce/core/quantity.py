@@ -21,6 +21,12 @@ class Scale(enum.Enum):
     NONE = "none: it describes the solution"
 
 
+def words(unit: str, label: str, symbol: str, doc: str = "") -> dict[str, str]:
+    """Return the attributes by which a variable of a result explains itself; empty ones are left out."""
+    said = {"units": unit, "long_name": label, "symbol": symbol, "description": doc}
+    return {key: word for key, word in said.items() if word}
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A quantity in a result: its name in the Dataset, symbol, stored unit, unit shown and meaning."""
@@ -32,6 +38,11 @@ class Quantity:
     label: str
     doc: str
     dims: tuple[str, ...] = ()
+
+    @property
+    def words(self) -> dict[str, str]:
+        """The attributes of its variable."""
+        return words(self.unit, self.label, self.symbol, self.doc)
 
 
 @dataclass(frozen=True)

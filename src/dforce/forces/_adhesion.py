@@ -9,7 +9,7 @@ from dforce.core.parameters import Number, param, shared
 from dforce.forces._contract import OF_ADHESION, Force
 
 
-class Adhesive(Force):
+class AdhesiveContact(Force):
     """What adhesive contacts with a pull-off have in common: tip, surface energy, and the ends of the branches."""
 
     contains = ("van der Waals", "elastic contact")

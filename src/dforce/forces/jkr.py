@@ -5,14 +5,14 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from dforce.core.parameters import Number, param
-from dforce.forces._adhesion import Adhesive
+from dforce.forces._adhesion import AdhesiveContact
 
 Q_PULL_OFF = 3.0 ** (-1.0 / 3.0)  # where d(delta)/dq = 0: the end of the branch at a prescribed distance
 DEPTH_PULL_OFF = -(3.0 ** (2.0 / 3.0))
 BEND = 18.0 * Q_PULL_OFF**2  # half the second derivative of delta(q) there
 
 
-class JKR(Adhesive):
+class JKR(AdhesiveContact):
     r"""Johnson–Kendall–Roberts contact of a sphere with a soft, strongly adhesive, flat sample.
 
     .. math:: \bar\delta = 3 q^4 - 4 q, \qquad \bar F = q^6 - 2 q^3, \qquad q \ge 3^{-1/3}

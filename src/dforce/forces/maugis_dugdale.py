@@ -10,7 +10,7 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.core.parameters import MaybeNumber, param
-from dforce.forces._adhesion import Adhesive
+from dforce.forces._adhesion import AdhesiveContact
 
 TERMS = 20
 FARTHEST = 49.0  # root of the depth above pull-off to which the force is fitted
@@ -19,7 +19,7 @@ SHARPEST, BLUNTEST = -20.0, 12.0  # ln sqrt(m² - 1): far inside, and a contact 
 TRANSITION_RANGE = (1e-3, 1e4)  # beyond it the limits are reached to 1e-3
 
 
-class MaugisDugdale(Adhesive):
+class MaugisDugdale(AdhesiveContact):
     r"""Maugis' contact of a sphere whose adhesion reaches a finite distance beyond the contact: DMT to JKR.
 
     .. math:: \frac{\lambda A^2}{2}\left[s + (m^2 - 2)\theta\right] + \frac{4\lambda^2 A}{3}

@@ -6,16 +6,18 @@ views, each `View` checks it, computes the live curve off the event loop, and ha
 
 =========== =====================================================================================
 window      the page: `server` starts it, `security` and `limits` guard it, `pages` is its layout, `view` ties one page
-            to its session, `shown` says which parts are behind, `error_messages` and `menus` speak
+            to its session, `shown` says which parts are behind, `error_messages` and `menus` speak, `address` keeps the
+            state in the address
 document    what a person works on: `document` is the immutable value, `session` its history, `store` and `results`
-            keep it on disk, `bounds` limits it, `compute` works off the event loop
+            keep it on disk, `bounds` limits it, `compute` works off the event loop, `link` packs it for an address
 case        forms and sliders: `fields` reads the declarations, `forms`, `entry` and `sliders` show them, `typed` and
             `values` read what is typed, `words` says sentences in the words of the forms
-curves      `figures` makes every figure of a result, `chart` draws it, `plots` chooses it; `kept`, `compare`,
-            `numbers`, `setpoint` and `motion` are read off it
+curves      `figures`, `basins_figure` and `force_figure` make every figure of a result, `states` the states behind it,
+            `chart` draws it, `plots` chooses it; `kept`, `compare`, `numbers`, `setpoint` and `motion` are read off it
 measured    `reading` takes a measured curve in, `confirming` its lever and tip, `overlay` draws it, `fitting` fits it,
-            `reconstructed` draws its force, `panel` shows all of it
-study       `explore` makes figures over parameters, `parameter_study` computes them, `panel` shows them
+            `at_field` is its fit at each field, `reconstructed` draws its force, `panel` shows all of it
+study       `explore` says what can be looked at over parameters, `pictures` draws it, `drawn_limit` is a limit across it,
+            `parameter_study` computes it, `panel` shows it
 files       `file_menu` opens and saves; `uploads` and `upload_checks` look a file through, `project` packs a document
             with its results
 =========== =====================================================================================

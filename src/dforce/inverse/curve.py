@@ -328,8 +328,7 @@ def described(data: xr.Dataset, excitation: str | None = None) -> xr.Dataset:
     for key, variable in data.variables.items():
         row = known.get(str(key))
         if row is not None:
-            words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
-            variable.attrs.update({word: text for word, text in words.items() if text})
+            variable.attrs.update(row.words)
     if excitation is not None and "excitation" in data:
         data["excitation"].attrs["units"] = excitation
     return data

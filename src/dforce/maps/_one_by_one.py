@@ -21,7 +21,6 @@ from dforce.maps._grid import CORNERS
 from dforce.maps._part import SideBySide, load
 from dforce.maps._result import Layout, finished
 from dforce.maps._resume import ALL
-from dforce.maps.axes import Axis
 from dforce.results.status import Status
 from dforce.runs import carry_out
 
@@ -32,9 +31,8 @@ RAGGED = ("point", "state", "jump")  # dimensions along which a case may have mo
 ALWAYS = ("status", "jump_")  # beginnings of the names of what is kept in any case
 
 
-def cases_of(case: Case, axes: list[Axis]) -> SideBySide | OneByOne:
+def cases_of(case: Case, layout: Layout) -> SideBySide | OneByOne:
     """Return the cases of a sweep, or of a block of it: side by side where that is possible, else one by one."""
-    layout = Layout(case, axes)
     return SideBySide(case, layout) if layout.plan is not None else OneByOne(case, layout)
 
 

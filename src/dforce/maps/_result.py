@@ -51,14 +51,10 @@ class Found:
     jumps: list[list[StateJump]]
 
     @classmethod
-    def nothing(cls, shape: tuple[int, ...]) -> Found:
-        """Return room for so many cases and points."""
-        return cls(np.full(shape, Status.NOT_COMPUTED, dtype=np.int8), {}, [[] for _ in range(shape[0])])
-
-    @classmethod
     def of(cls, layout: Layout) -> list[Found]:
         """Return room for each part of a sweep."""
-        return [cls.nothing((layout.cases, layout.points)) for _ in range(layout.parts)]
+        status = np.full((layout.parts, layout.cases, layout.points), Status.NOT_COMPUTED, dtype=np.int8)
+        return [cls(of_part, {}, [[] for _ in of_part]) for of_part in status]
 
     @property
     def whole(self) -> Bools:

@@ -50,8 +50,7 @@ def describe(dataset: xr.Dataset) -> xr.Dataset:
     for name, variable in dataset.variables.items():
         row = known.get(str(name))
         if row is not None:
-            words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
-            variable.attrs.update({key: word for key, word in words.items() if word})
+            variable.attrs.update(row.words)
     if "status" in dataset:
         if dataset["status"].dtype != np.int8:
             dataset["status"] = dataset["status"].astype(np.int8)

@@ -6,7 +6,7 @@ import asyncio
 import dataclasses
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nicegui import background_tasks, ui
 from nicegui.events import GenericEventArguments
@@ -39,6 +39,9 @@ from dforce.gui.window.error_messages import as_sentence, say
 from dforce.gui.window.view import View
 from dforce.inverse.wishes import limited
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 DIGITS = 6
 ENDS = {"low": "50 %", "high": "95 %"}  # of the set point, as suggested
 
@@ -67,6 +70,7 @@ class Explorer(Panel):
         self.suggested: dict[str, Any] = {}
         self.second: dict[str, Any] = {"path": "", "low": "", "high": ""}
         self.seen = 0
+        self._looked_at: xr.Dataset | None = None
         self.on_stage: Callable[[], None] = lambda: None  # called when its chart may take the stage, or leave it
         self._latest = Latest(self._draw)
 
@@ -125,8 +129,12 @@ class Explorer(Panel):
 
     def _take_in(self) -> None:
         """Look at another result."""
-        self.seen, self.limit, self.picked = self.study.number, None, None
+        self.seen = self.study.number
         result = self.study.result
+        if result is not None and result is self._looked_at:  # the boundaries of its regimes have come
+            self.draw()
+            return
+        self._looked_at, self.limit, self.picked = result, None, None
         if result is not None:
             wanted = dataclasses.replace(self.choice, x="", y="", places={})
             self.choice = explore.fitting(result, wanted if self._computed() else explore.Choice())

@@ -69,8 +69,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
     for name, variable in out.variables.items():
         row = quantities.FITS.get(str(name)) or quantities.OBSERVABLES.get(str(name)) or quantities.AXES.get(str(name))
         if row is not None and name != "branch":
-            words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
-            variable.attrs.update({key: word for key, word in words.items() if word})
+            variable.attrs.update(row.words)
     out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in found.data.attrs.items()}
     out.attrs |= attributes(advice_on(found)) | {"runs_test": runs_test(out)}
     if found.interrupted:
