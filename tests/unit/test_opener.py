@@ -28,6 +28,7 @@ NOT_OF_USERS = {
     "case/_files.py": "a library on the bytes that the opener gave",
     "gui/files/project.py": "an archive in memory, each entry within a limit",
     "gui/files/file_menu.py": "shipped with the package; what this process has just written",
+    "gui/window/address.py": "shipped with the package",
     "gui/window/pages.py": "shipped with the package",
     "gui/document/store.py": "what the window wrote for itself",
     "gui/window/security.py": "the secret that the window wrote for itself",

@@ -33,8 +33,8 @@ MOST_AXES = 4  # in one frame
 MOST_FRAMES = 6
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
 FAINT = 1e-5  # of the largest value: what lies farther out on a logarithmic picture is not shown at first
-DASHES = {"retract": "dash", "down": "dash"}
-SHADES = {"retract": 1, "down": 1}
+WIDTH = 2.5  # px, of a curve
+LIGHT = {"retract": 0.45, "down": 0.45}  # opacity of the way back
 UNSTABLE = "dash"
 OTHERS = ("solid", "dashdot", "longdash", "longdashdot")  # of quantities that share a frame and a color
 SIGNS = {
@@ -76,7 +76,7 @@ class Drawn:
 def picture(layers: Sequence[Layer], wanted: Picture) -> Drawn:
     """Return a picture of results, the last on top.
 
-    One result gets a color for each direction and tone; several have a color each, and dashes tell directions apart.
+    One result gets a color for each tone; several have a color each. The way back is lighter, unstable states are dashed.
     """
     able = [layer for layer in layers if {wanted.x, *wanted.y} <= set(drawable(layer.result, wanted.x))]
     if not able:
@@ -246,7 +246,7 @@ class _FigureBuilder:
     def _look(self, layer: Layer, line: Line, name: str) -> Figure:
         """Return name, color and dash of a line."""
         place = self.wanted.y.index(name)
-        dash = DASHES.get(line.direction, "solid") if line.stable else UNSTABLE
+        dash = "solid" if line.stable else UNSTABLE
         if self.several:
             color = layer.color
             if self.wanted.together and dash == "solid":
@@ -254,12 +254,13 @@ class _FigureBuilder:
         elif self.wanted.together:
             color = place + line.column
         else:
-            color = SHADES.get(line.direction, 0) + 2 * line.column
+            color = 2 * line.column
         words = [str(layer.result[name].attrs.get("long_name", name))] * (
             self.wanted.together and len(self.wanted.y) > 1
         )
         text = ", ".join([*words, *([line.name] if line.name else [])])
-        return {"name": plain(text), "line": {"color": color, "dash": dash, "width": 2, "simplify": False}}
+        look = {"color": color, "dash": dash, "width": WIDTH, "simplify": False}
+        return {"name": plain(text), "line": look, "opacity": LIGHT.get(line.direction, 1.0)}
 
     def _legend_of_dashes(self) -> None:
         """Say which dash is which direction; the colors of several results stand in their list."""
@@ -268,7 +269,6 @@ class _FigureBuilder:
         }
         for word, line in found.items():
             if len(found) > 1:
-                dash = DASHES.get(line.direction, "solid") if line.stable else UNSTABLE
                 self._add(
                     None,
                     {
@@ -277,7 +277,8 @@ class _FigureBuilder:
                         "type": "scatter",
                         "mode": "lines",
                         "name": word,
-                        "line": {"color": "soft", "dash": dash, "width": 2},
+                        "line": {"color": "soft", "dash": "solid" if line.stable else UNSTABLE, "width": WIDTH},
+                        "opacity": LIGHT.get(line.direction, 1.0),
                     },
                 )
 

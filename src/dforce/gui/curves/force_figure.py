@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dforce.gui.curves.chart import packed
-from dforce.gui.curves.figures import DASHES, SHADES, Figure
+from dforce.gui.curves.figures import LIGHT, WIDTH, Figure
 from dforce.results.dataset import reader_unit
 
 if TYPE_CHECKING:
@@ -28,12 +28,7 @@ def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figur
     data = []
     for way in ways:
         direction = str(result["direction"].values[way])
-        look = {
-            "color": SHADES.get(direction, 0),
-            "dash": DASHES.get(direction, "solid"),
-            "width": 2,
-            "simplify": False,
-        }
+        look = {"color": 0, "width": WIDTH, "simplify": False}
         data.append(
             {
                 "x": packed(result["distance"].values / x_scale),
@@ -43,6 +38,7 @@ def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figur
                 "mode": "lines",
                 "name": direction,
                 "line": look,
+                "opacity": LIGHT.get(direction, 1.0),
                 "showlegend": False,
                 "hovertemplate": f"distance %{{x:.3g}} {x_unit}<br>force %{{y:.3g}} {unit}<extra></extra>",
             }

@@ -22,6 +22,7 @@ MOST_PLOTS = 10
 MOST_RESULTS = 50
 MOST_QUANTITIES = 100  # of a picture
 LONGEST_NAME = 120
+NAMED = ("cantilever", "medium")  # sections that a name alone may stand for
 PLUGINS = "plugins are Python files, not run here; install them as a package"
 COLORS = 6  # that the theme has for series
 NAMING = ("title", "about", "data", "fit", "sweep")  # sections that change no curve: names, and what is done beside it
@@ -121,6 +122,9 @@ class Document:
     def of(cls, case: df.Case) -> Self:
         """Return the document of a case, with its free amplitude on a slider."""
         table = tomllib.loads(case.to_toml())
+        for name in NAMED:
+            if isinstance(table.get(name), str):  # the short form of a file; fields need a place each
+                table[name] = {"name": table[name]}
         return cls(table, sliders=_first_slider(table), opened=table)
 
     @classmethod

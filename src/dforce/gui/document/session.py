@@ -73,6 +73,7 @@ class Session:
         self.store, self.results, self.limits = store, ResultStore(folder), limits
         self.measured = MeasuredSession(folder / "measured")
         self.study = ParameterStudy()
+        self.fresh = KEY not in store  # nothing was typed or opened so far
         self.document = self._kept()
         self._known: dict[str, weakref.ref[xr.Dataset]] = {}
         self.results_of: dict[str, xr.Dataset] = {}  # those that are drawn, by identifier
@@ -138,6 +139,7 @@ class Session:
         return dataclasses.replace(document, **{name: getattr(self.document, name) for name in LOOKS})
 
     def _take(self, document: Document, anew: bool) -> None:
+        self.fresh = False
         self.document = document
         self.save_soon()
         for view in tuple(self.views):

@@ -66,11 +66,12 @@ class FileMenu:
 
     plots: Plots
 
-    def __init__(self, view: View) -> None:
+    def __init__(self, view: View, new: Callable[[], None]) -> None:
         self.view = view
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (
+                    ("New", "begin with a question, a lever and a sample", new),
                     ("Open ...", "a case, a result, a measured curve, a project; or drop it here", lambda: None),
                     ("Save project", "the case, all results kept, the measured curve", self.save_project),
                     ("Save case", "for this window, the command line and Python", self.save_case),
@@ -79,7 +80,7 @@ class FileMenu:
                     ("Save Python script", "the same computation in Python", self.save_script),
                 )
             )
-        first = next(item for item in made.descendants() if isinstance(item, ui.menu_item))
+        _, first, *_ = (item for item in made.descendants() if isinstance(item, ui.menu_item))
         # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
         first.on("click", js_handler="() => window.dforceFiles.pick()")
         # the web framework keeps the element's route, and what it holds, after the page has gone

@@ -104,7 +104,7 @@ def _points(
                     "mode": "markers",
                     "meta": f"measured {name}",
                     "name": words,
-                    "marker": {"symbol": symbol, "size": 5, "color": "soft"},
+                    "marker": {"symbol": symbol, "size": 5, "color": 1},
                     "showlegend": words not in named,
                     "hovertemplate": "%{x:.4g}, %{y:.4g}<extra>measured</extra>",
                 }

@@ -32,6 +32,7 @@ from dforce.gui.window.limits import ALONE, Limits
 from dforce.gui.window.menus import menu
 from dforce.gui.window.security import GUEST
 from dforce.gui.window.shown import PagePart
+from dforce.gui.window.start import StartPage
 from dforce.gui.window.view import Said, View
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def register(
         The class that the server is open to; None where it is for one person.
     """
     sessions: dict[str, Session] = {}
+    app.add_static_files(local_directory=HERE / "pictures", url_path="/assets/pictures", max_cache_age=3600)
     app.add_static_file(local_file=library_file(), url_path=LIBRARY, max_cache_age=86400)
     for sheet in SHEETS:
         app.add_static_file(local_file=sheet, url_path=f"/assets/{sheet.name}", max_cache_age=0)
@@ -78,7 +80,7 @@ def register(
             store = Store(folder / "sessions" / f"document-{name}.json")
             sessions[name] = Session(store, folder / "results" / name, limits)
             if document is not None:
-                sessions[name].document = document
+                sessions[name].document, sessions[name].fresh = document, False
             if over is not None:
                 sessions[name].study.take(Over(over))
         return sessions[name]
@@ -92,7 +94,10 @@ def register(
         session = session_of_browser()
         if classroom is not None and request.scope.get(GUEST, True):
             classroom.welcome(session)
-        Page(session, class_page=classroom is not None and session.person is None)
+        guest = session.person is not None  # who comes to see what the class looks at
+        Page(
+            session, start=session.fresh and over is None and not guest, class_page=classroom is not None and not guest
+        )
 
     if classroom is not None:
         classroom.register(sessions, dress)
@@ -113,9 +118,9 @@ def dress() -> ui.dark_mode:
 
 
 class Page:
-    """One page of a session: makes the elements and ties them to a view."""
+    """One page of a session: makes the elements and ties them to a view; `start` shows the first page before the case."""
 
-    def __init__(self, session: Session, class_page: bool = False) -> None:
+    def __init__(self, session: Session, start: bool = False, class_page: bool = False) -> None:
         self.view = View(session)
         self.dark = dress()
         ui.add_body_html(f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script>")
@@ -123,13 +128,15 @@ class Page:
             self._header()
             if class_page:
                 ui.link("Class", CLASS_PAGE, new_tab=True).classes("df-class-link")
-        with ui.element("div").classes("df-body"):
+        self.start = StartPage(self.view, self._open_tab, self._turn_to_start)
+        with ui.element("div").classes("df-body") as self.body:
             with ui.element("aside").classes("df-left").props('aria-label="parameters"') as self.left:
                 self._left()
             self.view.shown.mark(PagePart.ADVICE, partial(dim, self.left))
             with ui.element("section").classes("df-right").props('aria-label="result"'):
                 self._right()
         self.address = Address(self.view)
+        (self.start.show if start else self.start.hide)()
         client = ui.context.client
         client.on_connect(self.view.begin)
         client.on_connect(self._take_unsent)
@@ -149,13 +156,15 @@ class Page:
 
     def _header(self) -> None:
         view = self.view
-        with ui.element("div").classes("df-brand"):
-            ui.label("dForce").classes("df-wordmark").props('role="heading" aria-level="1"')
+        with ui.element("h1").classes("df-wordmark"), ui.element("button").props('type="button"') as mark:
+            ui.label("dForce")
+        mark.props["title"] = "Start page"
+        mark.on("click", lambda: self.start.show())
         with (
             ui.button("Examples", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button")
         ):
             menu((one.title, one.shows, partial(self._open, one.name)) for one in df.examples().values())
-        self.files = FileMenu(view)
+        self.files = FileMenu(view, lambda: self.start.show())
         undo, redo = _icon("undo", "Undo", view.session.undo), _icon("redo", "Redo", view.session.redo)
         title = ui.input(placeholder="Untitled").props('dense borderless aria-label="title of the case" maxlength=300')
         title.classes("df-title")
@@ -173,12 +182,20 @@ class Page:
             title.set_value(view.document.title)
 
         view.on_show.append(show)
-        RunBar(view)
+        self.run_bar = RunBar(view)
         self.mode = _icon("dark_mode", "Light or dark", self._turn)
 
     def _turn(self) -> None:
         self.dark.value = not self.dark.value
         app.storage.user["dark"] = self.dark.value
+
+    def _turn_to_start(self, there: bool) -> None:
+        """Show the first page in place of the case, or the case again."""
+        self.body.set_visibility(not there)
+        self.run_bar.frame.set_visibility(not there)
+
+    def _open_tab(self, title: str) -> None:
+        next(panel for panel in self.plots.pane.panels if panel.title == title).open()
 
     def _open(self, name: str) -> None:
         self.view.open(Document.of(df.example(name)))
@@ -240,7 +257,7 @@ class RunBar:
 
     def __init__(self, view: View) -> None:
         self.view = view
-        with ui.element("div").classes("df-run"):
+        with ui.element("div").classes("df-run") as self.frame:
             self.progress = ui.element("progress").props('max=1 aria-label="progress of the run"')
             self.text = ui.label().classes("df-run-text").props('role="status"')
             self.stop = ui.button("Stop", icon="stop", on_click=view.session.stop, color=None).props(
