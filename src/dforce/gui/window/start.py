@@ -14,7 +14,7 @@ from dforce.gui.window.view import View
 
 MEDIA = {"": "as in the example", "air": "air", "water": "water", "vacuum": "vacuum"}
 DROP = "Drop a file anywhere: a measured curve, a thermal spectrum, a case or a project."
-KEPT = "Forces and free amplitude begin with those of the example."
+KEPT = "Forces and free amplitude are the values of the example."
 SHARED = "Start the window with dforce gui --host 0.0.0.0: it prints the address for your students."
 
 
