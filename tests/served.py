@@ -282,6 +282,16 @@ class Window:
         return case
 
 
+def violations(page: Any, *without: str, within: str | None = None) -> list[str]:
+    """Return what axe-core finds in a part of the page, one line for each rule that is broken."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    page.evaluate("() => Promise.all(document.getAnimations().map((one) => one.finished.catch(() => null)))")
+    options = {"rules": {rule: {"enabled": False} for rule in without}}
+    found = Axe().run(page, context=within, options=options).response["violations"]
+    return [f"{one['id']}: {one['nodes'][0]['html'][:150]}" for one in found]
+
+
 @functools.lru_cache(maxsize=64)
 def _result(case: df.Case) -> Any:
     return df.run(case)
