@@ -83,7 +83,12 @@ def test_an_experimenter_reads_modulus_peak_force_and_safe_settings_from_a_curve
     findings = panel.locator(".df-findings")
     expect(findings).to_contain_text("stays below 3 nN up to a free amplitude of", timeout=WAIT)
     force = re.search(r"At 80 % of A0 = 30 nm the tip presses with ([\d.]+) nN", findings.inner_text())
-    expect(page.get_by_text(f"{force[1]} nN", exact=True).first).to_be_visible()  # as below the curve
+    expect(page.locator(".df-answer")).to_contain_text(f"{force[1]} nN")  # as above the chart
+    # the force behind the curve, without a model, with its gap
+    page.get_by_role("tab", name="Reconstruct").click()
+    page.get_by_role("button", name="Reconstruct the force").click()
+    expect(page.locator(".df-gaps")).to_contain_text("force unknown", timeout=WAIT)
+    expect(page.get_by_role("figure", name="force against distance, reconstructed")).to_be_visible()
     # 6. the script repeats reading, fit and report
     with page.expect_download() as download:
         page.get_by_role("button", name="File").click()
@@ -91,4 +96,5 @@ def test_an_experimenter_reads_modulus_peak_force_and_safe_settings_from_a_curve
     script = download.value.path().read_text()
     for line in ("height_grows='toward'", "fit = df.fit(case, measured)", "df.fit_report(fit)"):
         assert line in script
+    page.get_by_role("tab", name=re.compile("^Fit")).click()
     panel.get_by_role("button", name="Remove the curve").click()

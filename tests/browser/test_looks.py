@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from served import violations
 
 import dforce as df
 from dforce.gui.document.document import FIRST
 
 TABS = ("Set point", "Fit", "Against", "Motion", "Numbers", "Advice")
-
-
-def violations(page, *without, within=None):
-    """Return what axe-core finds in a part of the page, one line for each rule that is broken."""
-    from axe_playwright_python.sync_playwright import Axe
-
-    page.evaluate("() => Promise.all(document.getAnimations().map((one) => one.finished.catch(() => null)))")
-    options = {"rules": {rule: {"enabled": False} for rule in without}}
-    found = Axe().run(page, context=within, options=options).response["violations"]
-    return [f"{one['id']}: {one['nodes'][0]['html'][:150]}" for one in found]
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

@@ -11,6 +11,7 @@ import pytest
 import dforce as df
 from dforce.gui.curves.basins_figure import basins
 from dforce.gui.curves.figures import Layer, picture, unit_of
+from dforce.gui.curves.force_figure import force_distance
 from dforce.results.curves import Picture, pictures_of
 
 
@@ -121,3 +122,14 @@ def test_rounding_is_drawn_as_nothing_beside_a_quantity_of_the_same_unit():
 def test_the_unit_of_a_quantity_that_is_zero_everywhere_is_the_usual_one():
     dataset = result("figure-3-air")
     assert [unit_of(dataset[name])[1] for name in ("contact_time", "max_indentation")] == ["µs", "nm"]
+
+
+def test_the_parts_of_a_force_are_thin_lines_that_add_up_to_it():
+    curve = df.force_curve(df.example("hysteresis"))
+    figure = force_distance(curve, df.force_parts(curve))
+    total, *parts = figure["data"]
+    assert [part["name"] for part in parts] == ["van der Waals", "elastic contact"]
+    assert np.allclose(sum(numbers(part["y"]) for part in parts), numbers(total["y"]), atol=1e-9)
+    assert "van der Waals %{y:.3g} nN" in parts[0]["hovertemplate"]
+    alone = df.force_curve(df.example("figure-4-soft"))  # one interaction has no parts
+    assert len(force_distance(alone, df.force_parts(alone))["data"]) == 1

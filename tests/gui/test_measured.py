@@ -475,6 +475,36 @@ def test_safe_settings_are_found_for_the_sample_of_a_fit(tmp_path):
     asyncio.run(flow())
 
 
+@pytest.mark.slow
+def test_the_force_behind_a_curve_is_reconstructed_with_its_gaps(tmp_path):
+    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+
+    async def flow():
+        async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
+            session, panel = page.view.session, element(user, MeasuredPanel)
+            await dropped(page, data, "stiff.csv")
+            force = page.plots.reconstruction
+            force.open()
+            send(force.element, "start")  # shut until lever and tip are confirmed
+            await asyncio.sleep(0.1)
+            assert force.job is None and force.element.props["unconfirmed"]
+            send(panel, "confirm")
+            send(force.element, "start")
+            await until(lambda: force.job is not None and force.job.result is not None, 120.0)
+            force.show()
+            told, shown = df.reconstruct(force.beside().moved(), page.view.document.case()), force.element.props
+            gaps = [as_sentence(line) for line in str(told.attrs["notes"]).splitlines()]
+            assert shown["gaps"] == gaps and "force unknown" in gaps[0]
+            assert shown["holds_for"] == "for k = 2.7 N/m, Q = 180" and not shown["stale"]
+            send(force.element, "keep")
+            await until(lambda: len(session.document.results) == 1)
+            page.plots.measured._change(shift=0.4e-9)
+            force.show()
+            assert force.element.props["stale"]
+
+    asyncio.run(flow())
+
+
 def test_the_script_of_the_window_fits_where_there_is_a_fit(workdir, monkeypatch):
     (workdir / "curve.csv").write_bytes(csv())
     drawn, fitted = [], []

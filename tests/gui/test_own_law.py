@@ -52,11 +52,13 @@ def test_while_a_law_is_typed_its_force_is_drawn_and_the_case_stays(tmp_path, mo
             monkeypatch.setattr(page.view.force, "draw", draw)
             send(law, "draft", "-P1*exp(-d/P2")
             await law._preview.task
-            assert law.props["error"] == "Own law: the force is not an expression: '(' was never closed at character 8"
+            assert (
+                law.props["mistake"] == "Own law: the force is not an expression: '(' was never closed at character 8"
+            )
             assert not drawn
             send(law, "draft", "-2*P1*exp(-d/P2)")
             await law._preview.task
-            assert law.props["error"] == ""
+            assert law.props["mistake"] == ""
             assert len(drawn) == 1
             assert page.view.document == document
             send(law, "typed", {"text": "-2*P1 * exp(-d/P2)", "unit": "", "number": 1})

@@ -1,13 +1,13 @@
 // A law that is typed: a wide field, its names as chips that are put in where the caret stands, errors while one types.
 export default {
   template: `
-    <div class="df-entry wide df-law" :class="{wrong: error}" :data-path="path" :data-name="path" :data-help="help">
+    <div class="df-entry wide df-law" :class="{wrong}" :data-path="path" :data-name="path" :data-help="help">
       <label :for="uid" class="df-label"><span class="df-name">{{ label }}</span></label>
       <textarea ref="box" :id="uid" class="df-box df-law-text" rows="3" v-model="draft" :maxlength="longest" spellcheck="false"
-                autocomplete="off" :aria-invalid="error ? 'true' : 'false'" :aria-describedby="uid + '-more'"
+                autocomplete="off" :aria-invalid="wrong ? 'true' : 'false'" :aria-describedby="uid + '-more'"
                 @input="typed" @keydown.enter.prevent="enter"></textarea>
       <div :id="uid + '-more'" class="df-more">
-        <div v-if="error" class="df-error" role="alert">{{ error }}</div>
+        <div v-if="wrong" class="df-error" role="alert">{{ wrong }}</div>
         <div v-else-if="waiting" class="df-note" role="status">Press Enter to compute with this law. The force curve shows it already.</div>
         <span class="df-hidden">{{ help }}</span>
       </div>
@@ -20,6 +20,7 @@ export default {
     </div>`,
   props: {
     path: { default: "" }, label: { default: "" }, help: { default: "" }, text: { default: "" }, error: { default: "" },
+    mistake: { default: "" }, // in what is being typed
     names: { default: () => [] }, longest: { default: 2000 },
   },
   data() {
@@ -28,6 +29,9 @@ export default {
   computed: {
     waiting() {
       return this.draft.trim() !== this.text.trim();
+    },
+    wrong() {
+      return this.waiting ? this.mistake : this.error;
     },
   },
   watch: {

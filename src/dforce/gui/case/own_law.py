@@ -49,7 +49,7 @@ class OwnLaw(ui.element, component="own_law.js"):
 
     def show(self, **changed: Any) -> None:
         """Show the law of the case, or what is wrong with it; nothing is sent where nothing changed."""
-        known = {key: value for key, value in changed.items() if key in ("text", "error")}
+        known = {key: value for key, value in changed.items() if key in ("text", "error", "mistake")}
         if any(self.props.get(key) != value for key, value in known.items()):
             self.props.update(known)
 
@@ -64,7 +64,7 @@ class OwnLaw(ui.element, component="own_law.js"):
             curve = await in_thread(LIVE, lambda: df.force_curve(case))
         except (df.DForceError, TypeError) as error:
             of_law = path_of(document, str(error))[: len(self.path)] == self.path
-            self.show(error=in_words(document, str(error)) if of_law else "")
+            self.show(mistake=in_words(document, str(error)) if of_law else "")
             return
-        self.show(error="")
+        self.show(mistake="")
         await self.view.force.draw(force_distance(curve))

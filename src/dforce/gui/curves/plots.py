@@ -29,6 +29,7 @@ from dforce.gui.curves.states import CoexistingStates, with_states
 from dforce.gui.document.document import MOST_PLOTS
 from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.panel import MeasuredCurve
+from dforce.gui.measured.reconstructing import Reconstruction
 from dforce.gui.study.panel import Explorer
 from dforce.gui.window.shown import PagePart
 from dforce.gui.window.view import View, Waiting
@@ -86,7 +87,7 @@ class Plots:
             self.kept = KeptResults(view)
         self.set_point, self.fit_numbers, self.motion = SetPoint(view), FitNumbers(view), MotionPanel(view)
         self.measured, self.explorer, self.numbers = MeasuredCurve(view), Explorer(view), Numbers(view)
-        self.differences = Differences(view)
+        self.reconstruction, self.differences = Reconstruction(view, self.measured.beside), Differences(view)
         with ui.element("div").classes("df-stage") as self.stage:
             with ui.element("div").classes("df-main"):
                 view.main = Chart("result", on_point=self._clicked, holds=True)
@@ -97,6 +98,7 @@ class Plots:
             self.set_point,
             self.fit_numbers,
             self.measured,
+            self.reconstruction,
             self.explorer,
             self.motion,
             self.numbers,

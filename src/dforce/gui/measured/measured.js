@@ -24,8 +24,9 @@ export default {
                    @change="$emit('library', $event.target.value); $event.target.value = ''" /></label>
           <datalist id="df-levers"><option v-for="one in levers" :key="one" :value="one"></option></datalist>
           <label v-for="one in typed" :key="one.name"><i>{{ one.name }}</i>
-            <input class="df-box" :value="one.text" maxlength="40" :disabled="busy" :aria-label="one.name + ' of lever and tip'"
-                   :placeholder="'type ' + one.name" @change="$emit('lever', {name: one.name, text: $event.target.value})" /></label></div>
+            <input class="df-box" :value="drafts[one.name] ?? one.text" maxlength="40" :disabled="busy"
+                   :aria-label="one.name + ' of lever and tip'" :placeholder="'type ' + one.name"
+                   @input="drafts[one.name] = $event.target.value" @change="typed_in(one.name)" /></label></div>
         <p v-if="missing" class="df-motion-note" role="status">{{ missing }}</p>
         <template v-if="unconfirmed">
           <p class="df-motion-note" id="df-unconfirmed">{{ unconfirmed }}</p>
@@ -84,9 +85,13 @@ export default {
     report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, answers: { default: () => [] }, others: { default: () => [] },
   },
   data() {
-    return { wanted: this.limit || "1 nN" };
+    return { wanted: this.limit || "1 nN", drafts: {} }; // drafts: no update from the server overwrites what is being typed
   },
   methods: {
+    typed_in(name) {
+      this.$emit("lever", { name, text: this.drafts[name] });
+      delete this.drafts[name];
+    },
     shift(field) {
       if (Number.isFinite(field.valueAsNumber)) this.$emit("shift", field.valueAsNumber);
     },
