@@ -41,7 +41,7 @@ test: $(READY) browser
 # The tests of the window need a browser of Chromium's family. Debian's is installed where that may be done; where there is
 # none, these tests say so and are left out.
 browser: $(READY)
-	@$(BIN)/python -c 'import sys; from dforce.gui.server import find_browser; sys.exit(find_browser() is None)' || \
+	@$(BIN)/python -c 'import sys; from dforce.gui.window.server import find_browser; sys.exit(find_browser() is None)' || \
 	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
 		echo "Installing Debian's chromium for the tests of the window, once."; \
 		{ apt-get update && DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends chromium; } >/dev/null 2>&1; \

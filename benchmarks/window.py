@@ -1,26 +1,34 @@
-"""How quickly the window answers: a slider in a real browser, and a class of people at once.
+"""How quickly the window answers, and what it takes: a start, a slider in a real browser, a class at once, many visits.
 
-    python benchmarks/window.py [--people 30] [--seconds 60]
+    python benchmarks/window.py [--people 30] [--seconds 60] [--visits 200]
 
-Every time is from what a person does to the redrawn curves, computing included.
+Every time is from what a person does to the redrawn curves, computing included. Processor time is that of all processes of
+the server, and of the browser; unlike time by the clock it hardly depends on what else the computer does.
 """
 
 from __future__ import annotations
 
 import argparse
+import asyncio
 import os
 import statistics
 import sys
 import tempfile
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
-from many_users import CASE, FIELD, HIGH, LOW, answers
+from many_users import CASE, FIELD, HIGH, LOW, answers, person_at
 from served import Server, Window, chromium, served
 
+from dforce.gui.window.server import RECONNECT
+
+MOVES = 30  # of the slider, one by one
+TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 SWEEP, SWEEPS = 1.5, 4  # s; in more time there would be fewer values of the slider than redraws
 ONE_BY_ONE = """async ([low, high, count]) => {
-    const slider = document.querySelector('.df-slider input[type="range"]');
+    const slider = document.querySelector('.df-slider[data-path="drive.A0"] input[type="range"]');
     const chart = document.querySelector('.df-main .df-chart');
     const times = [];
     for (let n = 0; n < count; n++) {
@@ -34,8 +42,12 @@ ONE_BY_ONE = """async ([low, high, count]) => {
     }
     return times;
 }"""
+ENDS = """() => {
+    const {min, max} = document.querySelector('.df-slider[data-path="drive.A0"] input[type="range"]');
+    return [Number(min), Number(max)];
+}"""
 HELD = """async ([low, high, seconds]) => {
-    const slider = document.querySelector('.df-slider input[type="range"]');
+    const slider = document.querySelector('.df-slider[data-path="drive.A0"] input[type="range"]');
     const chart = document.querySelector('.df-main .df-chart');
     const plot = document.querySelector('.df-main .df-plot');
     const [said, drawn] = [[], []];
@@ -56,26 +68,76 @@ HELD = """async ([low, high, seconds]) => {
 }"""
 
 
+def descendants(pid: int) -> Iterator[int]:
+    """Give a process and all that it started, as far as /proc shows them."""
+    yield pid
+    for file in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in file.read_text().split():
+            yield from descendants(int(child))
+
+
+def cpu_time(pids: set[int]) -> float:
+    """Return the processor time (s) of processes."""
+    spent = 0
+    for pid in pids:
+        try:
+            fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        except OSError:  # it has ended
+            continue
+        spent += int(fields[11]) + int(fields[12])
+    return spent / TICKS
+
+
 def slider(server: Server) -> None:
-    """Print how quickly the curves follow a slider in a real browser."""
+    """Print how soon a window is there, how quickly the curves follow a slider in a real browser, and what a move takes."""
     with chromium() as browser:
         context = browser.new_context(viewport={"width": 1366, "height": 768})
-        context.set_default_timeout(60_000)
+        context.set_default_timeout(120_000)
         window = Window(context.new_page(), server)
-        window.open()
-        window.page.locator(f'.df-entry[data-path="{FIELD}"] .df-slide').click()
+        begun = time.perf_counter()
+        window.go()
+        window.page.locator(".df-start").wait_for()
+        print(f"first page, from the server's word that it is ready: {time.perf_counter() - begun:.1f} s")
+        window.begin()
+        window.drawn()
+        print(f"first curve: {time.perf_counter() - begun:.1f} s")
+        if not window.page.locator(".df-slider").count():
+            window.page.locator(f'.df-entry[data-path="{FIELD}"] .df-slide').click()
         window.page.locator(".df-slider").wait_for()
-        window.page.evaluate(ONE_BY_ONE, [6.0, 8.0, 5])  # not counted
-        times = window.page.evaluate(ONE_BY_ONE, [LOW, HIGH, 30])
+        ends = window.page.evaluate(ENDS)
+        low, high = max(LOW, ends[0]), min(HIGH, ends[1])  # beyond its ends a slider stays where it is
+        window.page.evaluate(ONE_BY_ONE, [low, high, 5])  # not counted
+        window.page.wait_for_timeout(5_000)  # what is compiled in the background is no part of a move
+        ours = set(descendants(server.process.pid))
+        theirs = set(descendants(os.getpid())) - ours - {os.getpid()}
+        before = cpu_time(ours), cpu_time(theirs)
+        times = window.page.evaluate(ONE_BY_ONE, [low, high, MOVES])
+        taken = [1e3 * (cpu_time(pids) - spent) / MOVES for pids, spent in zip((ours, theirs), before, strict=True)]
         report("slider moved to curves redrawn, 221 points there and back", times)
+        print(f"processor time of a move: server {taken[0]:.0f} ms, browser {taken[1]:.0f} ms")
         rates, lags = [], []
         for _ in range(SWEEPS):
-            rate, behind = window.page.evaluate(HELD, [LOW, HIGH, SWEEP])
+            rate, behind = window.page.evaluate(HELD, [low, high, SWEEP])
             rates.append(rate)
             lags += behind
             window.page.wait_for_timeout(500)
         print(f"slider held down: {statistics.mean(rates):.1f} redraws a second")
         report("slider held down, how far the curves are behind", lags)
+
+
+def memory(server: Server, visits: int) -> None:
+    """Print the server's memory while people come and go."""
+
+    async def come(first: int) -> None:
+        for number in range(first, first + visits // 4):
+            async with person_at(server, number) as person:
+                await person.ask(6.0 + 0.01 * number)
+                await asyncio.sleep(0.1)
+
+    for quarter in range(4):
+        asyncio.run(come(quarter * visits // 4))
+        time.sleep(RECONNECT + 10.0)  # until their pages are given up
+        print(f"server memory after {(quarter + 1) * visits // 4} visits: {server.memory or 0.0:.0f} MB")
 
 
 def report(name: str, times: list[float]) -> None:
@@ -93,14 +155,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--people", type=int, default=30)
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--visits", type=int, default=200, help="0 leaves them out")
     options = parser.parse_args()
     print(
         f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"
         if hasattr(os, "getloadavg")
         else f"{os.cpu_count()} cores"
     )
+    begun = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder, served(Path(folder), CASE) as server:
+        print(f"server ready: {time.perf_counter() - begun:.1f} s from the command")
         slider(server)
+    if options.visits:
+        with tempfile.TemporaryDirectory() as folder, served(Path(folder), CASE) as server:
+            memory(server, options.visits)
     for measure in answers(options.people, options.seconds).measures():
         print(f"{measure.name}: {measure.value} {measure.unit}")
 

@@ -11,7 +11,7 @@ from served import Window, chromium, served
 
 import dforce as df
 
-TABS = ("Microscope", "Tip and sample", "Forces", "Experiment", "Solver")
+TABS = ("Set point", "Fit", "Against", "Motion", "Numbers", "Advice")
 WAIT = 120_000  # ms
 
 
@@ -70,7 +70,7 @@ def everything(window: Window) -> Iterator[str]:
         for tab in TABS:
             window.tab(tab)
             yield f"{theme}-tab-{tab.lower().replace(' ', '-')}"
-        window.tab("Microscope")
+        window.tab("Set point")
         for name in df.examples():
             shown(window, name)
             yield f"{theme}-example-{name}"

@@ -1,5 +1,7 @@
 """Settings that every test shares."""
 
+import functools
+import math
 import os
 import sys
 
@@ -45,6 +47,29 @@ def no_figure_is_left_open():
     yield
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close("all")
+
+
+@pytest.fixture
+def run_as(monkeypatch):
+    """Give a function that replaces `df.run`, for the command line and the window."""
+    return functools.partial(monkeypatch.setattr, "dforce.run")
+
+
+@pytest.fixture
+def every_look(monkeypatch):
+    """Let progress be reported at each look, however quick a run is."""
+    monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", math.inf)
+
+
+@pytest.fixture
+def cases_a_block(monkeypatch):
+    """Give a function that cuts sweeps into blocks of so many cases."""
+
+    def cut(count):
+        for name in ("BLOCK", "LEAST_BLOCK"):
+            monkeypatch.setattr(f"dforce.maps._part.{name}", count)
+
+    return cut
 
 
 @pytest.fixture

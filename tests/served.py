@@ -19,7 +19,7 @@ import numpy as np
 
 import dforce as df
 from dforce.core import child
-from dforce.gui.server import find_browser
+from dforce.gui.window.server import find_browser
 from dforce.results.dataset import reader_unit
 
 FLAGS = (
@@ -163,7 +163,15 @@ class Window:
     def open(self) -> None:
         """Open the window, and wait for the first curve."""
         self.go()
+        self.begin()
         self.drawn()
+
+    def begin(self) -> None:
+        """Leave the first page, where it is shown, for the first example."""
+        self.page.locator(".df-start, .df-main .df-chart").locator("visible=true").first.wait_for()
+        if self.page.get_by_role("button", name="Two states and jumps").is_visible():
+            self.page.get_by_role("button", name="Two states and jumps").click()
+            self.page.get_by_role("button", name="Start", exact=True).click()
 
     def revision(self, chart: str = ".df-main") -> int:
         """Return how often the server has had a chart drawn."""
@@ -199,8 +207,12 @@ class Window:
             self.page.wait_for_timeout(50)
 
     def tab(self, name: str) -> None:
-        """Go to a tab."""
+        """Go to a tab of the pane below the chart."""
         self.page.get_by_role("tab", name=name).click()
+
+    def unfold(self) -> None:
+        """Open all that the form keeps behind "More"."""
+        self.page.evaluate("() => document.querySelectorAll('.df-form details').forEach((one) => { one.open = true; })")
 
     def type(self, path: str, text: str) -> None:
         """Type into a field, as fast as a person does."""
@@ -272,6 +284,16 @@ class Window:
         self.page.wait_for_function("() => !document.querySelector('.df-entry[data-before]')")
         self.shows(case)
         return case
+
+
+def violations(page: Any, *without: str, within: str | None = None) -> list[str]:
+    """Return what axe-core finds in a part of the page, one line for each rule that is broken."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    page.evaluate("() => Promise.all(document.getAnimations().map((one) => one.finished.catch(() => null)))")
+    options = {"rules": {rule: {"enabled": False} for rule in without}}
+    found = Axe().run(page, context=within, options=options).response["violations"]
+    return [f"{one['id']}: {one['nodes'][0]['html'][:150]}" for one in found]
 
 
 @functools.lru_cache(maxsize=64)

@@ -11,10 +11,10 @@ from nicegui import Client
 from nicegui.testing.user_simulation import user_simulation
 
 import dforce as df
-from dforce.gui.document import Document
-from dforce.gui.pages import Page
-from dforce.gui.session import Session
-from dforce.gui.view import DrawnResult
+from dforce.gui.document.document import Document
+from dforce.gui.document.session import Session
+from dforce.gui.window.pages import Page
+from dforce.gui.window.view import DrawnResult
 
 CASE = "figure-3-air"  # its curve takes some 20 ms
 
@@ -35,6 +35,7 @@ async def window(folder, session=None, unsent=(), live=True):
     gc.freeze()  # NiceGUI's simulation collects garbage twice, and among all that numba has made that takes a second
     async with user_simulation(root=root) as user:
         user.javascript_rules[re.compile("return dforceUnsent")] = lambda match: unsent
+        user.javascript_rules[re.compile("return dforceAddress")] = lambda match: ""
         # charts are drawn at once
         user.javascript_rules[re.compile(r'return runMethod\(\d+, "draw"')] = lambda match: True
         await user.open("/")

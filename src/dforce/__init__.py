@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from dforce.core.errors import CaseError, DForceError, ForceError, ParameterError, ResultError, UnitError
     from dforce.core.parameters import param, shared
     from dforce.core.units import parse, show
+    from dforce.findings.answer import answer
     from dforce.findings.motion_at import motion_at
     from dforce.findings.report import report
     from dforce.findings.set_point import at_set_point
@@ -32,11 +33,31 @@ if TYPE_CHECKING:
         Tip,
         Tone,
     )
-    from dforce.inverse import ThermalTune, calibrate, energy, read_curves, read_measured, thermal_tune
-    from dforce.inverse.fitting import compare_fits, fit, fit_again, fit_many, fit_report, identify, identify_report
+    from dforce.inverse import (
+        FileHead,
+        ThermalTune,
+        calibrate,
+        energy,
+        file_head,
+        read_curves,
+        read_measured,
+        thermal_tune,
+    )
+    from dforce.inverse.fitting import (
+        chi2_in_words,
+        compare_fits,
+        fit,
+        fit_again,
+        fit_many,
+        fit_report,
+        identify,
+        identify_in_words,
+        identify_report,
+    )
     from dforce.inverse.plan_file import load_plan
     from dforce.inverse.planner import plan
     from dforce.inverse.reconstruction import reconstruct
+    from dforce.inverse.safety import safe_settings
     from dforce.kernel.cache import clear_kernel_cache, kernel_cache
     from dforce.library import examples
     from dforce.library.cantilevers import cantilevers
@@ -46,7 +67,7 @@ if TYPE_CHECKING:
     from dforce.results.status import Status
     from dforce.runs import approach, basins, branches, dwell, frequency_sweep, run, thermal_spectrum
     from dforce.solvers import SolverSettings
-    from dforce.spectroscopy import force_along, force_curve
+    from dforce.spectroscopy import force_along, force_curve, force_parts
     from dforce.thermal import noise, noisy_motion, snap_in_distance, snap_in_rate, switching_rate
     from dforce.validity import Advice, advice
 
@@ -59,6 +80,7 @@ _HOMES = {
     "core.units": ("parse", "show"),
     "findings.motion_at": ("motion_at",),
     "findings.report": ("report",),
+    "findings.answer": ("answer",),
     "findings.set_point": ("at_set_point",),
     "findings.summary": ("summary",),
     "forces": ("Force", "load_plugin"),
@@ -77,11 +99,33 @@ _HOMES = {
         "Tip",
         "Tone",
     ),
-    "inverse": ("ThermalTune", "calibrate", "energy", "read_curves", "read_measured", "thermal_tune"),
-    "inverse.fitting": ("compare_fits", "fit", "fit_again", "fit_many", "fit_report", "identify", "identify_report"),
+    "inverse": (
+        "FileHead",
+        "ThermalTune",
+        "calibrate",
+        "energy",
+        "file_head",
+        "read_curves",
+        "read_measured",
+        "safe_settings",
+        "safe_settings",
+        "thermal_tune",
+    ),
+    "inverse.fitting": (
+        "chi2_in_words",
+        "compare_fits",
+        "fit",
+        "fit_again",
+        "fit_many",
+        "fit_report",
+        "identify",
+        "identify_in_words",
+        "identify_report",
+    ),
     "inverse.plan_file": ("load_plan",),
     "inverse.planner": ("plan",),
     "inverse.reconstruction": ("reconstruct",),
+    "inverse.safety": ("safe_settings",),
     "kernel.cache": ("clear_kernel_cache", "kernel_cache"),
     "library": ("examples",),
     "library.cantilevers": ("cantilevers",),
@@ -91,7 +135,7 @@ _HOMES = {
     "results.status": ("Status",),
     "runs": ("approach", "basins", "branches", "dwell", "frequency_sweep", "run", "thermal_spectrum"),
     "solvers": ("SolverSettings",),
-    "spectroscopy": ("force_along", "force_curve"),
+    "spectroscopy": ("force_along", "force_curve", "force_parts"),
     "thermal": ("noise", "noisy_motion", "snap_in_distance", "snap_in_rate", "switching_rate"),
     "validity": ("Advice", "advice"),
 }
@@ -108,6 +152,7 @@ __all__ = [
     "DForceError",
     "Drift",
     "Drive",
+    "FileHead",
     "Force",
     "ForceError",
     "Medium",
@@ -125,6 +170,7 @@ __all__ = [
     "Tone",
     "UnitError",
     "advice",
+    "answer",
     "approach",
     "at_set_point",
     "basins",
@@ -132,6 +178,7 @@ __all__ = [
     "calibrate",
     "cantilevers",
     "check_force",
+    "chi2_in_words",
     "clear_kernel_cache",
     "compare_fits",
     "dwell",
@@ -139,15 +186,18 @@ __all__ = [
     "example",
     "examples",
     "experiments",
+    "file_head",
     "fit",
     "fit_again",
     "fit_many",
     "fit_report",
     "force_along",
     "force_curve",
+    "force_parts",
     "forces",
     "frequency_sweep",
     "identify",
+    "identify_in_words",
     "identify_report",
     "kernel_cache",
     "load_case",
@@ -168,6 +218,7 @@ __all__ = [
     "regimes",
     "report",
     "run",
+    "safe_settings",
     "save_case",
     "shared",
     "show",

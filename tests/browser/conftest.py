@@ -8,7 +8,7 @@ import urllib.parse
 import pytest
 from served import Window, chromium, served
 
-from dforce.gui.server import find_browser
+from dforce.gui.window.server import find_browser
 
 WAIT = 60_000  # ms; generous, so that a loaded machine is not taken for a defect
 
@@ -61,12 +61,12 @@ def visit(browser, server):
     """Give a function that opens the window for another person, by default in the size of a small laptop."""
     opened = []
 
-    def visit(server=server, width=1366, height=768, **options):
+    def visit(server=server, width=1366, height=768, enter=Window.open, **options):
         context = browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True, **options)
         context.set_default_timeout(WAIT)
         opened.append((context, Watch(context, server)))
         window = Window(context.new_page(), server)
-        window.open()
+        enter(window)
         return window
 
     yield visit
@@ -91,6 +91,5 @@ def window(lasting):
     """Give the page that the tests of a module share, showing the first example."""
     window, watch = lasting
     window.start()
-    window.tab("Microscope")
     yield window
     watch.check()

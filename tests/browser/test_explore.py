@@ -14,11 +14,11 @@ CHART = ".df-explore-chart"
 def panel(window):
     """Give the window at a soft sample, with its panel over parameters."""
     window.start("figure-4-soft")
-    window.page.get_by_role("button", name="Against a parameter").click()
+    window.tab("Against")
     found = window.page.get_by_role("complementary", name="over parameters")
     found.wait_for()
     yield found
-    found.get_by_role("button", name="close the result over parameters").click()
+    window.tab("Set point")
     expect(found).to_be_hidden()
 
 
@@ -44,7 +44,7 @@ def test_a_limit_is_dragged_along_states_against_a_parameter(window, panel):
         panel.get_by_role("button", name="Compute").click()
     assert len(window.lines("peak_force", CHART)[0]) == 3
     with window.redrawn(CHART):
-        panel.get_by_label("Limit").check()
+        panel.get_by_role("checkbox", name="Limit").check()
     x, y, before = line(window)
     with window.redrawn(CHART):
         window.page.mouse.move(x, y)
@@ -70,4 +70,5 @@ def test_a_plan_is_opened_and_its_settings_are_taken_over(window, panel, tmp_pat
     window.page.mouse.click(box["x"] + 0.9 * box["width"], box["y"] + 0.1 * box["height"])
     panel.get_by_role("button", name="Take over these settings").click()
     expect(window.field("drive.A0").locator("input.df-box")).to_have_value("12")
+    window.tab("Set point")
     expect(window.page.get_by_label("set point in percent")).to_have_value("90")

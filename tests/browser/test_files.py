@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.gui.document import EDITED, FIRST
+from dforce.gui.document.document import EDITED, FIRST
 
 AMPLITUDE = "drive.A0"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
-from dforce.gui.fields import name_of
+from dforce.gui.case.fields import name_of
 
 AMPLITUDE = "drive.A0"
 
@@ -62,16 +62,18 @@ def test_another_unit_shows_another_number_for_the_same_curve(window):
     window.shows(df.example("figure-3-air"))
 
 
-def test_a_mistake_in_a_hidden_tab_marks_the_tab(window):
-    window.type(AMPLITUDE, "-1")
-    window.tab("Solver")
-    window.page.locator(".df-wrong-tab", has_text="Microscope").wait_for()
-    window.tab("Microscope")
+def test_a_mistake_opens_the_fold_that_it_stands_in(window):
+    fold = window.page.locator(".df-form details", has_text="More settings").last
+    tolerance = window.field("solver.relative_tolerance")
+    assert fold.get_attribute("open") is None
+    window.unfold()
+    window.type("solver.relative_tolerance", "-1")
+    window.page.evaluate("() => document.querySelectorAll('.df-form details').forEach((one) => { one.open = false; })")
+    tolerance.locator(".df-error").wait_for()
 
 
 def test_each_force_model_brings_its_fields_with_units_and_goes_again(window):
     window.type(AMPLITUDE, "")  # what is incomplete is not computed, so that no model is compiled here
-    window.tab("Forces")
     window.page.get_by_role("button", name="remove DMT").click()
     window.page.locator(".df-card").wait_for(state="detached")
     for name, model in sorted(df.forces.REGISTRY.items()):
@@ -80,6 +82,7 @@ def test_each_force_model_brings_its_fields_with_units_and_goes_again(window):
         window.page.get_by_role("menuitem").filter(has=window.page.get_by_text(words, exact=True)).click()
         card = window.page.locator(".df-card")
         card.wait_for()
+        window.unfold()
         shown = set(
             card.locator(".df-entry").evaluate_all("(all) => all.map((one) => one.dataset.path.split('.').pop())")
         )
@@ -98,10 +101,9 @@ def test_each_force_model_brings_its_fields_with_units_and_goes_again(window):
 
 def test_a_force_that_is_switched_off_is_left_out_of_the_curves(window):
     both = df.example("figure-3-air")
-    window.tab("Forces")
     window.page.get_by_role("button", name="Add a force").click()
-    window.page.get_by_role("menuitem").filter(has=window.page.get_by_text("Kelvin Voigt", exact=True)).click()
-    window.page.get_by_role("switch", name="Kelvin Voigt takes part").click()
+    window.page.get_by_role("menuitem").filter(has=window.page.get_by_text("Kelvin–Voigt", exact=True)).click()
+    window.page.get_by_role("switch", name="Kelvin–Voigt takes part").click()
     window.shows(both)
 
 
@@ -126,10 +128,46 @@ def test_advice_stands_beside_the_field_that_it_is_about(window):
 
 
 def test_a_reload_keeps_what_was_typed_even_half_typed(window):
-    window.tab("Tip and sample")
     window.type("tip.radius", "12 n")
     wrong(window, "tip.radius")
     window.page.reload()
-    window.tab("Tip and sample")
     assert window.field("tip.radius").locator("input").input_value() == "12 n"
     assert window.page.get_by_label("title of the case").input_value() == f"{df.example('figure-3-air').title}, edited"
+
+
+def test_a_force_is_found_by_its_words(window):
+    page = window.page
+    window.tab("Forces")
+    page.get_by_role("button", name="Add a force").click()
+    page.get_by_role("dialog", name="add a force").wait_for()
+    page.get_by_role("searchbox", name="search the forces").fill("cells gel")
+    assert page.get_by_role("menuitem").all_inner_texts()[0].startswith("Power-law rheology")
+    assert page.get_by_role("menuitem").count() == 1
+    page.get_by_role("searchbox", name="search the forces").fill("no such force")
+    page.get_by_text("No force has these words").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for(state="detached")
+
+
+def test_the_force_of_an_own_law_follows_each_letter_and_enter_computes_with_it(window):
+    page = window.page
+    window.tab("Forces")
+    page.get_by_role("button", name="remove DMT").click()
+    page.locator(".df-card").wait_for(state="detached")
+    page.get_by_role("button", name="Add a force").click()
+    page.get_by_role("menuitem", name="Own law").click()
+    law = page.locator(".df-law textarea")
+    law.wait_for()
+    own = df.example("figure-3-air").replace(forces=[df.forces.Custom(**df.forces.Custom.example)])
+    window.shows(own)
+    before = window.revision()
+    law.fill("-2*P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 + ")
+    page.get_by_text("is not an expression").first.wait_for()
+    with window.redrawn(".df-force"):
+        page.locator(".df-law-names").get_by_role("button", name="P4").click()
+        law.press_sequentially("*0")
+    page.get_by_text("Press Enter to compute with this law").wait_for()
+    assert window.revision() == before
+    law.press("Enter")
+    text = "-2*P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 + P4*0"
+    window.shows(own.replace("forces.custom.law", text))

@@ -6,7 +6,7 @@ import pytest
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.document import FIRST
+from dforce.gui.document.document import FIRST
 
 AMPLITUDE = "drive.A0"
 
@@ -23,7 +23,7 @@ def test_a_click_on_a_curve_shows_the_motion_there(window):
     assert largest * 1e-12 == pytest.approx(float(result.peak_force), rel=0.02)  # three digits are said
     depth = motion.get_by_role("img", name="tip above the sample").get_attribute("aria-label")
     assert float(depth.split()[-2]) * 1e-9 == pytest.approx(float(result.max_indentation), rel=0.02)
-    motion.get_by_role("button", name="close the motion").click()
+    window.tab("Set point")
     motion.wait_for(state="hidden")
 
 
@@ -36,12 +36,12 @@ def test_results_kept_are_drawn_over_each_other_and_their_difference_is_listed(v
     far_away = """() => document.querySelector('.df-main .df-plot')._fullData.filter((one) => one.meta === 'amplitude')
         .map((one) => Math.round(Math.max(...one.y))).sort().join()"""
     page.wait_for_function(f"() => ({far_away})() === '20,20,8,8'")
-    page.get_by_role("button", name="What differs").click()
+    window.tab("What differs")
     table = page.get_by_role("region", name="differences").get_by_role("table")
     table.wait_for()
     assert "8 nm" in table.inner_text()
     assert "20 nm" in table.inner_text()
-    page.get_by_role("button", name="remove").first.click()
+    page.locator(".df-kept").get_by_role("button", name="remove").click()
     window.shows(df.example(FIRST).replace(AMPLITUDE, "8 nm"))
 
 

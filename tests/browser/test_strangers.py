@@ -13,7 +13,7 @@ import pytest
 from served import served
 
 import dforce as df
-from dforce.gui.document import FIRST
+from dforce.gui.document.document import FIRST
 
 
 def ask(server, path="/", method="GET", headers=None, body=None, known=True):
@@ -138,7 +138,6 @@ def shared(tmp_path_factory):
 
 def test_in_a_class_one_asks_for_no_more_than_others_can_spare(visit, shared):
     window = visit(shared)
-    window.tab("Experiment")
     window.type("experiment.zc.points", "200000")
     error = window.field("experiment.zc.points").locator(".df-error")
     error.wait_for()

@@ -69,7 +69,9 @@ READ = {
 
 @pytest.fixture
 def guests(monkeypatch):
+    """Let nobody but guests be there, whose plug-ins do not outlive a test."""
     monkeypatch.setattr(files, "guests_only", True)
+    monkeypatch.setattr("dforce.forces._contract.REGISTRY", dict(REGISTRY))
 
 
 def test_it_is_known_how_each_file_that_a_case_names_is_read():
@@ -117,8 +119,7 @@ def test_a_guest_learns_no_cell_of_a_file_nor_whether_it_exists(key, workdir, mo
 
 
 @pytest.mark.parametrize("declared", ["file_name", "nothing", "path"])
-def test_a_guest_may_not_name_a_file_for_a_plug_in_either(declared, guests, monkeypatch):
-    monkeypatch.setattr("dforce.forces._contract.REGISTRY", dict(REGISTRY))
+def test_a_guest_may_not_name_a_file_for_a_plug_in_either(declared, guests):
     how = {"file_name": file_name("", description="a table"), "nothing": "", "path": Path()}[declared]
     space = {
         "__module__": "test_guests.plugin", "__annotations__": {"table": Path if declared == "path" else str, "size": float},
@@ -131,8 +132,7 @@ def test_a_guest_may_not_name_a_file_for_a_plug_in_either(declared, guests, monk
         model(table="/etc/passwd")
 
 
-def test_a_guest_may_set_words_of_a_plug_in(guests, monkeypatch):
-    monkeypatch.setattr("dforce.forces._contract.REGISTRY", dict(REGISTRY))
+def test_a_guest_may_set_words_of_a_plug_in(guests):
     space = {
         "__module__": "test_guests.plugin", "__annotations__": {"note": str}, "name": "of_words",
         "note": words("", description="a note"), "law": staticmethod(lambda d, rate, t: 0.0),

@@ -76,7 +76,7 @@ def test_a_server_that_ends_at_once_is_said_with_its_reason(tmp_path):
 
 @with_window
 def test_people_are_behind_until_they_see_their_last_value_and_what_was_overtaken_is_not_timed():
-    from dforce.gui.chart import packed
+    from dforce.gui.curves.chart import packed
 
     person = many_users.Person(None, 0)
     sent = []

@@ -33,15 +33,14 @@ def invoke(*words):
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def here(workdir):
     """A folder of its own with a case file in it."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
-    return tmp_path
+    (workdir / "case.toml").write_text(CASE, encoding="utf-8")
+    return workdir
 
 
 @pytest.fixture
-def ran(monkeypatch):
+def ran(run_as):
     """Replace the computation; remember what was asked for."""
     calls = []
 
@@ -51,7 +50,7 @@ def ran(monkeypatch):
             progress(1, 2, "zc = 5 nm")
             return make().assign_attrs(title=case.title, case=case.to_toml())
 
-        monkeypatch.setattr(df, "run", run)
+        run_as(run)
         return calls
 
     return give
@@ -260,7 +259,7 @@ def test_points_that_did_not_settle_are_told_once(here, ran):
     assert df.Status.FAILED.sentence in told
 
 
-def test_check_says_what_was_found_and_what_to_do(monkeypatch, here):
+def test_check_says_what_was_found_and_what_to_do(here):
     done = invoke("check", "figure-3-water")
     assert done.exit_code == 0 and done.stderr == ""
     lines = done.stdout.splitlines()
@@ -336,11 +335,11 @@ def test_a_traceback_is_shown_only_when_asked_for(here):
     assert "Traceback" in invoke("run", "missing.toml", "--traceback").stderr
 
 
-def test_an_error_inside_is_told_as_such(here, monkeypatch):
+def test_an_error_inside_is_told_as_such(here, run_as):
     def broken(*_, **__):
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr(df, "run", broken)
+    run_as(broken)
     done = invoke("run", "case.toml")
     assert done.exit_code == 3 and "please report it: ZeroDivisionError: division by zero" in done.stderr
     assert names(here) == ["case.toml"]
@@ -555,8 +554,7 @@ def test_a_stop_while_the_program_loads_ends_it_in_one_sentence(sent):
     assert (done.returncode, done.stdout, done.stderr) == (130, b"", b"dforce: stopped\n")
 
 
-def test_measured_data_are_copied_with_the_cases_that_fit_them(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_measured_data_are_copied_with_the_cases_that_fit_them(workdir):
     done = CliRunner().invoke(app, ["examples", "--data"])
     assert done.exit_code == 0, done.output
     for name in ("air", "liquid", "stiff"):

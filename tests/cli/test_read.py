@@ -20,11 +20,10 @@ def dforce(*words: str) -> Any:
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(workdir: Path) -> Path:
     Path("curve.csv").write_text(measured_curve.text())
     Path("thermal.csv").write_text(measured_curve.spectrum_text())
-    return tmp_path
+    return workdir
 
 
 def test_a_curve_is_read_calibrated_written_and_drawn():

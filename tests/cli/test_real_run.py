@@ -100,16 +100,15 @@ forces = [{ model = "dmt", hamaker = "3e-20 J" }]
 """
 
 
-def at_set_point(folder, monkeypatch, shares, *more, text=LEVER):
-    """Run a case at set points, in a folder of its own."""
-    monkeypatch.chdir(folder)
+def at_set_point(shares, *more, text=LEVER):
+    """Run a case at set points."""
     Path("case.toml").write_text(text, encoding="utf-8")
     asked = [] if shares is None else ["--at-set-point", shares]
     return CliRunner().invoke(app, ["run", "case.toml", "-o", "x.nc", *asked, *more])
 
 
-def test_a_case_without_an_experiment_gives_the_peak_force_at_a_set_point(tmp_path, monkeypatch):
-    done = at_set_point(tmp_path, monkeypatch, "80 %,0.6", "--json")
+def test_a_case_without_an_experiment_gives_the_peak_force_at_a_set_point(workdir):
+    done = at_set_point("80 %,0.6", "--json")
     assert done.exit_code == 0, done.stderr
     states = json.loads(done.stdout)["at_set_point"]
     assert sorted({state["set_point"] for state in states}) == [0.6, 0.8]
@@ -120,9 +119,9 @@ def test_a_case_without_an_experiment_gives_the_peak_force_at_a_set_point(tmp_pa
     assert first["zc"] == float(one["zc"])
 
 
-def test_a_table_has_a_row_for_each_state_at_the_set_points_of_a_case(tmp_path, monkeypatch):
+def test_a_table_has_a_row_for_each_state_at_the_set_points_of_a_case(workdir):
     text = LEVER + 'experiment = { kind = "branches", zc = ["9.6 nm", "6 nm"], search = 3, set_point = ["80 %", 0.9] }'
-    done = at_set_point(tmp_path, monkeypatch, None, text=text)
+    done = at_set_point(None, text=text)
     assert done.exit_code == 0, done.stderr
     states = df.at_set_point(df.read("x.nc"), 0.8)
     rows = [line for line in done.stdout.splitlines() if line.startswith("peak force at 80 %")]
@@ -145,7 +144,7 @@ FAR = 'experiment={ kind = "approach", zc = { start = "9 nm", stop = "8 nm", poi
         ("0.8", ["--set", 'experiment={ kind = "dwell", zc = "4 nm" }'], 2, "this experiment is dwell"),
     ],
 )
-def test_a_set_point_without_a_state_is_answered_in_a_sentence(tmp_path, monkeypatch, shares, more, code, sentence):
-    done = at_set_point(tmp_path, monkeypatch, shares, *more)
+def test_a_set_point_without_a_state_is_answered_in_a_sentence(workdir, shares, more, code, sentence):
+    done = at_set_point(shares, *more)
     assert done.exit_code == code, done.output
     assert sentence in done.stderr

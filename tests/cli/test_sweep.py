@@ -45,10 +45,9 @@ def dforce(*words: str) -> Any:
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(workdir: Path) -> Path:
     Path("map.toml").write_text(CASE)
-    return tmp_path
+    return workdir
 
 
 def test_a_case_with_a_table_becomes_a_file_and_repeats_itself():

@@ -30,14 +30,13 @@ TITLE = (
 
 
 @pytest.fixture
-def ran(tmp_path, monkeypatch):
+def ran(workdir, run_as):
     """Replace the computation by a result with a long title and long advice."""
 
     def run(case, progress=None, resume=None):
         return synthetic.approach().assign_attrs(case=case.to_toml(), **attributes([SAID]) | {"title": TITLE})
 
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(df, "run", run)
+    run_as(run)
 
 
 def invoke(*words, columns=None):
@@ -159,12 +158,12 @@ def test_models_with_their_parameters_are_the_long_list():
         assert all(re.search(rf"^      {key}\b", long, re.MULTILINE) for key in model.keys())  # noqa: SIM118 a method
 
 
-def test_what_is_compiled_in_parts_is_told_once(workdir, monkeypatch):
+def test_what_is_compiled_in_parts_is_told_once(workdir, run_as):
     def run(case, progress=None, resume=None):
         for name in ("hertz", "the solvers") * 2:
             log.announce(f"Compiling {name}")
         return synthetic.approach()
 
-    monkeypatch.setattr(df, "run", run)
+    run_as(run)
     said = invoke("run", "figure-3-air").stderr.splitlines()
     assert [line for line in said if line.startswith("Compiling")] == ["Compiling hertz", "Compiling the solvers"]

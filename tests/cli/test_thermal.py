@@ -20,8 +20,7 @@ def dforce(*words: str) -> Any:
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def folder(workdir: Path) -> None:
     Path("thermal.csv").write_text(measured_curve.spectrum_text())
 
 

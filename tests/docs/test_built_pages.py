@@ -54,7 +54,7 @@ def test_no_initials_are_taken_for_the_letters_of_a_list():
 def browser():
     from playwright.sync_api import sync_playwright
 
-    from dforce.gui.server import find_browser
+    from dforce.gui.window.server import find_browser
 
     program = find_browser()
     if program is None:

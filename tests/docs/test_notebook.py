@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import nbformat
 import pytest
-from nbclient import NotebookClient
 
 from ran_page import ran_blocks
 
@@ -17,6 +15,9 @@ CELLS = [code for language, code, _ in ran_blocks(PAGE.read_text(encoding="utf-8
 @pytest.fixture(scope="module")
 def cells(tmp_path_factory):
     """The cells of the page after a run, each with what it shows, by the line that it ends with."""
+    import nbformat  # what takes long to load waits for the one process that needs it
+    from nbclient import NotebookClient
+
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("MPLBACKEND", raising=False)  # a kernel chooses the one that draws into the notebook
         patch.setenv("IPYTHONDIR", str(tmp_path_factory.mktemp("ipython")))

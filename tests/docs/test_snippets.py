@@ -109,12 +109,11 @@ def test_every_make_target_of_the_readme_exists(target):
 
 @pytest.mark.site
 @pytest.mark.parametrize("path", SCRIPTS, ids=named)
-def test_every_script_runs_in_an_empty_folder(path, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
+def test_every_script_runs_in_an_empty_folder(path, workdir, monkeypatch):
     for asked in re.findall(
         r"literalinclude:: /../examples/(\S+)", path.read_text(encoding="utf-8")
     ):  # "Save this as ..."
-        shutil.copy(ROOT / "examples" / asked, tmp_path)
+        shutil.copy(ROOT / "examples" / asked)
     monkeypatch.setenv("MPLBACKEND", "agg")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")  # of plt.show

@@ -11,10 +11,10 @@ import pytest
 
 import dforce as df
 from dforce.core import log
-from dforce.gui import compute
-from dforce.gui.compute import Job, Latest, in_thread, live_curve
-from dforce.gui.document import Document
-from dforce.gui.session import Session
+from dforce.gui.document import compute
+from dforce.gui.document.compute import Job, Latest, in_thread, live_curve
+from dforce.gui.document.document import Document
+from dforce.gui.document.session import Session
 
 SLOW = {"method": "transient", "settle_tolerance": 1e-12}  # thousands of periods at each distance
 
@@ -97,7 +97,7 @@ def test_a_curve_is_given_up_when_something_newer_waits():
     assert time.monotonic() - begun < 60.0  # against minutes; the time to load the kernel is in it
 
 
-def test_the_time_in_which_code_is_compiled_is_no_time_of_a_curve(monkeypatch):
+def test_the_time_in_which_code_is_compiled_is_no_time_of_a_curve(run_as, monkeypatch):
     """Each of two functions takes longer to compile than a curve may, one of them after the first points."""
     now = [0.0]
     clock = types.SimpleNamespace(monotonic=lambda: now[0])  # a busy machine's would count what others take
@@ -120,7 +120,7 @@ def test_the_time_in_which_code_is_compiled_is_no_time_of_a_curve(monkeypatch):
             return result.assign_attrs(interrupted=1)
         return result
 
-    monkeypatch.setattr(df, "run", compiling)
+    run_as(compiling)
     live = live_curve(df.example("figure-3-air"), lambda: False, heard.append)
     assert (live.gave_up, live.compiled, heard) == (False, True, ["Compiling 0", "Compiling 5"])
 
@@ -143,16 +143,15 @@ def test_the_event_loop_is_free_while_a_thread_computes():
     assert asyncio.run(flow()) > 10
 
 
-def test_runs_wait_for_their_turn_in_order(monkeypatch):
+def test_runs_wait_for_their_turn_in_order(one_worker, run_as):
     """One worker, three runs: they come one after the other, as they were asked for."""
     order = []
-    monkeypatch.setattr(compute, "TURNS", compute.ComputeQueue(1))
 
     def remembering(case, progress):
         order.append(case.title)
         return df.dwell(df.example("figure-3-air"), zc="5 nm")
 
-    monkeypatch.setattr(df, "run", remembering)
+    run_as(remembering)
     jobs = [Job(df.example("figure-3-air").replace("title", name)) for name in "abc"]
 
     async def flow():
@@ -163,10 +162,17 @@ def test_runs_wait_for_their_turn_in_order(monkeypatch):
     assert {job.state for job in jobs} == {"done"}
 
 
-def in_looks(monkeypatch, order):
-    """Let a run be a count of looks at its progress, the number in its title, some 10 ms apart."""
+@pytest.fixture
+def one_worker(monkeypatch):
+    """Let one run compute at a time, in turns of 0.05 s."""
     monkeypatch.setattr(compute, "TURNS", compute.ComputeQueue(1))
     monkeypatch.setattr(compute, "TURN", 0.05)
+
+
+@pytest.fixture
+def order(one_worker, run_as):
+    """Let a run be a count of looks at its progress, the number in its title, some 10 ms apart; give who is done."""
+    done_runs = []
     result = df.dwell(df.example("figure-3-air"), zc="5 nm")
 
     def counting(case, progress):
@@ -177,19 +183,18 @@ def in_looks(monkeypatch, order):
                 time.sleep(0.01)
         except KeyboardInterrupt:
             return result.assign_attrs(interrupted=1)
-        order.append(name)
+        done_runs.append(name)
         return result
 
-    monkeypatch.setattr(df, "run", counting)
+    run_as(counting)
+    return done_runs
 
 
 def job(title):
     return Job(df.example("figure-3-air").replace("title", title))
 
 
-def test_a_long_run_of_one_person_does_not_keep_another_waiting(monkeypatch):
-    order = []
-    in_looks(monkeypatch, order)
+def test_a_long_run_of_one_person_does_not_keep_another_waiting(order):
 
     async def flow():
         long = asyncio.ensure_future(job("long 300").go(lambda: None))
@@ -206,9 +211,7 @@ def test_a_long_run_of_one_person_does_not_keep_another_waiting(monkeypatch):
     assert order == ["short", "long"]
 
 
-def test_the_next_run_of_a_person_goes_behind_those_of_others(monkeypatch, tmp_path):
-    order = []
-    in_looks(monkeypatch, order)
+def test_the_next_run_of_a_person_goes_behind_those_of_others(order, monkeypatch, tmp_path):
     monkeypatch.setattr(compute, "TURN", 60.0)  # nobody has to pass on
 
     async def flow():
@@ -232,9 +235,7 @@ def test_the_next_run_of_a_person_goes_behind_those_of_others(monkeypatch, tmp_p
     assert order == ["first", "other0", "other1", "other2", "second"]
 
 
-def test_the_time_of_others_is_no_part_of_a_runs_own(monkeypatch):
-    order = []
-    in_looks(monkeypatch, order)
+def test_the_time_of_others_is_no_part_of_a_runs_own(order):
     one = job("one 60")
     one.seconds = 2.0  # alone it takes some 0.7 s, with the others' turns four times that
 
@@ -252,7 +253,7 @@ def test_a_run_over_its_time_keeps_what_was_computed():
     assert int((job.result["status"] == df.Status.OK).sum()) > 0
 
 
-def test_what_cannot_be_stopped_counts_as_stopped_within_a_second_and_still_gives_what_it_has(monkeypatch):
+def test_what_cannot_be_stopped_counts_as_stopped_within_a_second_and_still_gives_what_it_has(run_as):
     """As a compilation, which asks nobody while it lasts."""
     over, result = threading.Event(), df.dwell(df.example("figure-3-air"), zc="5 nm")
 
@@ -260,7 +261,7 @@ def test_what_cannot_be_stopped_counts_as_stopped_within_a_second_and_still_give
         over.wait(20.0)
         return result
 
-    monkeypatch.setattr(df, "run", deaf)
+    run_as(deaf)
     job = Job(df.example("figure-3-air"))
 
     async def flow():
@@ -280,11 +281,11 @@ def test_what_cannot_be_stopped_counts_as_stopped_within_a_second_and_still_give
 
 
 @pytest.mark.parametrize("error", [df.ParameterError("a sentence"), RuntimeError("a defect")])
-def test_a_run_that_fails_says_so(monkeypatch, error):
+def test_a_run_that_fails_says_so(run_as, error):
     def failing(case, progress):
         raise error
 
-    monkeypatch.setattr(df, "run", failing)
+    run_as(failing)
     job = Job(df.example("figure-3-air"))
     asyncio.run(job.go(lambda: None))
     assert job.state == "failed"

@@ -8,7 +8,7 @@ import pytest
 from every import every
 
 import dforce as df
-from dforce.gui.document import Document, Slider, path_of
+from dforce.gui.document.document import Document, Slider, path_of
 
 WATER = "figure-3-water"
 AIR = Document.of(df.example("figure-3-air"))

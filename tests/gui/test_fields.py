@@ -10,9 +10,9 @@ from every import every
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.document import Document
-from dforce.gui.fields import check, fields, name_of
-from dforce.gui.values import read, shown, units_of, usual_unit
+from dforce.gui.case.fields import check, fields, name_of
+from dforce.gui.case.values import read, shown, units_of, usual_unit
+from dforce.gui.document.document import Document
 
 MODELS = [
     df.Cantilever, df.Mode, df.Beam, df.Drive, df.Tone, df.Medium, df.Tip, df.Sample, df.Contact, df.SolverSettings,
@@ -118,5 +118,5 @@ def test_a_number_that_cannot_be_kept_stays_a_text_and_is_said(typed, key):
 
 
 def test_names_of_models_are_words():
-    assert name_of(df.forces.KelvinVoigt) == "Kelvin Voigt"
+    assert name_of(df.forces.KelvinVoigt) == "Kelvin–Voigt"
     assert name_of(df.forces.DMT) == "DMT"

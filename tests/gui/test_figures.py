@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.gui.figures import Layer, basins, picture, unit_of
+from dforce.gui.curves.basins_figure import basins
+from dforce.gui.curves.figures import Layer, picture, unit_of
+from dforce.gui.curves.force_figure import force_distance
 from dforce.results.curves import Picture, pictures_of
 
 
@@ -94,7 +96,9 @@ def test_nothing_in_common_is_said_in_a_sentence():
 @pytest.mark.slow
 def test_basins_have_a_color_for_each_state():
     drawn = basins(result("figure-3-basins"))
-    assert [trace["marker"]["color"] for trace in drawn.figure["data"][1:]] == [0, 1]
+    *states, dots = drawn.figure["data"][1:]
+    assert [trace["marker"]["color"] for trace in states] == [0, 1]
+    assert sorted(text.rpartition(", ")[2] for text in dots["text"]) == ["attractive", "repulsive"]  # a dot for each
     assert {name for _, name in drawn.figure["data"][0]["colorscale"]} == {"grid", 0, 1}
 
 
@@ -118,3 +122,14 @@ def test_rounding_is_drawn_as_nothing_beside_a_quantity_of_the_same_unit():
 def test_the_unit_of_a_quantity_that_is_zero_everywhere_is_the_usual_one():
     dataset = result("figure-3-air")
     assert [unit_of(dataset[name])[1] for name in ("contact_time", "max_indentation")] == ["µs", "nm"]
+
+
+def test_the_parts_of_a_force_are_thin_lines_that_add_up_to_it():
+    curve = df.force_curve(df.example("hysteresis"))
+    figure = force_distance(curve, df.force_parts(curve))
+    total, *parts = figure["data"]
+    assert [part["name"] for part in parts] == ["van der Waals", "elastic contact"]
+    assert np.allclose(sum(numbers(part["y"]) for part in parts), numbers(total["y"]), atol=1e-9)
+    assert "van der Waals %{y:.3g} nN" in parts[0]["hovertemplate"]
+    alone = df.force_curve(df.example("figure-4-soft"))  # one interaction has no parts
+    assert len(force_distance(alone, df.force_parts(alone))["data"]) == 1

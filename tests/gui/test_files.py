@@ -19,12 +19,12 @@ import xarray as xr
 from simulated import show, window
 
 import dforce as df
-from dforce.gui import error_messages, files, project, uploads
-from dforce.gui.document import Document
-from dforce.gui.figures import Layer, picture
-from dforce.gui.results import ResultStore
-from dforce.gui.session import Session
-from dforce.gui.view import DrawnResult
+from dforce.gui.curves.figures import Layer, picture
+from dforce.gui.document.document import Document
+from dforce.gui.document.results import ResultStore
+from dforce.gui.document.session import Session
+from dforce.gui.files import file_menu, project, uploads
+from dforce.gui.window.view import DrawnResult
 from dforce.results import hdf5
 from dforce.results.curves import Picture, drawable, pictures_of
 
@@ -38,7 +38,7 @@ def result():
 
 @functools.cache
 def netcdf():
-    return files.written(lambda path: df.write(result(), path), ".nc")
+    return file_menu.written(lambda path: df.write(result(), path), ".nc")
 
 
 def changed(tmp_path, change):
@@ -170,10 +170,7 @@ def full(*_, **__):
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
-def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, monkeypatch):
-    said = []
-    monkeypatch.setattr(error_messages, "say", said.append)
-
+def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, said, monkeypatch):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
             session, before = page.view.session, page.view.document
@@ -191,23 +188,26 @@ def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, monkeypa
     asyncio.run(flow())
 
 
-def unwritable(result, path, **_):
-    """Do as `df.write` on a full disk, for results of the window alone."""
-    if path.parent.name == "store":
-        raise df.ResultError(f"'{path}' could not be written: no space left on device") from OSError(
-            errno.ENOSPC, "No space left"
-        )
-    return write(result, path)
+@pytest.fixture
+def unwritable(monkeypatch):
+    """Give a function after which the disk is full for results of the window."""
+    plain = df.write
+
+    def write(result, path, **_):
+        if path.parent.name == "store":
+            raise df.ResultError(f"'{path}' could not be written: no space left on device") from OSError(
+                errno.ENOSPC, "No space left"
+            )
+        return plain(result, path)
+
+    return functools.partial(monkeypatch.setattr, df, "write", write)
 
 
-write = df.write
-
-
-def test_a_result_that_finds_no_place_is_not_shown_in_place_of_the_case(tmp_path, monkeypatch):
+def test_a_result_that_finds_no_place_is_not_shown_in_place_of_the_case(tmp_path, unwritable):
     async def flow():
         async with window(tmp_path / "store", live=False) as (_, page):
             session, before = page.view.session, page.view.document
-            monkeypatch.setattr(df, "write", unwritable)
+            unwritable()
             with pytest.raises(df.ResultError, match="no space left"):
                 await page.files.open(netcdf())
             assert (session.document, session.results.names(), session.steps) == (before, [], [])
@@ -215,19 +215,17 @@ def test_a_result_that_finds_no_place_is_not_shown_in_place_of_the_case(tmp_path
     asyncio.run(flow())
 
 
-def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_path, monkeypatch):
+def test_the_result_of_a_run_that_finds_no_place_is_shown_and_that_is_said(tmp_path, said, unwritable):
     async def flow():
         async with window(tmp_path / "store", live=False) as (user, page):
             shown = []
             page.view.show_result = shown.append
-            monkeypatch.setattr(df, "write", unwritable)
+            unwritable()
             page.view.edit(Document.of(CASE), anew=True)
             await page.view.run()
             assert shown == [page.view.session.job.result]
             await user.should_see("this result could not be kept: no space left")
             page.view.curve = DrawnResult(page.view.document, shown[0])
-            said = []
-            monkeypatch.setattr(error_messages, "say", said.append)
             await page.plots.kept._keep()
             assert said == ["No space left."]
 
@@ -416,14 +414,14 @@ def test_a_result_that_is_opened_is_kept_and_its_case_shown(tmp_path):
 @pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
 def test_a_figure_of_what_is_drawn_is_saved_in_each_format(ending, start):
     layers = [Layer(result(), "<b>$one", 1), Layer(result(), "two", 2)]
-    assert files.figure_file(layers, Picture("zc", ("phase",)), ending, "85 mm").startswith(start)
+    assert file_menu.figure_file(layers, Picture("zc", ("phase",)), ending, "85 mm").startswith(start)
 
 
 def test_a_figure_that_cannot_be_drawn_says_so_in_a_sentence():
     strange = result().copy()
     strange["phase"].attrs["symbol"] = r"\nosuch{"
     with pytest.raises(df.ResultError, match="cannot be drawn"):
-        files.figure_file([Layer(strange)], Picture("zc", ("phase",)), ".png", "85 mm")
+        file_menu.figure_file([Layer(strange)], Picture("zc", ("phase",)), ".png", "85 mm")
 
 
 @pytest.mark.parametrize(
@@ -436,22 +434,13 @@ def test_a_figure_that_cannot_be_drawn_says_so_in_a_sentence():
     ],
 )
 def test_the_name_of_a_file_holds_letters_and_digits_only(title, name):
-    assert files.stem(title) == name
+    assert file_menu.stem(title) == name
 
 
-def catch(monkeypatch):
-    """Return a list that gets what the browser is sent to save: names and contents."""
-    sent = []
-    monkeypatch.setattr(
-        files.ui.download, "content", lambda content, name, kind="": sent.append((name, content)), raising=False
-    )
-    return sent
-
-
-def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, monkeypatch):
+def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, catch):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
-            saved = catch(monkeypatch)
+            saved = catch()
             page.view.edit(Document.of(CASE), anew=True)
             await page.files.save_script()
             await page.files.save_case()
@@ -463,10 +452,10 @@ def test_the_script_that_is_saved_is_that_of_the_case(tmp_path, monkeypatch):
     asyncio.run(flow())
 
 
-def test_a_table_that_is_saved_holds_the_numbers(tmp_path, monkeypatch):
+def test_a_table_that_is_saved_holds_the_numbers(tmp_path, catch):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
-            saved = catch(monkeypatch)
+            saved = catch()
             show(page, result())
             await page.files.save_result("", ".csv")
             header, *rows = [line for line in saved[0][1].decode().splitlines() if not line.startswith("#")]

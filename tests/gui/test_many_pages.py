@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from served import Server, served
 
-from dforce.gui.server import RECONNECT
+from dforce.gui.window.server import RECONNECT
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from many_users import CASE, person_at

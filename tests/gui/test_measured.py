@@ -15,19 +15,20 @@ import pytest
 from simulated import element, send, show, until, window
 
 import dforce as df
-from dforce.gui import confirming, fitting, measured, overlay, project, uploads
-from dforce.gui.document import Document, MeasuredData
-from dforce.gui.error_messages import as_sentence
-from dforce.gui.figures import Layer, picture
-from dforce.gui.files import figure_file, script_of, stem, written
-from dforce.gui.measured_panel import MeasuredPanel, matched
-from dforce.gui.saving import SaveForm
-from dforce.gui.session import Session
+from dforce.gui.curves.figures import Layer, picture
+from dforce.gui.document.document import Document, MeasuredData
+from dforce.gui.document.session import Session
+from dforce.gui.files import project, uploads
+from dforce.gui.files.file_menu import figure_file, script_of, stem, written
+from dforce.gui.files.saving import SaveForm
+from dforce.gui.measured import confirming, fitting, overlay, reading, table_form, tune
+from dforce.gui.measured.panel import MeasuredPanel, matched
+from dforce.gui.window.error_messages import as_sentence
 from dforce.results import hdf5
 from dforce.results.curves import Picture
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=5")
-SCRIPT = files("dforce.gui") / "measured.js"
+SCRIPT = files("dforce.gui") / "measured" / "at_field.js"
 USUAL = Picture("zc", ("amplitude", "phase"))
 LAG = {"phase_convention": "lag"}
 
@@ -61,42 +62,62 @@ def test_a_text_or_a_file_of_an_instrument_is_a_measured_curve(name, data, kind)
 
 
 def asked(data, settings=None, case=CASE, name="curve.csv", folder=None):
-    with pytest.raises(measured.Question) as question:
-        measured.curve_from(data, name, settings or {}, case, folder)
+    with pytest.raises(reading.Question) as question:
+        reading.curve_from(data, name, settings or {}, case, folder)
     return question.value
 
 
-ASKED = {
-    "sign": ({}, [("phase_convention",)]),
-    "columns": ({"heading": "one,two,three"},
-                [("columns", "height"), ("units", "height"), ("columns", "amplitude"), ("units", "amplitude"),
-                 ("columns", "phase"), ("units", "phase"), ("phase_convention",)]),
-    "unit": ({"heading": "height,amplitude_nm,phase_deg"}, [("units", "height")]),
-    "volts": ({"heading": "height_nm,amplitude_V,phase_deg"}, [("read", "sensitivity")]),
-    "two columns": ({"heading": "height_nm,amplitude_nm,amplitude_nm"}, [("columns", "amplitude"), ("phase_convention",)]),
-}  # fmt: skip
+ASKED = {  # what a file lacks, and the guesses over its columns
+    "sign": ({}, ["height", "amplitude", "phase"], []),
+    "columns": ({"heading": "one,two,three"}, ["height", "", ""], []),
+    "unit": ({"heading": "height,amplitude_nm,phase_deg"}, ["height", "amplitude", "phase"], []),
+    "volts": ({"heading": "height_nm,amplitude_V,phase_deg"}, ["height", "amplitude", "phase"], []),
+    "two columns": ({"heading": "height_nm,amplitude_nm,amplitude_nm"}, ["height", "amplitude", ""], []),
+}
 
 
 @pytest.mark.parametrize("what", ASKED)
-def test_what_a_file_does_not_tell_is_asked(tmp_path, what):
-    how, places = ASKED[what]
-    assert list(asked(csv(**how), folder=tmp_path).asked) == places
+def test_what_a_file_does_not_tell_is_asked_over_its_head(tmp_path, what):
+    how, roles, more = ASKED[what]
+    question = asked(csv(**how), folder=tmp_path)
+    assert [column.quantity for column in question.head.columns] == roles
+    assert list(question.asked) == more
+
+
+def answer(roles=("height", "amplitude", "phase"), **more):
+    """Return what the dialog sends."""
+    usual = {
+        "units": ["nm", "nm", "deg"],
+        "grows": "away",
+        "convention": "lag",
+        "amplitude": "",
+        "sensitivity": "",
+        "more": [],
+    }
+    return {"roles": list(roles), **usual, **more}
 
 
 def test_answers_let_a_file_be_read(tmp_path):
     data = csv(heading="one,two,three")
     question = asked(data, folder=tmp_path)
-    told = {
+    settings = table_form.told(question.head, {}, [], answer())
+    assert settings == LAG | {
         "columns": {"height": "one", "amplitude": "two", "phase": "three"},
-        "units": {"height": "nm", "amplitude": "nm"},
+        "units": {"height": "nm", "amplitude": "nm", "phase": "deg"},
+        "read": {"height_grows": "away"},
     }
-    answers = [{"height": "one", "amplitude": "two", "phase": "three"}.get(place[-1], "lag") if place[0] != "units"
-               else {"phase": "deg"}.get(place[-1], "nm") for place in question.asked]  # fmt: skip
-    settings = measured.with_answers({}, list(question.asked), answers)
-    told["units"]["phase"] = "deg"
-    assert settings == told | LAG
-    curve = measured.curve_from(data, "curve.csv", settings, CASE, tmp_path)
+    curve = reading.curve_from(data, "curve.csv", settings, CASE, tmp_path)
     assert np.allclose(curve["amplitude"], measured_curve.numbers()[1], atol=1e-14)
+
+
+def test_what_a_reader_does_by_itself_is_not_named(tmp_path):
+    question = asked(csv(), folder=tmp_path)
+    assert table_form.told(question.head, {}, [], answer(convention="lead")) == {"phase_convention": "lead"}
+    volts = asked(csv(heading="height_nm,amplitude_V,phase_deg"), folder=tmp_path)
+    more = answer(sensitivity="50 nm/V", amplitude="rms", grows="toward")
+    assert table_form.told(volts.head, {}, [], more) == LAG | {
+        "read": {"sensitivity": "50 nm/V", "amplitude_is": "rms", "height_grows": "toward"}
+    }
 
 
 def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path):
@@ -105,14 +126,15 @@ def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path)
     question = asked(near, LAG, folder=tmp_path)
     assert {place[:2] for place in question.asked} == {
         ("calibrate", "free_amplitude"), ("calibrate", "free_phase"), ("calibrate", "errors")}  # fmt: skip
-    settings = measured.with_answers(LAG, list(question.asked), ["20 nm", "90 deg", "30 pm", "0.2 deg"])
-    assert measured.curve_from(near, "c.csv", settings, CASE, tmp_path).sizes["point"] == 61
+    told = ["20 nm", "90 deg", "30 pm", "0.2 deg"]
+    settings = table_form.told(question.head, LAG, list(question.asked), answer(more=told))
+    assert reading.curve_from(near, "c.csv", settings, CASE, tmp_path).sizes["point"] == 61
 
 
 def test_what_is_no_curve_is_refused_by_its_name(tmp_path):
     with pytest.raises(df.ResultError, match=r"^notes\.csv contains no table") as refused:
-        measured.curve_from(b"a,b\nhello,there\n", "notes.csv", {}, CASE, tmp_path)
-    assert not isinstance(refused.value, measured.Question)
+        reading.curve_from(b"a,b\nhello,there\n", "notes.csv", {}, CASE, tmp_path)
+    assert not isinstance(refused.value, reading.Question)
     assert not list(tmp_path.glob("upload-*"))
 
 
@@ -247,10 +269,11 @@ def test_what_is_not_clear_is_asked_in_the_window_and_then_read(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             await page.files.open(csv(), "curve.csv")
-            form = element(user, SaveForm)
+            form = element(user, table_form.TableForm)
             assert "sign of the phases" in form.props["why"] and "phase_convention" not in form.props["why"]
+            assert [column["role"] for column in form.props["columns"]] == ["height", "amplitude", "phase"]
             assert page.view.document.measured is None
-            send(form, "save", ["lead"])
+            send(form, "read", answer(convention="lead"))
             await until(lambda: page.view.document.measured is not None)
             assert page.view.document.measured.settings == {"phase_convention": "lead"}
 
@@ -263,21 +286,25 @@ def test_an_answer_that_does_not_do_is_asked_for_again_with_what_is_wrong(tmp_pa
 
     def form_of(user):
         with user.client:
-            return [one for one in user.client.elements.values() if isinstance(one, SaveForm)][-1]
+            return [one for one in user.client.elements.values() if isinstance(one, table_form.TableForm)][-1]
+
+    roles = ["height", "amplitude", "phase", "curve"]
+
+    def told(curve):
+        return answer(roles, units=["nm", "nm", "deg", ""], more=[curve] if curve else [])
 
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             await page.files.open("\n".join([*lines, ""]).encode(), "map.csv")
             for wrong, sentence in (("9", "has no curve 9; it contains 2"), ("first", "is not a whole number")):
                 before = form_of(user)
-                assert before.props["fields"][0]["label"] == "Which curve, 1 to 2"
-                send(before, "save", [wrong])
+                assert before.props["more"][0]["label"] == "Which curve, 1 to 2"
+                send(before, "read", told(wrong))
                 await until(lambda before=before: form_of(user) is not before)
                 again = form_of(user).props
-                assert sentence in again["why"] and again["fields"][0]["value"] == wrong
-            send(form_of(user), "save", ["2"])
-            await until(lambda: form_of(user).props["fields"][0]["label"] == "Phases in the file")
-            send(form_of(user), "save", ["lag"])
+                assert sentence in again["why"] and again["more"][0]["value"] == wrong
+                assert again["convention"] == "lag"
+            send(form_of(user), "read", told("2"))
             await until(lambda: page.view.document.measured is not None)
             assert page.view.document.measured.settings == {"phase_convention": "lag", "read": {"curve": 2}}
 
@@ -377,6 +404,123 @@ def test_a_fit_stays_shut_until_lever_and_tip_are_confirmed(tmp_path):
     asyncio.run(flow())
 
 
+def test_a_lever_is_chosen_from_the_library_or_typed(tmp_path):
+    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+
+    async def flow():
+        async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
+            panel = element(user, MeasuredPanel)
+            await dropped(page, data, "stiff.csv")
+            send(panel, "confirm")
+            send(panel, "library", "PPP-NCHR")
+            page.plots.measured.show()
+            assert panel.props["lever"] == "" and "Quality factor is missing" in panel.props["missing"]
+            send(panel, "lever", {"name": "Q", "text": "400"})
+            page.plots.measured.show()
+            assert panel.props["lever"] == "f0 = 330 kHz, k = 42 N/m, Q = 400, R = 7 nm" and not panel.props["missing"]
+            assert panel.props["unconfirmed"]  # another lever than the one that was confirmed
+            send(panel, "lever", {"name": "k", "text": "37 N/m"})
+            send(panel, "lever", {"name": "R", "text": "9 nm"})
+            page.plots.measured.show()
+            assert "k = 37 N/m" in panel.props["lever"] and "R = 9 nm" in panel.props["lever"]
+            assert [one["name"] for one in panel.props["typed"]] == ["f0", "k", "Q", "R"]
+
+    asyncio.run(flow())
+
+
+def test_what_a_range_cannot_tell_stands_at_its_row_before_the_fit(tmp_path):
+    data = (files("dforce.library") / "measured" / "air.csv").read_bytes()
+    session = Session({}, tmp_path)
+    free = [fitted_curves.E, fitted_curves.H]
+    document = Document.of(fitted_curves.case_of("air")).put(("fit",), {"free": free, "search": False})
+    session.document = document.put(("experiment",), {"kind": "approach", "zc": ["12 nm", "2 nm"]})
+
+    async def flow():
+        async with window(tmp_path, session, live=False) as (user, page):
+            panel = element(user, MeasuredPanel)
+            await dropped(page, data, "air.csv")
+            page.plots.measured.show()
+            await until(lambda: page.plots.measured.foreseen.sentences, 120.0)
+            page.plots.measured.show()
+            notes = {row["name"]: row["note"] for row in panel.props["rows"]}
+            assert "does not depend on it" in notes[fitted_curves.E] and "youngs_modulus" not in notes[fitted_curves.E]
+            assert notes[fitted_curves.H] == ""
+            # what is fitted no longer is not spoken of
+            send(panel, "free", {"name": fitted_curves.E, "free": False})
+            page.plots.measured.show()
+            assert {row["name"]: row["note"] for row in panel.props["rows"]}[fitted_curves.E] == ""
+
+    asyncio.run(flow())
+
+
+def test_safe_settings_are_found_for_the_sample_of_a_fit(tmp_path):
+    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+    best = fitted_curves.case_of("air").to_toml(complete=True)
+
+    async def flow():
+        async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
+            session, panel = page.view.session, element(user, MeasuredPanel)
+            await dropped(page, data, "stiff.csv")
+            session.measured.fit = fitted_curves.result().assign_attrs(case=best)
+            send(panel, "safe", "1 furlong")
+            await until(lambda: page.plots.measured.safe is not None and not page.plots.measured.safe.busy)
+            page.plots.measured.show()
+            assert "limit" in panel.props["unsafe"].lower() and panel.props["findings"] == []
+            send(panel, "safe", "0.2 nN")
+            await until(lambda: page.plots.measured.safe.result is not None, 120.0)
+            page.plots.measured.show()
+            told = df.safe_settings(df.Case.from_toml(best), "0.2 nN", page.view.document.set_point)
+            assert panel.props["findings"] == told.attrs["findings"] and not panel.props["unsafe"]
+
+    asyncio.run(flow())
+
+
+@pytest.mark.slow
+def test_the_force_behind_a_curve_is_reconstructed_with_its_gaps(tmp_path):
+    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+
+    async def flow():
+        async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
+            session, panel = page.view.session, element(user, MeasuredPanel)
+            await dropped(page, data, "stiff.csv")
+            force = page.plots.reconstruction
+            force.open()
+            send(force.element, "start")  # shut until lever and tip are confirmed
+            await asyncio.sleep(0.1)
+            assert force.job is None and force.element.props["unconfirmed"]
+            send(panel, "confirm")
+            send(force.element, "start")
+            await until(lambda: force.job is not None and force.job.result is not None, 120.0)
+            force.show()
+            told, shown = df.reconstruct(force.beside().moved(), page.view.document.case()), force.element.props
+            gaps = [as_sentence(line) for line in str(told.attrs["notes"]).splitlines()]
+            assert shown["gaps"] == gaps and "force unknown" in gaps[0]
+            assert shown["holds_for"] == "for k = 2.7 N/m, Q = 180" and not shown["stale"]
+            send(force.element, "keep")
+            await until(lambda: len(session.document.results) == 1)
+            page.plots.measured._change(shift=0.4e-9)
+            force.show()
+            assert force.element.props["stale"]
+
+    asyncio.run(flow())
+
+
+def test_the_script_of_the_window_fits_where_there_is_a_fit(workdir, monkeypatch):
+    (workdir / "curve.csv").write_bytes(csv())
+    drawn, fitted = [], []
+    monkeypatch.setattr(df.plot, "save", lambda axes, path, *how: drawn.append(path))
+    monkeypatch.setattr(
+        df, "fit", lambda case, data: fitted.append((case.fit.free, data.attrs)) or fitted_curves.result()
+    )
+    free = Document.of(CASE).put(("fit", "free"), [fitted_curves.H])
+    for fit, pictures in (("", 2), ("2", 3)):
+        drawn.clear()
+        document = dataclasses.replace(free, measured=MeasuredData("1", "curve.csv", LAG, 1.5e-9, 2.0, fit=fit))
+        exec(script_of(document), {})
+        assert len(drawn) == pictures and len(fitted) == pictures - 2
+    assert fitted[0][0] == (fitted_curves.H,) and "free_amplitude" in fitted[0][1]
+
+
 def test_a_parameter_left_at_its_default_can_be_fitted():
     document = Document.of(
         df.example("figure-3-air").replace(forces=[df.forces.DMT(hamaker=2e-20), df.forces.KelvinVoigt()])
@@ -394,14 +538,44 @@ THERMAL = "frequency (Hz),PSD (m^2/Hz){}\n" + "".join(f"{6e4 + n},1e-24{{}}\n" f
 @pytest.mark.parametrize("more", [("", ""), (",fit (m^2/Hz)", ",2e-24"), (",fit (m^2/Hz),residual", ",2e-24,0.5")])
 def test_a_thermal_spectrum_is_not_asked_for_heights_that_it_does_not_have(tmp_path, more):
     data = THERMAL.format(more[0], *[more[1]] * 50).encode()
-    with pytest.raises(df.ResultError, match="is a spectrum of thermal motion, not a curve against height"):
-        measured.curve_from(data, "thermal.csv", LAG, CASE, tmp_path)
+    with pytest.raises(reading.SpectrumFound):
+        reading.curve_from(data, "thermal.csv", LAG, CASE, tmp_path)
+
+
+def test_a_thermal_spectrum_that_is_dropped_becomes_the_lever(tmp_path):
+    data = (files("dforce.library") / "measured" / "thermal.csv").read_bytes()
+    told = df.thermal_tune(str(files("dforce.library") / "measured" / "thermal.csv"))
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            await page.files.open(data, "thermal.csv")
+            form = element(user, SaveForm)
+            assert "f0 = " in form.props["why"] and "±" in form.props["why"]
+            send(form, "save", ["25 degC", "static"])
+            await until(lambda: "given" in (page.view.document.value(("fit",)) or {}))
+            case = page.view.document.case()
+            for name, (value, error) in told.as_table().items():  # typed with two digits of the error
+                assert getattr(case.cantilever, name) == pytest.approx(value, abs=0.05 * error)
+            assert case.fit.given["cantilever.k"] == pytest.approx([told.k, told.k_error])
+
+    asyncio.run(flow())
+
+
+def test_a_spectrum_in_volts_asks_for_its_sensitivity(tmp_path):
+    frequency, density = measured_curve.spectrum()
+    rows = "".join(f"{f:.3f},{1e14 * s:.6e}\n" for f, s in zip(frequency, density, strict=True))
+    data = f"frequency (Hz),PSD (V^2/Hz)\n{rows}".encode()
+    with pytest.raises(df.ParameterError) as refused:
+        tune.tune_from(data, "volts.csv", {}, tmp_path)
+    assert "sensitivity" in tune.questions(str(refused.value), {})
+    found = tune.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
+    assert found.k == pytest.approx(measured_curve.K, rel=0.1)
 
 
 def test_a_file_with_too_few_columns_is_not_asked_for_the_missing_ones(tmp_path):
     data = b"time (s),volts (V)\n" + b"".join(b"%d,%d\n" % (n, n * n % 7) for n in range(30))
     with pytest.raises(df.ResultError, match="has 2 columns of numbers; a curve has height, amplitude and phase"):
-        measured.curve_from(data, "notes.csv", LAG, CASE, tmp_path)
+        reading.curve_from(data, "notes.csv", LAG, CASE, tmp_path)
 
 
 def test_a_confirmed_lever_is_kept_with_the_document():
@@ -523,9 +697,6 @@ def test_a_refusal_of_a_fit_stands_at_the_parameter_that_it_is_about(tmp_path):
     asyncio.run(flow())
 
 
-@pytest.mark.xfail(
-    strict=True, raises=AssertionError, reason="a refusal advises to give priors, and the window has no field for them"
-)
 def test_advice_on_a_fit_names_only_what_the_window_has_a_field_for(tmp_path):
     data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
 
@@ -606,7 +777,7 @@ def grouped(folder, change=lambda file: None):
 
 
 def test_a_curve_in_a_group_of_an_hdf5_file_is_read(tmp_path):
-    curve = measured.curve_from(grouped(tmp_path), "curve.h5", LAG, CASE, tmp_path / "there")
+    curve = reading.curve_from(grouped(tmp_path), "curve.h5", LAG, CASE, tmp_path / "there")
     assert np.allclose(curve["amplitude"], measured_curve.numbers()[1])
 
 
@@ -614,18 +785,18 @@ def test_a_measured_file_that_points_to_another_file_is_not_read(tmp_path):
     link = h5py.ExternalLink("/etc/passwd", "/x")
     data = grouped(tmp_path, lambda file: file["curve"].__setitem__("more", link))
     with pytest.raises(df.ResultError, match="points to other"):
-        measured.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there")
+        reading.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there")
 
 
 def test_a_place_in_the_same_file_is_read_once(tmp_path):
     data = grouped(tmp_path, lambda file: file.__setitem__("again", h5py.SoftLink("/curve")))
-    assert measured.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there").sizes["point"] == 120
+    assert reading.curve_from(data, "curve.h5", LAG, CASE, tmp_path / "there").sizes["point"] == 120
 
 
 def test_a_file_that_is_too_large_for_a_curve_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(measured, "MOST_BYTES", 100)
+    monkeypatch.setattr(reading, "MOST_BYTES", 100)
     with pytest.raises(df.ResultError, match="too many for a curve"):
-        measured.curve_from(csv(), "curve.csv", LAG, CASE, tmp_path)
+        reading.curve_from(csv(), "curve.csv", LAG, CASE, tmp_path)
 
 
 def test_the_name_of_a_file_or_a_key_begins_a_sentence_as_it_is_written():

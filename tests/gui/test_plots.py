@@ -9,11 +9,11 @@ import pytest
 from simulated import click, element, send, show, until, window
 
 import dforce as df
-from dforce.gui.kept import DifferencesTable, Strip
-from dforce.gui.motion import Drawing
-from dforce.gui.numbers import NumbersTable
-from dforce.gui.plots import Picker
-from dforce.gui.session import Session
+from dforce.gui.curves.differences import DifferencesTable
+from dforce.gui.curves.kept import Strip
+from dforce.gui.curves.motion import Drawing
+from dforce.gui.curves.plots import Picker
+from dforce.gui.document.session import Session
 from dforce.results.curves import Picture
 
 CASE = df.example("figure-3-air-jump").set("experiment.zc.points=23")
@@ -67,7 +67,7 @@ def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
             assert shown["z<sub>c</sub>"] == f"{1e9 * float(point['zc']):.4g} nm"
             deflection = next(trace for trace in drawing.props["motion"]["traces"] if trace["name"] == "deflection")
             assert deflection["high"] == pytest.approx(1e9 * float(point["max_deflection"]), rel=1e-3)
-            send(drawing, "close")
+            page.plots.set_point.open()
             assert drawing.props["motion"] is None  # what is not seen does not move
 
     asyncio.run(flow())
@@ -119,7 +119,7 @@ def test_results_are_kept_renamed_hidden_and_removed(tmp_path):
             show(page, df.run(CASE.replace("drive.A0", "5 nm")))
             assert [layer.name for layer in page.plots.kept.layers(page.view.result)] == [kept.name, "now"]
             send(strip, "rename", {"id": kept.id, "name": "<b>first</b>"})
-            send(strip, "compare")
+            page.plots.differences.open()
             show(page, page.view.result)
             table = element(user, DifferencesTable)
             assert table.props["names"] == ["<b>first</b>", "now"]
@@ -157,14 +157,12 @@ def test_results_and_pictures_survive_a_restart_an_undo_and_another_example(tmp_
 
 def test_the_numbers_behind_the_curves_stand_in_a_table_when_asked_for(tmp_path):
     async def flow():
-        async with window(tmp_path, live=False) as (user, page):
+        async with window(tmp_path, live=False) as (_, page):
             result = df.run(CASE)
             show(page, result)
-            sheet = element(user, NumbersTable)
-            assert not sheet.visible
-            page.plots.numbers._toggle()
-            show(page, result)
-            assert sheet.visible
+            sheet = page.plots.numbers.sheet
+            assert "rows" not in sheet.props
+            page.plots.numbers.open()
             heads = ["curve", "average tip–surface distance (nm)", "amplitude (nm)", "phase lag (°)"]
             assert sheet.props["heads"] == heads
             assert len(sheet.props["rows"]) == 2 * 23
@@ -180,11 +178,11 @@ def test_the_numbers_behind_the_curves_stand_in_a_table_when_asked_for(tmp_path)
 
 def test_the_table_of_states_has_the_stable_and_the_unstable_apart(tmp_path):
     async def flow():
-        async with window(tmp_path, live=False) as (user, page):
-            page.plots.numbers._toggle()
+        async with window(tmp_path, live=False) as (_, page):
             result = df.run(df.example("figure-3-branches"))
             show(page, result)
-            words = [row[0] for row in element(user, NumbersTable).props["rows"]]
+            page.plots.numbers.open()
+            words = [row[0] for row in page.plots.numbers.sheet.props["rows"]]
             assert list(dict.fromkeys(words)) == ["stable", "unstable"]
             # each piece reaches the next point of the curve
             assert result.sizes["point"] <= len(words) <= result.sizes["point"] + 6

@@ -10,9 +10,9 @@ import pytest
 from simulated import until, window
 
 import dforce as df
-from dforce.gui import files
-from dforce.gui.figures import Layer
-from dforce.gui.reconstructed import figure_of
+from dforce.gui.curves.figures import Layer
+from dforce.gui.files import file_menu
+from dforce.gui.measured.reconstructed import figure_of
 from dforce.results.dataset import reader_unit
 
 
@@ -48,7 +48,7 @@ def test_a_reconstructed_force_is_drawn_with_its_errors_and_its_gaps(force):
 
 
 def test_a_file_of_a_reconstructed_force_is_opened_and_its_figure_saved(tmp_path, force):
-    data = files.written(lambda path: df.write(force, path), ".nc")
+    data = file_menu.written(lambda path: df.write(force, path), ".nc")
 
     async def flow():
         async with window(tmp_path) as (_, page):
@@ -61,4 +61,4 @@ def test_a_file_of_a_reconstructed_force_is_opened_and_its_figure_saved(tmp_path
             assert page.view.document.case().forces == df.Case.from_toml(force.attrs["case"]).forces
 
     asyncio.run(flow())
-    assert files.figure_file([Layer(force)], None, ".png", "85 mm").startswith(b"\x89PNG")
+    assert file_menu.figure_file([Layer(force)], None, ".png", "85 mm").startswith(b"\x89PNG")

@@ -11,7 +11,7 @@ import pytest
 from every import every
 from starlette.requests import Request
 
-from dforce.gui.security import MOST_BYTES, Guard, kept_secret
+from dforce.gui.window.security import MOST_BYTES, Guard, kept_secret
 
 SECRET = "s" * 43
 HOST = "127.0.0.1:8571"

@@ -10,7 +10,7 @@ import socket
 import pytest
 
 import dforce as df
-from dforce.gui import server
+from dforce.gui.window import server
 
 
 def test_a_port_that_is_taken_is_said():

@@ -12,10 +12,10 @@ from simulated import element, send, show, window
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.document import Document
-from dforce.gui.figures import Layer
-from dforce.gui.session import Session
-from dforce.gui.setpoint import SetPointTable, states_of, table_of, three_digits
+from dforce.gui.curves.figures import Layer
+from dforce.gui.curves.setpoint import SetPointTable, states_of, table_of, three_digits
+from dforce.gui.document.document import Document
+from dforce.gui.document.session import Session
 from dforce.results.curves import Picture
 
 
@@ -124,9 +124,9 @@ def test_where_the_curve_begins_too_near_the_surface_it_says_so(tmp_path):
 @pytest.mark.slow
 def test_what_is_no_curve_has_no_set_point(tmp_path, name):
     async def flow():
-        async with window(tmp_path, live=False) as (user, page):
+        async with window(tmp_path, live=False) as (_user, page):
             show(page, df.run(df.example(name)))
-            assert not element(user, SetPointTable).visible
+            assert not page.plots.set_point.in_sight
 
     asyncio.run(flow())
 

@@ -11,12 +11,12 @@ import pytest
 from simulated import click, element, show, until, window
 
 import dforce as df
-from dforce.gui import view as views
-from dforce.gui.compute import Live
-from dforce.gui.document import Document
-from dforce.gui.motion import Drawing
-from dforce.gui.session import Session
-from dforce.gui.shown import PagePart, ShownParts
+from dforce.gui.curves.motion import Drawing
+from dforce.gui.document.compute import Live
+from dforce.gui.document.document import Document
+from dforce.gui.document.session import Session
+from dforce.gui.window import view as views
+from dforce.gui.window.shown import PagePart, ShownParts
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=23")
 DOCUMENT = Document.of(CASE)
@@ -53,11 +53,11 @@ class Runs:
 
 
 @pytest.mark.slow
-def test_a_result_never_stands_under_the_title_of_a_case_that_was_opened_meanwhile(tmp_path, monkeypatch):
+def test_a_result_never_stands_under_the_title_of_a_case_that_was_opened_meanwhile(tmp_path, run_as, live_as):
     runs = Runs()
     result()
-    monkeypatch.setattr(views, "live_curve", too_long)
-    monkeypatch.setattr(df, "run", runs.run)
+    live_as(too_long)
+    run_as(runs.run)
     first, second = (df.example(name).title for name in (FIRST, SECOND))
 
     async def flow():
@@ -89,7 +89,7 @@ def test_a_result_never_stands_under_the_title_of_a_case_that_was_opened_meanwhi
     asyncio.run(flow())
 
 
-def test_a_curve_that_comes_after_another_case_was_opened_is_not_drawn(tmp_path, monkeypatch):
+def test_a_curve_that_comes_after_another_case_was_opened_is_not_drawn(tmp_path, live_as):
     """As after a long compilation, which nothing stops."""
     going, given = threading.Event(), [result(), result("5 nm")]
 
@@ -97,7 +97,7 @@ def test_a_curve_that_comes_after_another_case_was_opened_is_not_drawn(tmp_path,
         going.wait(20.0)
         return Live(given.pop(0))
 
-    monkeypatch.setattr(views, "live_curve", live)
+    live_as(live)
 
     async def flow():
         async with window(tmp_path) as (_, page):
@@ -134,7 +134,7 @@ def test_the_motion_of_one_case_does_not_run_on_beside_another(tmp_path):
     asyncio.run(flow())
 
 
-def test_what_is_of_another_case_is_seen_to_be_until_it_follows(tmp_path, monkeypatch):
+def test_what_is_of_another_case_is_seen_to_be_until_it_follows(tmp_path, live_as):
     """Curves, table, force and advice, while the next curve is compiled; no longer, once all are there."""
     going = threading.Event()
     going.set()
@@ -143,7 +143,7 @@ def test_what_is_of_another_case_is_seen_to_be_until_it_follows(tmp_path, monkey
         going.wait(20.0)
         return Live(result(f"{1e9 * case.drive.A0:.0f} nm"))
 
-    monkeypatch.setattr(views, "live_curve", live)
+    live_as(live)
     result("10 nm"), result("9 nm")
 
     async def flow():
@@ -171,14 +171,14 @@ def test_what_is_of_another_case_is_seen_to_be_until_it_follows(tmp_path, monkey
     asyncio.run(flow())
 
 
-def test_a_step_back_to_the_case_shown_computes_nothing(tmp_path, monkeypatch):
+def test_a_step_back_to_the_case_shown_computes_nothing(tmp_path, live_as):
     asked = []
 
     def live(case, *_):
         asked.append(case.drive.A0)
         return Live(result()) if case.drive.A0 == 10e-9 else Live(None, gave_up=True)
 
-    monkeypatch.setattr(views, "live_curve", live)
+    live_as(live)
 
     async def flow():
         async with window(tmp_path) as (_, page):
@@ -193,8 +193,8 @@ def test_a_step_back_to_the_case_shown_computes_nothing(tmp_path, monkeypatch):
     asyncio.run(flow())
 
 
-def test_a_page_that_is_opened_again_shows_the_result_of_the_run(tmp_path, monkeypatch):
-    monkeypatch.setattr(views, "live_curve", too_long)
+def test_a_page_that_is_opened_again_shows_the_result_of_the_run(tmp_path, live_as):
+    live_as(too_long)
 
     async def flow():
         session = Session({}, tmp_path)
@@ -207,9 +207,9 @@ def test_a_page_that_is_opened_again_shows_the_result_of_the_run(tmp_path, monke
     asyncio.run(flow())
 
 
-def test_a_curve_is_asked_for_again_at_once_after_something_was_compiled(tmp_path, monkeypatch):
+def test_a_curve_is_asked_for_again_at_once_after_something_was_compiled(tmp_path, live_as):
     given = [Live(None, gave_up=True, compiled=True)] * 2 + [Live(result())]
-    monkeypatch.setattr(views, "live_curve", lambda *_: given.pop(0))
+    live_as(lambda *_: given.pop(0))
 
     async def flow():
         async with window(tmp_path) as (_, page):
@@ -219,9 +219,9 @@ def test_a_curve_is_asked_for_again_at_once_after_something_was_compiled(tmp_pat
     asyncio.run(flow())
 
 
-def test_a_curve_that_took_too_long_is_tried_once_more_by_itself(tmp_path, monkeypatch):
+def test_a_curve_that_took_too_long_is_tried_once_more_by_itself(tmp_path, live_as, monkeypatch):
     given = [Live(None, gave_up=True), Live(result()), Live(None, gave_up=True), Live(None, gave_up=True)]
-    monkeypatch.setattr(views, "live_curve", lambda *_: given.pop(0))
+    live_as(lambda *_: given.pop(0))
     monkeypatch.setattr(views, "TRIED_AGAIN", 0.2)
 
     async def flow():

@@ -11,10 +11,10 @@ import pytest
 from simulated import until, window
 
 import dforce as df
-from dforce.gui import session as sessions
-from dforce.gui.document import Document
-from dforce.gui.session import KEY, UNREAD, Session
-from dforce.gui.store import ASIDE, Store
+from dforce.gui.document import session as sessions
+from dforce.gui.document.document import Document
+from dforce.gui.document.session import KEY, UNREAD, Session
+from dforce.gui.document.store import ASIDE, Store
 
 FIRST = Document.first()
 

@@ -15,11 +15,11 @@ from nicegui.testing.user_simulation import user_simulation
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui import view as views
-from dforce.gui.compute import Job, Live
-from dforce.gui.entry import Entry, SliderElement
-from dforce.gui.pages import Page
-from dforce.gui.session import Session
+from dforce.gui.case.entry import Entry, SliderElement
+from dforce.gui.case.force_menu import ForceList
+from dforce.gui.document.compute import Job, Live
+from dforce.gui.document.session import Session
+from dforce.gui.window.pages import Page
 from dforce.results.status import repeats
 
 
@@ -85,7 +85,10 @@ def test_a_new_force_model_appears_by_itself(tmp_path):
 
     async def flow():
         async with window(tmp_path) as (user, page):
-            await user.should_see("A spring that pulls back at any distance.")
+            user.find("Add a force").click()
+            await until(
+                lambda: "A spring that pulls back at any distance." in str(element(user, ForceList).props["groups"])
+            )
             page.forms._add_force("window_test_spring")
             field = entry(user, "forces.2.stiffness")
             assert (field.props["label"], field.props["text"]) == ("Stiffness of the test spring", "1")
@@ -98,7 +101,7 @@ def test_a_new_force_model_appears_by_itself(tmp_path):
 
 
 @pytest.mark.slow
-def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_and_then(tmp_path, monkeypatch):
+def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_and_then(tmp_path, live_as):
     drawn, beside = [], []
     result = df.run(df.example("figure-3-air"))
 
@@ -106,7 +109,7 @@ def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_a
         time.sleep(0.1)
         return Live(result.assign_attrs(asked=case.drive.A0))
 
-    monkeypatch.setattr("dforce.gui.view.live_curve", live)
+    live_as(live)
 
     async def flow():
         async with window(tmp_path) as (_, page):
@@ -126,7 +129,7 @@ def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_a
     assert 1 < len(beside) <= 1 + len(drawn) / 2
 
 
-def test_a_mistake_that_is_typed_while_a_case_compiles_ends_the_word_that_it_computes(tmp_path, monkeypatch):
+def test_a_mistake_that_is_typed_while_a_case_compiles_ends_the_word_that_it_computes(tmp_path, live_as):
     compiled = threading.Event()
 
     def compiles(case, overtaken, say):
@@ -137,7 +140,7 @@ def test_a_mistake_that_is_typed_while_a_case_compiles_ends_the_word_that_it_com
     async def flow():
         async with window(tmp_path) as (user, page):
             await until(lambda: not page.view._latest.busy)
-            monkeypatch.setattr(views, "live_curve", compiles)
+            live_as(compiles)
             type_into(user, "drive.A0", "7", "nm")
             await until(lambda: page.view.status)
             type_into(user, "cantilever.f0", "1e400", "Hz")
@@ -159,7 +162,7 @@ def test_a_page_that_has_gone_leaves_nothing_in_the_server(tmp_path):
 
     async def flow():
         async with user_simulation(root=root) as user:
-            user.javascript_rules[re.compile("return dforceUnsent")] = lambda match: ()
+            user.javascript_rules[re.compile("return dforce(Unsent|Address)")] = lambda match: ()
             await user.open("/")
             user.client.delete()
             await user.open("/")  # the simulated browser forgets the first page
@@ -176,7 +179,6 @@ def test_a_page_that_has_gone_leaves_nothing_in_the_server(tmp_path):
 def test_a_slider_hears_what_is_typed_and_not_of_what_it_said_itself(tmp_path):
     async def flow():
         async with window(tmp_path) as (user, page):
-            send(entry(user, "drive.A0"), "slider")
             slider, told = element(user, SliderElement), []
             slider.run_method = lambda name, value: told.append(value)
             send(slider, "slide", 7.0)
@@ -223,8 +225,8 @@ def test_a_run_stops_within_a_second_and_keeps_what_was_computed(tmp_path):
     asyncio.run(flow())
 
 
-def test_an_example_that_takes_long_is_run_when_it_is_opened(tmp_path, monkeypatch):
-    monkeypatch.setattr("dforce.gui.view.live_curve", lambda *_: Live(None, gave_up=True))
+def test_an_example_that_takes_long_is_run_when_it_is_opened(tmp_path, live_as):
+    live_as(lambda *_: Live(None, gave_up=True))
 
     async def flow():
         async with window(tmp_path) as (user, page):
@@ -304,7 +306,7 @@ def test_what_was_typed_is_there_after_a_restart(tmp_path):
 
 def test_what_a_page_could_not_send_is_taken_by_the_next(tmp_path):
     async def flow():
-        unsent = [["drive.A0", "7,5", "nm"], ["gone.with.the.form", "1", ""]]
+        unsent = [["drive.A0", "7,5", "nm", 1], ["gone.with.the.form", "1", "", 2]]
         async with window(tmp_path, unsent=unsent) as (_, page):
             await until(lambda: page.view.document.value(("drive", "A0")) == "7.5 nm")
 

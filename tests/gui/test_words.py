@@ -12,10 +12,10 @@ from simulated import window
 
 import dforce as df
 from dforce.core.parameters import Parameters
-from dforce.gui import pages
-from dforce.gui.document import Document
-from dforce.gui.fields import fields
-from dforce.gui.words import in_words, with_labels
+from dforce.gui.case.fields import fields
+from dforce.gui.case.words import in_words, with_labels
+from dforce.gui.document.document import Document
+from dforce.gui.window import pages
 
 AIR = Document.of(df.example("figure-3-air"))
 
@@ -23,7 +23,7 @@ AIR = Document.of(df.example("figure-3-air"))
 @pytest.mark.parametrize(
     ("path", "value", "sentence"),
     [
-        (("tip", "radius"), None, "the force DMT needs a value for: Radius of the tip's apex"),
+        (("tip", "radius"), None, "The force DMT needs a value for: Radius of the tip's apex"),
         (("drive", "A0"), None, "Free amplitude: a value is missing"),
         (("drive", "A0"), "3300 ft", "Free amplitude: 1005.84 m is above 1 mm"),
         (("drive", "A0"), "-1 nm", "Free amplitude: -1 nm is not above 0 nm"),
@@ -39,25 +39,33 @@ def test_a_mistake_is_said_in_the_words_of_the_form(path, value, sentence):
 
 
 def values_of(table, path=()):
-    for key, value in table.items():
-        if isinstance(value, dict):
+    for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+        if isinstance(value, dict | list):
             yield from values_of(value, (*path, key))
-        elif path and path[0] != "about":
+        elif path and path[0] not in ("about", "data", "fit") and key not in ("kind", "model", "of"):
             yield (*path, key)
 
 
-PATHS = [*values_of(AIR.table), ("forces", 0, "hamaker"), ("tip", "youngs_modulus")]
+def with_force(model):
+    return AIR.put(("forces",), [{"model": model.name, **model.example}])
 
 
-@every(itertools.product(PATHS, (None, "-1 J", "", "nonsense", "1e300", -1.0, True)))
-def test_no_mistake_in_a_field_is_said_in_words_of_the_file(path, value):
-    document = AIR.put(path, value)
+DOCUMENTS = [*(Document.of(df.example(name)) for name in df.examples()), *map(with_force, df.forces.REGISTRY.values())]
+PLACES = [(document, path) for document in DOCUMENTS for path in values_of(document.table)] + [
+    (AIR, ("tip", "youngs_modulus"))
+]
+
+
+@every(itertools.product(PLACES, (None, "-1 J", "", "nonsense", "1e300", -1.0, True)))
+def test_no_mistake_in_a_field_is_said_in_words_of_the_file(place, value):
+    document, path = place
+    wrong = document.put(path, value)
     try:
-        document.case()
+        wrong.case()
     except (df.DForceError, TypeError) as mistake:
-        if path[-1] not in ("kind", "model"):
-            said = in_words(document, str(mistake))
-            assert not re.search(r"\b[a-z]+\.[a-zA-Z_]+|under \[|[a-z]_[a-z]", said), said
+        said = in_words(wrong, str(mistake))
+        assert not re.search(r"\b[a-z]+\.[a-zA-Z_]+|\[[a-z]+\]|[a-z]_[a-z]", said), said
+        assert not said[0].islower(), said
 
 
 def classes(models):

@@ -1,5 +1,6 @@
 """A fit as a result: it is written, read and repeated, told, drawn, compared, stopped, and made of many curves."""
 
+import math
 from pathlib import Path
 
 import fitted_curves as fc
@@ -10,6 +11,7 @@ import xarray as xr
 from fitted_curves import ETA, E, H
 
 import dforce as df
+from dforce.inverse.fitting.chi2 import judged
 from dforce.inverse.fitting.minimize import Objective
 from dforce.inverse.fitting.points import checked_reading, measured
 from dforce.validity import advice_in
@@ -242,6 +244,17 @@ def test_the_noise_of_heights_counts_where_the_curve_is_steep() -> None:
     assert "noise: heights have an error of 0.1 nm" in df.fit_report(fits[1])
     with pytest.raises(df.ParameterError, match="error of 'height' is -1 m"):
         df.fit(fc.case_of("stiff"), data, free=[E], errors={"height": -1.0})
+
+
+def test_chi2_is_as_expected_or_too_small_in_words(air: xr.Dataset) -> None:
+    assert df.chi2_in_words(air).startswith("χ² is as expected, ") and "as expected" in df.fit_report(air)
+    doubled = {"amplitude": 0.04e-9, "phase": 0.6}
+    fit = df.fit(fc.case_of("air"), fc.data_of("air"), free=[H], search=False, errors=doubled)
+    assert df.chi2_in_words(fit).startswith("χ² is too small, ")
+    [said] = [piece.text for piece in advice_in(fit) if piece.name == "reduced_chi2"]
+    assert said.partition(": ")[2] == df.chi2_in_words(fit).partition(": ")[2]
+    # 1.5 is 3.5 of its standard deviations, unless the noise itself is known from 10 points alone
+    assert [judged(150.0, 100.0, points).word for points in (math.inf, 10.0)] == ["too large", "as expected"]
 
 
 def test_a_comparison_needs_the_same_data(air: xr.Dataset, tmp_path: Path) -> None:

@@ -104,3 +104,4 @@ def test_forgotten_phase_offset_shows_in_chi2() -> None:
     assert float(fit["value"].sel(parameter=H)) > 1.2e-19
     assert fit.attrs["chi2"] > 400.0
     assert "reduced_chi2" in [piece.name for piece in advice_in(fit)]
+    assert df.chi2_in_words(fit).startswith("χ² is too large, ") and "too large" in df.fit_report(fit)

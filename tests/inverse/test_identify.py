@@ -97,3 +97,33 @@ def test_a_report_tells_modes_apart_and_what_brackets_mean() -> None:
     )
     assert "modes.1.Q, modes.2.Q" in text
     assert "(80 %)" in text and "in brackets: so large that the parameter is not constrained" in text
+
+
+def test_a_measured_curve_gives_its_own_range_and_noise() -> None:
+    case, data = fc.case_of("air"), fc.data_of("air").assign_attrs(height_offset=-0.2e-9)
+    heights = data["height"].values + data.attrs["height_offset"]
+    noise = {"amplitude": data.attrs["amplitude_error"], "phase": data.attrs["phase_error"]}
+    found, typed = (
+        df.identify(case, data, [E, H], helps=False),
+        df.identify(case, heights, [E, H], errors=noise, helps=False),
+    )
+    xr.testing.assert_equal(found, typed)
+    half = df.identify(case, data, [E, H], errors={"phase": 0.5 * data.attrs["phase_error"]}, helps=False)
+    assert errors(half, "prior", H) < errors(found, "prior", H)
+
+
+def test_what_a_range_does_not_constrain_is_a_sentence_at_its_path(stiff: xr.Dataset) -> None:
+    assert df.identify_in_words(stiff) == {}
+    before = df.identify_in_words(stiff, curve="before the jump")
+    share = 100.0 * errors(stiff, "prior", E, "before the jump")
+    assert before[E] == f"This range does not constrain {E}: the error would be {share:.0f} %."
+    assert before[ETA] == f"This range does not constrain {ETA}: the curve does not depend on it."
+    assert H not in before
+    with pytest.raises(df.ParameterError, match="no curve 'both'"):
+        df.identify_in_words(stiff, curve="both")
+
+
+def test_a_radius_beside_a_modulus_is_only_a_product_in_words() -> None:
+    found = df.identify(fc.case_of("liquid"), np.linspace(9.2e-9, 2e-9, 40), [E, H, ETA, "tip.radius"], helps=False)
+    said = df.identify_in_words(found, known="sample")
+    assert "tip.radius" in said and all("only a product" in sentence for sentence in said.values())

@@ -56,7 +56,7 @@ def test_a_cut_file_of_the_reader_of_contributing_is_one_sentence(nimbus):
 
 
 def test_window_and_help_find_the_reader_of_contributing(nimbus):
-    from dforce.gui import uploads
+    from dforce.gui.files import uploads
 
     assert ".nim" in readers.endings()
     assert uploads.kind_of(nimbus.read_bytes(), "curve.nim") == "measured"
@@ -155,7 +155,7 @@ def test_a_height_of_a_maker_under_an_unknown_name_is_not_guessed(tmp_path):
 def test_hdf5_is_looked_at_by_one_process(tmp_path, monkeypatch):
     import subprocess
 
-    from dforce.gui import measured
+    from dforce.gui.measured import reading
 
     started, run = [], subprocess.run
     monkeypatch.setattr(subprocess, "run", lambda *command, **how: started.append(command) or run(*command, **how))
@@ -163,5 +163,5 @@ def test_hdf5_is_looked_at_by_one_process(tmp_path, monkeypatch):
     with h5py.File(path, "w") as file:
         for name, values in (("height", HEIGHT), ("amplitude", AMPLITUDE), ("phase", LAG)):
             file.create_dataset(name, data=values).attrs["units"] = "deg" if name == "phase" else "m"
-    measured.curve_from(path.read_bytes(), "curve.h5", {"phase_convention": "lag"}, None, tmp_path / "there")
+    reading.curve_from(path.read_bytes(), "curve.h5", {"phase_convention": "lag"}, None, tmp_path / "there")
     assert len(started) == 1

@@ -21,7 +21,7 @@ from dforce.cli.app import app
 from dforce.core import first_answer
 from dforce.core.first_answer import early_answers, may_be_early
 from dforce.core.parallel import Crew
-from dforce.gui.compute import Job, live_curve
+from dforce.gui.document.compute import Job, live_curve
 from dforce.kernel import behind, cache
 from dforce.kernel.tip import TipFunctions
 from dforce.solvers import beside

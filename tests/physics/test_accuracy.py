@@ -131,9 +131,15 @@ def test_the_engine_finds_a_motion_over_a_wall_narrower_than_a_step():
     assert off(found, exact, case.problem).max() < 1e-4
 
 
-def test_an_estimate_above_the_accuracy_is_never_ok(monkeypatch):
-    """A dwell, a curve, a sweep along the frequency: with samples that are never enough."""
-    monkeypatch.setattr("dforce.solvers.accuracy.MOST_SAMPLES", 512)
+@pytest.fixture
+def few_samples(monkeypatch):
+    """Let there never be enough samples."""
+    for module in ("accuracy", "sample_counts"):
+        monkeypatch.setattr(f"dforce.solvers.{module}.MOST_SAMPLES", 512)
+
+
+def test_an_estimate_above_the_accuracy_is_never_ok(few_samples):
+    """A dwell, a curve, a sweep along the frequency."""
     rough = VISCOUS.replace("solver.accuracy", 1e-7)
     sweep = {"kind": "frequency_sweep", "frequency": ["50 kHz", "50.1 kHz"], "zc": "6 nm"}
     for experiment in ({"kind": "dwell", "zc": "6 nm"}, {"kind": "approach", "zc": ["9 nm", "6 nm"]}, sweep):
@@ -167,8 +173,7 @@ def test_points_do_not_depend_on_those_beside_them():
         np.testing.assert_array_equal(swept[name].isel(Q=0), whole[name])
 
 
-def test_what_cannot_be_kept_is_told(monkeypatch):
-    monkeypatch.setattr("dforce.solvers.accuracy.MOST_SAMPLES", 512)
+def test_what_cannot_be_kept_is_told(few_samples):
     found = df.run(VISCOUS.replace("solver.accuracy", 1e-8))
     near = found.isel(zc=2)
     assert near.status == df.Status.INACCURATE
@@ -179,9 +184,7 @@ def test_what_cannot_be_kept_is_told(monkeypatch):
     assert len(df.at_set_point(found, ratio).crossing) == 1
 
 
-def test_numbers_that_are_far_off_are_no_numbers(monkeypatch):
-    for module in ("accuracy", "sample_counts"):
-        monkeypatch.setattr(f"dforce.solvers.{module}.MOST_SAMPLES", 512)
+def test_numbers_that_are_far_off_are_no_numbers(few_samples, monkeypatch):
     monkeypatch.setattr("dforce.results.status.WORTHLESS", 1e-9)
     found = df.run(VISCOUS.set("solver.accuracy=1e-8", "experiment.zc=['6 nm']"))
     assert (found.status == df.Status.UNRESOLVED).all()

@@ -13,7 +13,6 @@ from scipy.integrate import solve_ivp
 from scipy.signal import argrelmin
 
 import dforce as df
-from dforce import runs
 
 NM = 1e-9
 NARROW = ("2.905 nm", "2.895 nm")  # so narrow that no curve connects the states
@@ -320,8 +319,7 @@ def test_the_motion_of_a_doubled_state_alternates_between_two_taps(near):
     assert np.ptp(taps) > 0.05 * NM
 
 
-def test_a_run_stopped_within_a_doubled_state_goes_on_to_the_same_states(adhesive, near, monkeypatch):
-    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)
+def test_a_run_stopped_within_a_doubled_state_goes_on_to_the_same_states(adhesive, near, every_look):
     [curve] = np.unique(near["branch"].values[near["repeat_periods"].values == 2])
     looks = 0
 

@@ -1,13 +1,11 @@
 """Curves of states: what they must agree with is the transient, the identities of docs/theory/identities.md, and each other."""
 
 import collections
-import math
 
 import numpy as np
 import pytest
 
 import dforce as df
-from dforce import runs
 from dforce.core.errors import ParameterError
 from dforce.solvers import continuation, search
 
@@ -258,8 +256,7 @@ def detached(case):
 
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("second", ["open", "closed"])
-def test_stopped_curves_go_on_to_the_same_states_bit_for_bit(detached, moment, second, monkeypatch, tmp_path):
-    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)
+def test_stopped_curves_go_on_to_the_same_states_bit_for_bit(detached, moment, second, every_look, tmp_path):
     case, whole = detached[second]
     part, looks = stopped(case, MOMENTS[moment]), {"whole": [], "rest": []}
     assert part.attrs["interrupted"] == 1
@@ -271,8 +268,7 @@ def test_stopped_curves_go_on_to_the_same_states_bit_for_bit(detached, moment, s
     assert len(looks["rest"]) <= len(looks["whole"]) - part.sizes["point"] + 20
 
 
-def test_curves_may_be_stopped_again_while_an_old_search_is_done_again(detached, monkeypatch):
-    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)
+def test_curves_may_be_stopped_again_while_an_old_search_is_done_again(detached, every_look):
     case, whole = detached["open"]
     first = stopped(case, MOMENTS["within the second curve"])
     second = stopped(case, MOMENTS["at the first look"], first)
@@ -280,8 +276,7 @@ def test_curves_may_be_stopped_again_while_an_old_search_is_done_again(detached,
     assert_same(df.run(case, resume=second), whole)
 
 
-def test_a_curve_goes_on_even_where_its_search_finds_it_no_more(detached, monkeypatch):
-    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)
+def test_a_curve_goes_on_even_where_its_search_finds_it_no_more(detached, every_look, monkeypatch):
     case, whole = detached["open"]
     part = stopped(case, MOMENTS["within the second curve"])
     monkeypatch.setattr(search, "search", lambda *others: iter(()))

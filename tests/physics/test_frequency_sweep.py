@@ -1,12 +1,9 @@
 """Resonance curves: exact where there is no force, shifted by a small one, and with two ways through a strong one."""
 
-import math
-
 import numpy as np
 import pytest
 
 import dforce as df
-from dforce import runs
 from dforce.checks.validation.curves import random_case
 from dforce.core.errors import ParameterError
 
@@ -114,8 +111,7 @@ def test_sudden_steps_jump_at_the_first_frequency_behind_a_fold(case, states, me
         assert [*zip(of_way["jump_frequency"].values, of_way["jump_after"].values, strict=True)] == wanted
 
 
-def test_a_frequency_sweep_in_steps_stopped_beside_a_jump_finds_it_when_it_goes_on(case, monkeypatch):
-    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)  # progress is told at every point
+def test_a_frequency_sweep_in_steps_stopped_beside_a_jump_finds_it_when_it_goes_on(case, every_look):
     upward = case.set("experiment.direction=up", "experiment.frequency.points=26", "experiment.protocol=stepwise")
     whole = df.run(upward)
     assert whole.sizes["jump"] == 2

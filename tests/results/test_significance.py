@@ -11,9 +11,9 @@ from every import every
 
 import dforce as df
 from dforce.findings.summary import summary
-from dforce.gui.figures import Layer, picture
-from dforce.gui.numbers import _blocks, _rows
-from dforce.gui.setpoint import states_of, table_of
+from dforce.gui.curves.figures import Layer, picture
+from dforce.gui.curves.numbers import _blocks, _rows
+from dforce.gui.curves.setpoint import states_of, table_of
 from dforce.results.curves import Picture, goes_along
 
 CONSERVATIVE = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import timeit
 
 import numpy as np
@@ -351,6 +352,19 @@ SILENT = {
         tapping(CALM, (3e-9, 2.8e-9, 2.6e-9, 2.4e-9), amplitude=[2e-9, 1.0e-9, 1.7e-9, 1.5e-9]),
     ],
 }  # fmt: skip
+CLASSES = [model.__name__ for model in df.forces.REGISTRY.values()]
+# paths, sections, keys and choices of a case file; names of classes and functions
+FILE_WORDS = re.compile(
+    r"\b[a-z]\w*\.[a-zA-Z_]\w*|\[\w+\]|\b[a-zA-Z]+_[a-z]\w*|\w = \"|\bdf\.|"
+    + "|".join(rf"\b{name}\b" for name in CLASSES if re.search("[a-z][A-Z]", name))
+)
+UNREAD = (
+    "maugis dugdale",
+    "kelvin voigt",
+    "sls simple",
+    "van der waals",
+    "lennard jones",
+)  # keys that are not yet names
 BY_NAME = {piece.__name__: piece for piece in PIECES}
 
 
@@ -411,6 +425,18 @@ def test_it_speaks(name, example):
     for path in piece.about:
         value_at(case, path)  # says so when the case has no such path
     parse(1.0, piece.unit)
+
+
+@every(pairs(SPEAKS), lambda pair: pair[0])
+def test_it_speaks_in_the_words_of_the_window_there(name, example):
+    words = pytest.importorskip("dforce.gui.case.words")
+    document = pytest.importorskip("dforce.gui.document.document").Document
+    case, result = given(example)
+    for piece in df.advice(case, result):
+        text = words.with_labels(document.of(case), piece.text)
+        assert not FILE_WORDS.search(text), text
+        assert not [key for key in UNREAD if key in text], text
+        assert not text[0].islower() or text.startswith("f0 "), text
 
 
 @every(pairs(SILENT), lambda pair: pair[0])

@@ -5,7 +5,8 @@ import pytest
 from compiled import DEVIATIONS, FIRST, ProblemBatch, deviations, finish_each
 
 import dforce as df
-from dforce.core.quantities import OBSERVABLES, Observable, Scale
+from dforce.core.quantities import OBSERVABLES
+from dforce.core.quantity import Observable, Scale
 
 PROBLEM = df.example("figure-3-air").set("drive.excitation=base").problem  # a shaken base has all observables
 LOT = ProblemBatch.of([PROBLEM])

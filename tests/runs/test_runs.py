@@ -1,7 +1,6 @@
 """Runs: progress, Ctrl-C, going on later with the same numbers, and what a result says about itself."""
 
 import functools
-import math
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +12,10 @@ import dforce as df
 from dforce import runs
 from dforce.solvers import transient
 
-pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
+# processes, stops and sweeps, left out by `make check`; progress is reported at each look
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("every_look")]
 
 CHUNK = 64  # points that a slow change goes through in one stretch, at whose start it can go on
-
-
-@pytest.fixture(autouse=True)
-def every_call_of_progress(monkeypatch):
-    monkeypatch.setattr(runs, "LOOKS_A_SECOND", 1e9)
 
 
 QUICK = df.example("table-1-am").replace("cantilever.Q", 20)
@@ -73,15 +68,15 @@ SOLVERS = [
 
 
 @pytest.mark.parametrize("settings", SOLVERS, ids=lambda one: str({k: v for k, v in one.items() if k != "case"}))
-@pytest.mark.parametrize("points", [0, 3])
-def test_a_run_that_was_stopped_goes_on_to_the_same_numbers_bit_for_bit(settings, points, tmp_path):
+def test_a_run_that_was_stopped_goes_on_to_the_same_numbers_bit_for_bit(settings, tmp_path):
     case = approach(**settings)
     whole = df.run(case)
-    part = df.run(case, stop_after(points))
-    assert part.attrs["interrupted"] == 1
-    assert points_of(part) == points
-    df.write(part, tmp_path / "part.nc")
-    assert_same(df.run(case, resume=df.read(tmp_path / "part.nc")), whole)
+    for points in (0, 3):
+        part = df.run(case, stop_after(points))
+        assert part.attrs["interrupted"] == 1
+        assert points_of(part) == points
+        df.write(part, tmp_path / "part.nc")
+        assert_same(df.run(case, resume=df.read(tmp_path / "part.nc")), whole)
 
 
 def test_points_done_before_ctrl_c_are_those_of_the_whole_run():
@@ -151,7 +146,6 @@ def undisturbed(name):
 @pytest.mark.parametrize("name", some_long(SLOW_CHANGES, ["of two taps"]))
 def test_a_slow_change_stopped_anywhere_goes_on_to_the_same_numbers_bit_for_bit(name, tmp_path, monkeypatch):
     monkeypatch.setattr(transient, "CHUNK_SECONDS", 1e9)  # so that each run looks at its progress at the same places
-    monkeypatch.setattr(runs, "LOOKS_A_SECOND", math.inf)  # and tells of each
     (whole, calls), (case, jumps, periods) = undisturbed(name), SLOW_CHANGES[name]
     assert whole.sizes.get("jump", 0) == jumps or jumps is None
     assert (whole.repeat_periods == periods).all() == (periods is not None)

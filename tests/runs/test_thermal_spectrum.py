@@ -131,19 +131,18 @@ def test_the_solver_of_a_noisy_dwell_does_not_count():
     assert df.run(noisy).spectral_density.equals(result().spectral_density)
 
 
-def test_a_record_that_is_stopped_gives_its_status_alone(tmp_path, monkeypatch):
+def test_a_record_that_is_stopped_gives_its_status_alone(workdir, run_as):
     part = stopped()
     assert part.attrs["interrupted"] == 1 and int(part.status) == df.Status.NOT_COMPUTED
     for use in (df.summary, df.plot.overview):
         with pytest.raises(df.ParameterError, match="stopped before its first point"):
             use(part)
     assert df.run(df.Case.from_toml(CASE), resume=part).equals(result())
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tune.toml").write_text(CASE, encoding="utf-8")
-    monkeypatch.setattr(df, "run", lambda *given, **settings: part)
+    (workdir / "tune.toml").write_text(CASE, encoding="utf-8")
+    run_as(lambda *given, **settings: part)
     done = invoke("run", "tune.toml", "-o", "tune.nc", "--plot", "tune.png")
     assert done.exit_code == 130 and "nothing was written" in done.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["tune.toml"]
+    assert [path.name for path in workdir.iterdir()] == ["tune.toml"]
 
 
 SIZES = {"youngs_modulus": "169 GPa", "density": 2330, "length": "225 um", "width": "28 um", "thickness": "3 um"}
@@ -209,10 +208,11 @@ def test_records_in_a_sweep_over_seeds_are_those_of_single_runs():
 
 
 def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path):
-    checks = pytest.importorskip("dforce.gui.upload_checks")
+    checks = pytest.importorskip("dforce.gui.files.upload_checks")
     from simulated import show, window
 
-    from dforce.gui.figures import Layer
+    from dforce.gui.curves.figures import Layer
+    from dforce.gui.curves.panel import Scene
 
     checks.validate_upload(result(), tmp_path)
     assert pictures_of(result()) == [Picture("frequency", ("spectral_density", "fitted_density"), True, True)]
@@ -226,17 +226,24 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
             low, high = (10.0**end for end in figure["layout"]["xaxis"]["range"])
             assert low < 75.0 < 470.0 < high and "(m²/Hz)" in figure["layout"]["yaxis"]["title"]["text"]
             table = page.plots.fit_numbers.sheet
-            assert table.visible and table.props["rows"] == [[one.label, one.text] for one in df.summary(result())]
-            page.plots.fit_numbers.show([Layer(result(), "dry"), Layer(result(), "wet")], pictures_of(result())[0])
+            assert page.plots.pane.current is page.plots.fit_numbers and table.props["rows"] == [
+                [one.label, one.text] for one in df.summary(result())
+            ]
+            page.plots.fit_numbers.show(
+                Scene([Layer(result(), "dry"), Layer(result(), "wet")], pictures_of(result())[0])
+            )
             assert table.props["heads"] == ["", "dry", "wet"] and len(table.props["rows"][0]) == 3
             [note] = show(page, stopped())["layout"]["annotations"]
-            assert "stopped before its first result" in note["text"] and not table.visible
+            assert (
+                "stopped before its first result" in note["text"]
+                and page.plots.pane.current is not page.plots.fit_numbers
+            )
 
     asyncio.run(flow())
 
 
 def test_a_record_that_is_stopped_in_the_window_leaves_no_empty_result_in_the_list(tmp_path, monkeypatch):
-    compute = pytest.importorskip("dforce.gui.compute")
+    compute = pytest.importorskip("dforce.gui.document.compute")
     from simulated import window
 
     monkeypatch.setattr(compute.Job, "compute", lambda job: made)

@@ -172,7 +172,7 @@ def test_without_its_scheduler_a_sweep_ends_with_a_sentence_and_goes_on_elsewher
     same(rest, df.sweep(case(), OVER, store=tmp_path / "threads.zarr"))
 
 
-def test_a_cluster_that_does_not_answer_is_one_sentence(tmp_path, monkeypatch):
+def test_a_cluster_that_does_not_answer_is_one_sentence(tmp_path):
     import dask
 
     short = dask.config.set({"distributed.comm.timeouts.connect": "1s"})

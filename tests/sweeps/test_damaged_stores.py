@@ -47,8 +47,7 @@ def test_each_damage_is_named_in_one_sentence_and_repaired_bit_for_bit(fault, un
 
 
 @pytest.fixture
-def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def store(workdir: Path) -> Path:
     df.sweep(SWEPT, quantities=KEPT, store="map.zarr")
     Path("map.toml").write_text(SWEPT.to_toml())
     return Path("map.zarr")

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli.app import app
-from dforce.gui import explore
+from dforce.gui.study import explore, pictures
 from dforce.maps._one_by_one import unpadded
 from dforce.results.kinds import kind_of
 
@@ -114,13 +114,11 @@ def stop_between(done, total, note):
 
 
 @pytest.fixture
-def often(monkeypatch):
+def often(every_look, cases_a_block, monkeypatch):
     """Let a sweep be looked at often enough to be stopped between two of four short cases."""
     monkeypatch.setattr("dforce.core.parallel.LOOK", 0.001)
     monkeypatch.setattr("dforce.maps._map.LOOK", 0.001)
-    monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
-    monkeypatch.setattr("dforce.maps._part.BLOCK", 1)
-    monkeypatch.setattr("dforce.maps._part.LEAST_BLOCK", 1)
+    cases_a_block(1)
 
 
 @pytest.mark.parametrize("kind", PLANS)
@@ -160,7 +158,7 @@ def test_a_sweep_is_summed_up_drawn_explored_and_written(kind, swept, tmp_path):
     assert explore.is_explorable(found)
     choice = explore.fitting(found, explore.Choice("", "", ""))
     assert {choice.x, choice.y} == {"hamaker", "Q"}
-    assert explore.figure(found, choice)["data"]
+    assert pictures.figure(found, choice)["data"]
     df.write(found, tmp_path / "sweep.nc")
     back = df.read(tmp_path / "sweep.nc")
     assert differing(back, found, found.variables) == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -36,11 +37,11 @@ def case(**changes: object) -> df.Case:
 
 
 @pytest.fixture
-def stopped(monkeypatch: pytest.MonkeyPatch) -> Callable[..., xr.Dataset]:
+def stopped(
+    every_look: None, cases_a_block: Callable[[int], None], monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., xr.Dataset]:
     """Return a function that sweeps with two cases side by side and is stopped once so many points are done."""
-    monkeypatch.setattr("dforce.maps._part.BLOCK", 2)
-    monkeypatch.setattr("dforce.maps._part.LEAST_BLOCK", 2)
-    monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
+    cases_a_block(2)
     add = Crew.add
 
     def sweep(points: int, *args: Any, **settings: Any) -> xr.Dataset:
@@ -68,17 +69,26 @@ def assert_same(found: xr.Dataset, wanted: xr.Dataset) -> None:
     xr.testing.assert_identical(found.assign_attrs(date=""), wanted.assign_attrs(date=""))
 
 
+OVER = {"numbers": NUMBERS, "a choice": AROUND_A_CHOICE}
+
+
+@functools.cache
+def undisturbed(name: str, method: str) -> xr.Dataset:
+    """Return the sweep that nothing stops."""
+    return df.sweep(case(solver={"method": method}), OVER[name], workers=1)
+
+
 @pytest.mark.parametrize(
-    ("over", "method", "points"),
+    ("name", "method", "points"),
     [
-        (NUMBERS, "periodic", 0), (NUMBERS, "periodic", 1), (NUMBERS, "periodic", 50), (NUMBERS, "periodic", 185),
-        (NUMBERS, "transient", 50), (NUMBERS, "transient", 203),
-        (AROUND_A_CHOICE, "periodic", 50), (AROUND_A_CHOICE, "periodic", 150), (AROUND_A_CHOICE, "periodic", 255),
+        ("numbers", "periodic", 0), ("numbers", "periodic", 1), ("numbers", "periodic", 50), ("numbers", "periodic", 185),
+        ("numbers", "transient", 50), ("numbers", "transient", 203),
+        ("a choice", "periodic", 50), ("a choice", "periodic", 150), ("a choice", "periodic", 255),
     ],
 )  # fmt: skip
-def test_a_stopped_sweep_goes_on_to_the_result_of_one_that_was_not(over, method, points, stopped, tmp_path):
-    curves = case(solver={"method": method})
-    whole, part = df.sweep(curves, over, workers=1), stopped(points, curves, over)
+def test_a_stopped_sweep_goes_on_to_the_result_of_one_that_was_not(name, method, points, stopped, tmp_path):
+    curves, over = case(solver={"method": method}), OVER[name]
+    whole, part = undisturbed(name, method), stopped(points, curves, over)
     assert part.attrs["interrupted"] == 1 and int((part.status != df.Status.NOT_COMPUTED).sum()) >= points
     assert whole.jump_zc.notnull().any()
     df.write(part, tmp_path / "part.nc")

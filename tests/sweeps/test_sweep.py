@@ -177,15 +177,14 @@ def test_a_number_that_decides_the_law_of_a_force_may_be_swept_over():
     ],
     ids=["smooth", "with memory"],
 )
-def test_a_case_has_the_same_numbers_whatever_it_is_solved_beside(forces, monkeypatch):
+def test_a_case_has_the_same_numbers_whatever_it_is_solved_beside(forces, cases_a_block):
     approach = df.experiments.Approach(
         zc={"start": "18 nm", "stop": "10 nm", "points": 7}, direction="both", start="rest"
     )
     over = {"drive.A0": ["15 nm", "17 nm"], "cantilever.Q": [80.0, 100.0, 180.0]}
     together = df.sweep(case(forces=forces, experiment=approach), over, workers=1)
     assert "jump_zc" in together or forces[0].memory
-    monkeypatch.setattr("dforce.maps._part.BLOCK", 1)
-    monkeypatch.setattr("dforce.maps._part.LEAST_BLOCK", 1)
+    cases_a_block(1)
     alone = df.sweep(case(forces=forces, experiment=approach), over, workers=2)
     xr.testing.assert_identical(alone.assign_attrs(date=""), together.assign_attrs(date=""))
 
@@ -205,10 +204,8 @@ def test_progress_counts_every_point():
     assert told[-1] == (6, 6)
 
 
-def test_ctrl_c_keeps_what_is_done(monkeypatch):
-    monkeypatch.setattr("dforce.maps._part.BLOCK", 2)
-    monkeypatch.setattr("dforce.maps._part.LEAST_BLOCK", 2)
-    monkeypatch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
+def test_ctrl_c_keeps_what_is_done(every_look, cases_a_block):
+    cases_a_block(2)
 
     def stop(done: int, total: int, note: str) -> None:
         if done:

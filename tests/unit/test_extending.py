@@ -1,5 +1,6 @@
 """The worked examples of CONTRIBUTING work as what is shipped: an experiment, an observable, a picture, a kind of result."""
 
+import dataclasses
 import importlib.util
 import os
 import re
@@ -14,7 +15,8 @@ import pytest
 import xarray as xr
 
 import dforce as df
-from dforce.results import curves, kinds
+from dforce.results import kinds
+from dforce.results.curves import pictures_of
 
 TEXT = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
@@ -80,12 +82,12 @@ def test_the_observable_of_contributing_is_in_results_and_counts_in_the_estimate
 
 
 def test_the_picture_of_contributing_is_offered_and_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    [row] = [block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if block.startswith("OF_CURVES[")]
-    table = dict(curves.OF_CURVES)
-    exec(row, {"OF_CURVES": table})
-    monkeypatch.setattr(curves, "OF_CURVES", table)
+    [row] = [block for block in re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL) if block.startswith("Picture(")]
     result = df.approach(df.example("table-1-am"), zc=["12 nm", "10 nm", "8 nm"])
-    [picture] = [one for one in curves.pictures_of(result) if one.title == "power"]
+    kind = kinds.known_kind(result)
+    longer = dataclasses.replace(kind, pictures=(*kind.pictures, eval(row, vars(kinds))))
+    monkeypatch.setattr(kinds, "KINDS", (longer, *kinds.KINDS))
+    [picture] = [one for one in pictures_of(result) if one.title == "power"]
     assert len(df.plot.draw(result, picture, df.plot.Sheet())) == 2
 
 
@@ -109,6 +111,12 @@ def test_who_draws_and_sums_up_tells_no_kinds_apart() -> None:
     package = Path(df.__file__).parent
     marks = re.findall(r"_marked\(\"(\w+)\"\)", (package / "results/kinds.py").read_text(encoding="utf-8"))
     assert len(marks) >= 7
-    for name in ("plot/overview.py", "plot/pictures.py", "gui/plots.py", "findings/summary.py"):
+    for name in (
+        "plot/overview.py",
+        "plot/pictures.py",
+        "results/curves.py",
+        "gui/curves/plots.py",
+        "findings/summary.py",
+    ):
         text = (package / name).read_text(encoding="utf-8")
         assert [mark for mark in marks if re.search(rf'"{mark}" (not )?in ', text)] == [], name

@@ -206,3 +206,19 @@ def test_importing_dforce_loads_nothing_heavy() -> None:
     code = f"import sys, dforce; print(*sorted(set(sys.modules) & set({HEAVY!r})))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert loaded.stdout.split() == []
+
+
+# What comes with an extra alone. Of the package the window needs it to be loaded, and what zarr reads stores through.
+OPTIONAL = {"zarr", "distributed", "dask", "fsspec", "igor2", "nicegui", "plotly"}
+OF_EXTRAS = ("gui", "results.checked")
+
+
+def test_all_but_the_window_loads_without_what_comes_with_an_extra() -> None:
+    found = set()
+    for name, path in FILES.items():
+        for node in () if name.startswith(OF_EXTRAS) else parse(path).body:
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                taken = {alias.name for alias in node.names} | {getattr(node, "module", None) or ""}
+                if {one.partition(".")[0] for one in taken} & OPTIONAL or "dforce.results.checked" in taken:
+                    found.add(name)
+    assert found == set()

@@ -204,3 +204,9 @@ def test_a_list_of_quantities_is_read_as_each_alone_is():
     for wrong in (None, object(), ["1 nm", None], int):
         with pytest.raises(UnitError):
             units.parse_all(wrong, "m")
+
+
+@every(sorted(units.STORED))
+def test_a_unit_that_is_stored_in_another_is_read_as_that(unit):
+    assert units.stored(unit) != unit
+    assert math.isfinite(units.parse(f"1 {unit}", units.stored(unit)))

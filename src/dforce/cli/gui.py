@@ -51,9 +51,9 @@ def gui(
             f"the window needs {' and '.join(missing)}, but {'they are' if len(missing) > 1 else 'it is'} not installed; "
             'run: pip install "dforce[gui]"'
         )
-    from dforce.gui.explore import is_explorable
-    from dforce.gui.parameter_study import with_approach
-    from dforce.gui.server import Options, serve
+    from dforce.gui.study.explore import is_explorable
+    from dforce.gui.study.parameter_study import with_approach
+    from dforce.gui.window.server import Options, serve
 
     source = None if case is None else open_source(case, [])
     over = source.result if source is not None and source.result is not None and is_explorable(source.result) else None

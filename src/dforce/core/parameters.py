@@ -200,8 +200,9 @@ def param(
     """
     texts = [text for text in (default, low, above, high, below) if isinstance(text, str)]
     if unit is None:
-        unit = _unit_of(texts[0]) if texts else "1"
-    quantity = ParameterQuantity(_stored_unit(unit), symbol, doc, low, above, high, below)
+        match = units.NUMBER.fullmatch(texts[0]) if texts else None
+        unit = (match[2] if match else "") or "1"
+    quantity = ParameterQuantity(units.stored(unit), symbol, doc, low, above, high, below)
     return pydantic.Field(default, description=doc, validate_default=True, json_schema_extra=quantity)
 
 
@@ -214,48 +215,6 @@ def part(default: object, *, description: str, **limits: Any) -> Any:
 def shared(path: str) -> Any:
     """Declare a parameter that comes from the instrument, so that one tip serves every force."""
     return pydantic.Field(None, exclude=True, repr=False, validate_default=False, json_schema_extra=Shared(path))
-
-
-def _unit_of(text: str) -> str:
-    match = units.NUMBER.fullmatch(text)
-    return (match[2] if match else "") or "1"
-
-
-PREFIXED = {
-    "nm": "m",
-    "um": "m",
-    "pm": "m",
-    "mm": "m",
-    "kHz": "Hz",
-    "MHz": "Hz",
-    "GHz": "Hz",
-    "TPa": "Pa",
-    "GPa": "Pa",
-    "MPa": "Pa",
-    "kPa": "Pa",
-    "nN": "N",
-    "pN": "N",
-    "mJ/m^2": "J/m^2",
-    "us": "s",
-    "ms": "s",
-    "ns": "s",
-    "deg": "rad",
-    "mV": "V",
-    "mPa s": "Pa s",
-    "mC/m^2": "C/m^2",
-    "degC": "K",
-    "aJ": "J",
-    "um/s": "m/s",
-    "mol/l": "mol/m^3",
-    "mmol/l": "mol/m^3",
-    "1/nm": "1/m",
-    "nm^3": "m^3",
-}
-
-
-def _stored_unit(unit: str) -> str:
-    """Return the SI unit that values declared in `unit` are stored in, without loading pint."""
-    return PREFIXED.get(unit, unit)
 
 
 class Parameters(pydantic.BaseModel, metaclass=ParametersType):

@@ -5,43 +5,7 @@ Datasets, pictures, tables and documentation take their words from here.
 
 from __future__ import annotations
 
-import enum
-from dataclasses import dataclass, field
-from typing import TypeVar
-
-
-class Scale(enum.Enum):
-    """The size that the error of an observable is a share of."""
-
-    LENGTH = "A0 of its tone, else of the first tone"
-    PHASE = "1 rad times A0/A"
-    SPEED = "omega A0"
-    PERIOD = "period of the first tone"
-    ONE = "1"
-    FORCE = "largest force of the motion"
-    ENERGY = "k A0^2/Q of its mode, else of the first mode, or k A0^2 where Q < 1"
-    POWER = "such an energy per period"
-    NONE = "none: it describes the solution"
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A quantity in a result: its name in the Dataset, symbol, stored unit, unit shown and meaning."""
-
-    name: str
-    symbol: str
-    unit: str
-    shown: str
-    label: str
-    doc: str
-    dims: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Observable(Quantity):
-    """A quantity of a motion, and the scale of its error: by that it counts in the estimated error and the accuracy."""
-
-    scale: Scale = field(kw_only=True)
+from dforce.core.quantity import Amount, Observable, Quantity, Scale, table
 
 
 def jumps_along(place: str) -> list[str]:
@@ -49,14 +13,7 @@ def jumps_along(place: str) -> list[str]:
     return [f"jump_{word}" for word in (place, "before", "after", "direction")]
 
 
-Row = TypeVar("Row", bound=Quantity)
-
-
-def _table(*rows: Row) -> dict[str, Row]:
-    return {row.name: row for row in rows}
-
-
-OBSERVABLES = _table(
+OBSERVABLES = table(
     Observable("amplitude", "A", "m", "nm", "amplitude",
                "amplitude of the detector's signal at each drive tone (lock-in): of the total deflection by default",
                ("tone",), scale=Scale.LENGTH),
@@ -145,7 +102,7 @@ OBSERVABLES = _table(
                scale=Scale.NONE),
 )  # fmt: skip
 
-TRACES = _table(
+TRACES = table(
     Quantity("deflection", "z", "m", "nm", "deflection", "total tip deflection, up positive", ("time",)),
     Quantity("mode_deflection", "z_n", "m", "nm", "mode deflection", "deflection of each mode", ("mode", "time")),
     Quantity("base", "Y", "m", "nm", "base", "motion of the driven base, up positive", ("time",)),
@@ -155,13 +112,15 @@ TRACES = _table(
     Quantity("indentation", r"\delta", "m", "nm", "indentation", "indentation a0 - d in contact, else zero", ("time",)),
     Quantity("partial_force", "F_i", "N", "nN", "force of each model",
              "force of each model on the tip", ("model", "time")),
+    Quantity("force_part", "F_i", "N", "nN", "part of the force",
+             "part of the force on the tip, by interaction", ("interaction", "time")),
     Quantity("energy", "E", "J", "eV", "energy taken",
              "energy that the sample has dissipated so far", ("time",)),
     Quantity("spectrum", "A(f)", "m", "nm", "spectrum",
              "amplitude spectrum of the deflection", ("frequency",)),
 )  # fmt: skip
 
-NOISES = _table(
+NOISES = table(
     Quantity("amplitude_noise", r"\delta A", "m", "pm", "amplitude noise",
              "standard deviation of the amplitude at each drive tone, from a lock-in with this bandwidth", ("tone",)),
     Quantity("phase_noise", r"\delta\phi", "degree", "°", "phase noise",
@@ -213,7 +172,7 @@ NOISES = _table(
 
 MOTION, REPEATS = "motion", "repeat_periods"  # the motion at each point, from which anything can go on
 
-JUMPS = _table(
+JUMPS = table(
     Quantity("jump_zc", "z_c", "m", "nm", "distance of the jump",
              "average distance at which the motion jumped to another state: at the end of its own state, or behind a sudden "
              "step",
@@ -228,7 +187,7 @@ JUMPS = _table(
              "approach or retract; of a frequency sweep up or down", ("jump",)),
 )  # fmt: skip
 
-DRIFTING = _table(
+DRIFTING = table(
     Quantity("free_amplitude", "A_0", "m", "nm", "free amplitude",
              "amplitude of the detector's signal without tip–sample forces, at each distance of a lever that changes",
              ("tone",)),
@@ -238,7 +197,7 @@ DRIFTING = _table(
              "quality factor of a mode, at each distance of a lever that changes", ("mode",)),
 )  # fmt: skip
 
-AXES = DRIFTING | _table(
+AXES = DRIFTING | table(
     Quantity("zc", "z_c", "m", "nm", "average tip–surface distance",
              "average tip–surface distance: rest position of the undeflected tip above the undeformed surface"),
     Quantity("zc_ratio", "z_c/A_0", "1", "1", "distance ratio",
@@ -283,7 +242,7 @@ AXES = DRIFTING | _table(
     Quantity("share", "", "1", "%", "share", "share of the starts that lead to a state"),
 )  # fmt: skip
 
-RECONSTRUCTED = _table(
+RECONSTRUCTED = table(
     Quantity("force_error", r"\sigma_F", "N", "nN", "error of the force",
              "standard deviation of a reconstructed force from noise, smoothing and gaps",
              ("distance",)),
@@ -326,7 +285,7 @@ RECONSTRUCTED = _table(
     Quantity("gap_high", "", "m", "nm", "upper end of a gap", "distance above which motions turn", ("gap",)),
 )  # fmt: skip
 
-MEASURED = _table(
+MEASURED = table(
     Quantity("height", "h", "m", "nm", "height",
              "measured height, larger is farther from the sample; the average distance except for an offset",
              ("point",)),
@@ -355,7 +314,7 @@ MEASURED = _table(
              ("point",)),
 )  # fmt: skip
 
-FITS = _table(
+FITS = table(
     Quantity("value", "", "SI", "", "value", "value of a parameter at the minimum, in its own SI unit (`unit`)",
              ("parameter",)),
     Quantity("error", "", "SI", "", "error", "standard deviation of a value from the covariance; NaN if the data do not "
@@ -411,23 +370,6 @@ FITS = _table(
 )  # fmt: skip
 
 NONE = "none"  # what a reader is shown of an amount below its estimated error
-
-
-@dataclass(frozen=True)
-class Amount:
-    """A quantity of which there may be none.
-
-    Attributes
-    ----------
-    scale
-        What its estimated error is a share of: length (free amplitude), force (largest of the motion), energy, power, period,
-        share (1), or work (largest force times the range of distances, over a prescribed motion).
-    side
-        1 where only positive values are an amount, -1 where only negative ones are; 0: both.
-    """
-
-    scale: str
-    side: int = 0
 
 
 AMOUNTS = {

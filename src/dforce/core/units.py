@@ -82,6 +82,23 @@ QUICK: dict[str, tuple[str, float]] = {
 } | {"": ("1", 1.0), "rad": ("rad", 1.0), "deg": ("rad", math.pi / 180.0)}
 
 
+# SI units of quantities that are declared in other units than these.
+STORED = {
+    "mC/m^2": "C/m^2",
+    "degC": "K",
+    "aJ": "J",
+    "mol/l": "mol/m^3",
+    "mmol/l": "mol/m^3",
+    "1/nm": "1/m",
+    "nm^3": "m^3",
+}
+
+
+def stored(unit: str) -> str:
+    """Return the SI unit that values declared in a unit are stored in, without loading pint."""
+    return QUICK[unit][0] if unit in QUICK else STORED.get(unit, unit)
+
+
 @functools.cache
 def registry() -> pint.UnitRegistry[Any]:
     """Return the one unit registry of the process."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import pydantic
@@ -20,7 +20,7 @@ from dforce.experiments.base import (
     ProtocolName,
     RelativeGrid,
     Start,
-    refuse_fresh_starts,
+    starts_anew_by_steps,
     visits,
     whole_range,
 )
@@ -50,10 +50,7 @@ class Approach(DistanceExperiment, CurveExperiment):
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 
-    @pydantic.model_validator(mode="after")
-    def _starts_anew_by_steps(self) -> Self:
-        refuse_fresh_starts(self.protocol, self.carry_state)
-        return self
+    _starts_anew_by_steps = starts_anew_by_steps
 
     def distances(self, A0: float = 1.0) -> Array:
         """Return the average distances (m) in your order; shares refer to `A0` (m)."""

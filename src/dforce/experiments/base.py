@@ -30,7 +30,15 @@ MOST_POINTS = 1_000_000  # a grid beyond this is a slip of the keyboard
 MOST_SHARE = 50.0  # of the free amplitude; more are per cent
 
 
-class Grid(Parameters):
+class Even(Parameters):
+    """Evenly spaced values from `start` to `stop`, both included; a subclass declares these and `points`."""
+
+    def values(self) -> Array:
+        """Return the values in SI."""
+        return np.linspace(getattr(self, "start"), getattr(self, "stop"), getattr(self, "points"))  # noqa: B009
+
+
+class Grid(Even):
     """Evenly spaced distances from `start` to `stop`, both included."""
 
     title_of: ClassVar[str] = "zc"
@@ -39,12 +47,8 @@ class Grid(Parameters):
     stop: Number = param(unit="m", symbol="z_c", doc="last average distance")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
-    def values(self) -> Array:
-        """Return the distances (m)."""
-        return np.linspace(self.start, self.stop, self.points)
 
-
-class RelativeGrid(Parameters):
+class RelativeGrid(Even):
     """Evenly spaced distances from `start` to `stop`, both included, as shares of the free amplitude."""
 
     title_of: ClassVar[str] = "zc"
@@ -55,10 +59,6 @@ class RelativeGrid(Parameters):
     )
     stop: float = pydantic.Field(ge=-MOST_SHARE, le=MOST_SHARE, description="last average distance as a share of A0")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
-
-    def values(self) -> Array:
-        """Return the shares."""
-        return np.linspace(self.start, self.stop, self.points)
 
 
 def _distances(given: Any) -> Any:
@@ -113,10 +113,14 @@ PROTOCOL: Any = pydantic.Field(
 )
 
 
-def refuse_fresh_starts(protocol: str, carry_state: bool) -> None:
+def _refuse_fresh_starts(curve: Any) -> Any:
     """Raise :class:`ParameterError` where each point is to start anew although the motion is to stay on its state."""
-    if protocol == "quasi_static" and not carry_state:
+    if curve.protocol == "quasi_static" and not curve.carry_state:
         raise ParameterError('experiment.carry_state = false needs protocol = "stepwise"; write both')
+    return curve
+
+
+starts_anew_by_steps = pydantic.model_validator(mode="after")(_refuse_fresh_starts)
 
 
 @dataclass(frozen=True)

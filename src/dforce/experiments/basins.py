@@ -9,28 +9,23 @@ import numpy as np
 import pydantic
 
 from dforce.core.errors import ParameterError
-from dforce.core.parameters import Number, Parameters, Part, param, part
-from dforce.experiments.base import MotionExperiment, tapping_distance
+from dforce.core.parameters import Number, Part, param, part
+from dforce.experiments.base import Even, MotionExperiment, tapping_distance
 
 if TYPE_CHECKING:
-    from dforce.core.arrays import Array
     from dforce.problem import Problem
 
 MOST_POINTS = 4096  # along one axis
 MOST_STARTS = 1_000_000
 
 
-class Even(Parameters):
-    """Evenly spaced values from `start` to `stop`, both included."""
+class StartGrid(Even):
+    """Evenly spaced starts from `start` to `stop`, both included."""
 
     points: int = pydantic.Field(default=41, ge=1, le=MOST_POINTS, description="number of values")
 
-    def values(self) -> Array:
-        """Return the values in SI."""
-        return np.linspace(getattr(self, "start"), getattr(self, "stop"), self.points)  # noqa: B009 of the subclasses
 
-
-class AmplitudeGrid(Even):
+class AmplitudeGrid(StartGrid):
     """Initial amplitudes."""
 
     title_of: ClassVar[str] = "amplitude"
@@ -39,7 +34,7 @@ class AmplitudeGrid(Even):
     stop: Number = param(unit="m", symbol="A", low="0 m", doc="last initial amplitude")
 
 
-class PhaseGrid(Even):
+class PhaseGrid(StartGrid):
     """Initial phase lags behind the first tone."""
 
     title_of: ClassVar[str] = "phase"
@@ -49,7 +44,7 @@ class PhaseGrid(Even):
     stop: Number = param("351 deg", symbol=r"\phi", doc="last initial phase lag")
 
 
-class DeflectionGrid(Even):
+class DeflectionGrid(StartGrid):
     """Initial deflections."""
 
     title_of: ClassVar[str] = "deflection"
@@ -58,7 +53,7 @@ class DeflectionGrid(Even):
     stop: Number = param(unit="m", symbol="z", doc="last initial deflection")
 
 
-class VelocityGrid(Even):
+class VelocityGrid(StartGrid):
     """Initial velocities."""
 
     title_of: ClassVar[str] = "velocity"

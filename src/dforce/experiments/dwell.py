@@ -32,6 +32,11 @@ class Dwell(CurveExperiment):
         default=8, ge=1, le=100_000, description="recorded periods of the first tone after settling"
     )
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether everything from the start is recorded, not the settled motion alone."""
+        return self.record == "all"
+
     def plan(self, problem: Problem) -> CurvePlan:
         """Return its one point; see :class:`CurveExperiment`."""
         return CurvePlan("zc", np.array([self.zc]), [()], start=self.start)

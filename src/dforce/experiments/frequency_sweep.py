@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pydantic
@@ -10,16 +10,17 @@ import pydantic
 from dforce.core import units
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Number, Parameters, Part, param, part
+from dforce.core.parameters import Number, Part, param, part
 from dforce.experiments.base import (
     MOST_POINTS,
     PROTOCOL,
     CurveExperiment,
     CurvePlan,
+    Even,
     Place,
     ProtocolName,
     Start,
-    refuse_fresh_starts,
+    starts_anew_by_steps,
     tapping_distance,
     visits,
 )
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 WAYS = ("up", "down")
 
 
-class FrequencyGrid(Parameters):
+class FrequencyGrid(Even):
     """Evenly spaced frequencies from `start` to `stop`, both included."""
 
     title_of: ClassVar[str] = "frequency"
@@ -38,10 +39,6 @@ class FrequencyGrid(Parameters):
     start: Number = param(unit="Hz", symbol="f", above="0 Hz", high="10 GHz", doc="first frequency")
     stop: Number = param(unit="Hz", symbol="f", above="0 Hz", high="10 GHz", doc="last frequency")
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of frequencies")
-
-    def values(self) -> Array:
-        """Return the frequencies (Hz)."""
-        return np.linspace(self.start, self.stop, self.points)
 
 
 def _frequencies(given: Any) -> Any:
@@ -83,10 +80,7 @@ class FrequencySweep(CurveExperiment):
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 
-    @pydantic.model_validator(mode="after")
-    def _starts_anew_by_steps(self) -> Self:
-        refuse_fresh_starts(self.protocol, self.carry_state)
-        return self
+    _starts_anew_by_steps = starts_anew_by_steps
 
     def frequencies(self) -> Array:
         """Return the frequencies (Hz) in your order."""

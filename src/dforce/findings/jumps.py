@@ -12,7 +12,8 @@ from dforce.case import case_of
 from dforce.core.arrays import AnyArray
 from dforce.core.errors import DForceError
 from dforce.observables.averaging import common_period
-from dforce.results.curves import by_case, goes_along, swept
+from dforce.results.curves import by_case, goes_along
+from dforce.results.kinds import swept
 
 if TYPE_CHECKING:
     import xarray as xr

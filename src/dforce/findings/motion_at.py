@@ -16,6 +16,7 @@ from dforce.procedures.motion import motion_of
 from dforce.procedures.recording import record_traces
 from dforce.procedures.table import Table
 from dforce.procedures.varied import problem_at
+from dforce.results.dataset import describe
 from dforce.results.status import REPEATING, Status
 from dforce.runs import LOOKS_A_SECOND
 from dforce.solvers.doubling import doubled_beside
@@ -23,6 +24,7 @@ from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, with_ampl
 from dforce.solvers.orbit import ParameterRange
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady, steady
+from dforce.spectroscopy.parts import parts_along
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -60,9 +62,9 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     -------
     xarray.Dataset
         Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as in a dwell, and its
-        scalars; tones with another common period are recorded until they repeat. ``attrs["note"]`` is a sentence if no
-        experiment shows this motion, else empty. ``attrs["periods"]`` is the number of periods of the first tone;
-        ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) are for a drawing of the tip.
+        scalars; `force_part` over `interaction`; tones with another common period are recorded until they repeat.
+        ``attrs["note"]`` is a sentence if no experiment shows this motion, else empty. ``attrs["periods"]`` is the number of
+        periods of the first tone; ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) are for a drawing of the tip.
 
     Raises
     ------
@@ -101,6 +103,9 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
         elif _apart(found.values, point) > SAME * problem.tones[0].A0:
             raise ResultError("a motion from this point settles in another state, so it is not shown")
     data = _recorded(integrator, found, point)
+    distance, velocity, force = (data[name].values for name in ("distance", "velocity", "force"))
+    names, parts = parts_along(problem, distance, velocity, force, float(point["zc"]))
+    data = describe(data.assign_coords(interaction=names).assign(force_part=(("interaction", "time"), parts)))
     data.attrs |= {"title": case.title, "note": note, "a0": problem.a0}
     if case.tip.radius is not None:
         data.attrs["tip_radius"] = case.tip.radius

@@ -14,8 +14,9 @@ from dforce.core.errors import DForceError
 from dforce.experiments.base import SET_POINT
 from dforce.findings.finding import Finding, finding, number
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
-from dforce.findings.set_point import RATIO, SetPointState, states_at
-from dforce.results.curves import goes_along, swept
+from dforce.findings.set_point import RATIO, SetPointState, regime, states_at
+from dforce.results.curves import goes_along
+from dforce.results.kinds import swept
 from dforce.results.significance import is_none, with_scales
 from dforce.results.status import Status, count_status
 
@@ -269,7 +270,9 @@ def basins(dataset: xr.Dataset) -> Iterator[Finding]:
         one = dataset.sel(state=state).isel(tone=0)
         amplitude, phase = float(one["amplitude"]), float(one["phase"])
         about = f" of the starts, to {number(amplitude, 'm')} and {number(phase, 'degree')}"
-        yield finding("share", f"state {state}", float(one["share"]), "1", more=about)
+        word = regime(one) if "virial" in one else ""
+        label = f"state {state}{f', {word}' if word else ''}"
+        yield finding("share", label, float(one["share"]), "1", more=about)
     lost = int((dataset["reached"] == 0).sum())
     if lost:
         yield Finding("lost", "starts that lead to none", str(lost), float(lost), "1")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,9 @@ from dforce.core.arrays import AnyArray
 from dforce.core.errors import ParameterError, checked, nearest
 from dforce.core.units import parse_share
 from dforce.findings.jumps import jumps_of_all
-from dforce.results.curves import by_case, drawable, goes_along, row_of, swept
+from dforce.results.curves import by_case, drawable, goes_along, row_of
+from dforce.results.dataset import COLUMN_DIMS
+from dforce.results.kinds import swept
 from dforce.results.significance import ERRORS, is_none
 from dforce.results.status import check_computed, repeats
 
@@ -87,6 +90,51 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
         coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
     coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
     return xr.Dataset(variables, coords, {"along": along, "set_point": set_point})
+
+
+@checked
+def states_meant(states: xr.Dataset) -> str:
+    """Return in words which states at a set point a result contains: those of an approach, or all on the branches.
+
+    Parameters
+    ----------
+    states
+        A result of :func:`at_set_point`, of a sweep at a set point, or of :func:`dforce.plan`.
+    """
+    found = str(states.attrs.get("findings", "")).partition("\n")[0]
+    if "plan_over" in states.attrs:
+        return found.removeprefix("The limits apply to ").rstrip(".") or "the states that were solved"
+    if "stable" in states.coords:
+        return "the states on the branches"
+    ways = sorted(set(np.unique(states["direction"].values.astype(str)))) if "direction" in states.coords else []
+    return f"the states on {' and '.join(way for way in ways if way) or 'approach'}"
+
+
+@checked
+def without_states(states: xr.Dataset) -> xr.DataArray:
+    """Return at which values of its parameters a result contains no state at the set point.
+
+    Parameters
+    ----------
+    states
+        A sweep at a set point, or a plan.
+
+    Returns
+    -------
+    xarray.DataArray
+        Over the parameters, and the set point of a plan: True where no curve meets the set point.
+
+    Raises
+    ------
+    ParameterError
+        When the result has no states at a set point.
+    """
+    dim = next((dim for dim in ("crossing", "state") if dim in states.dims), "")
+    values = [one for one in states.data_vars.values() if dim in one.dims and one.dtype.kind == "f"]
+    if not values:
+        raise ParameterError("this result has no states at a set point")
+    found = [one.notnull().any([d for d in one.dims if d == dim or d in COLUMN_DIMS]) for one in values]
+    return (~functools.reduce(lambda one, other: one | other, found)).reset_coords(drop=True).rename("without_states")
 
 
 @checked

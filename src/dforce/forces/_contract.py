@@ -75,11 +75,15 @@ class Force(Parameters):
             run starts at 0.0. Either branch must be finite at every distance.
         `law_function()`, `values()`
             for a law that depends on parameters, as in `custom` and `electrostatic`: the law of this force, and its arguments.
+        `parts()`
+            for a force of several interactions: the forces that add up to it, so that pictures show each.
 
     Attributes
     ----------
     name
         Key of the model in case files.
+    title
+        Its name for readers, such as ``"van der Waals"``; by default the name of the class.
     contains
         The interactions in the model, from :data:`INTERACTIONS`; two forces with the same interaction are refused.
     dissipative
@@ -93,6 +97,7 @@ class Force(Parameters):
     """
 
     name: ClassVar[str] = ""
+    title: ClassVar[str] = ""
     contains: ClassVar[tuple[str, ...]] = ()
     dissipative: ClassVar[bool] = False
     timed: ClassVar[bool] = False
@@ -152,6 +157,10 @@ class Force(Parameters):
     def arguments(self) -> tuple[str, ...]:
         """Return the other arguments of the law."""
         return names_of(self.law_function())[len(self.leading()) :]
+
+    def parts(self) -> tuple[Force, ...]:
+        """Return bound forces of one interaction each that add up to this force; itself where it has no such parts."""
+        return (self,)
 
     def kinks(self) -> tuple[float, ...]:
         """Return the distances (m) at which the law is not smooth."""

@@ -23,14 +23,17 @@ Springer (2015).
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any
+from typing import Any, Self
 
-from dforce.core.parameters import MaybeNumber, param, shared
+import pydantic
+
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import MaybeNumber, Number, param, shared
 from dforce.forces._contract import Force
 
 
-class Viscoelastic(Force):
-    """What the viscoelastic contacts have in common: tip, elements, the law and what it takes."""
+class ViscoelasticSphere(Force):
+    """A rigid sphere in contact with a viscoelastic sample."""
 
     contains = ("elastic contact",)
     dissipative = True
@@ -38,6 +41,35 @@ class Viscoelastic(Force):
     radius: float = shared("tip.radius")
     poisson: float = shared("sample.poisson_ratio")
     a0: float = shared("contact.a0")
+
+    def kinks(self) -> tuple[float, ...]:
+        return (self.a0,)
+
+
+class StandardSolid(Force):
+    """The parameters of a standard linear solid: a spring in parallel with a spring and a dashpot in series."""
+
+    instant_modulus: Number = param("1 GPa", above="0 Pa", symbol="E_0", doc="instantaneous Young's modulus")
+    relaxed_modulus: Number = param(
+        "100 MPa", low="0 Pa", symbol=r"E_\infty", doc="Young's modulus after an infinite time"
+    )
+    relaxation_time: Number = param("10 us", above="0 s", symbol=r"\tau", doc="relaxation time at constant strain")
+
+    @pydantic.model_validator(mode="after")
+    def _relaxes(self) -> Self:
+        if self.relaxed_modulus > self.instant_modulus:
+            raise ParameterError(f"{self.name}.relaxed_modulus is above instant_modulus, but a solid can only relax")
+        return self
+
+    @property
+    def numbers_of_solid(self) -> tuple[float, float, float]:
+        """Moduli at once and after an infinite time (Pa), and relaxation time (s)."""
+        return self.instant_modulus, self.relaxed_modulus, self.relaxation_time
+
+
+class Viscoelastic(ViscoelasticSphere):
+    """What the contacts of a row of elements have in common: elements, the law and its arguments."""
+
     max_indentation: MaybeNumber = param(
         None,
         unit="m",
@@ -85,9 +117,6 @@ class Viscoelastic(Force):
     def reach(self) -> float:
         """Radius of contact that the elements cover (m)."""
         return sqrt(self.radius * (self.radius if self.max_indentation is None else self.max_indentation))
-
-    def kinks(self) -> tuple[float, ...]:
-        return (self.a0,)
 
     @staticmethod
     def law(

@@ -23,6 +23,7 @@ class AdhesionHysteresis(Force):
     """
 
     name = "adhesion_hysteresis"
+    title = "Adhesion hysteresis"
     contains = ("van der Waals",)
     dissipative = True
     source = "R. García, C. J. Gómez, N. F. Martínez et al., Phys. Rev. Lett. 97, 016103 (2006)"

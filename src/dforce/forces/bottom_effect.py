@@ -39,6 +39,7 @@ class BottomEffect(Force):
     """
 
     name = "bottom_effect"
+    title = "Thin sample (bottom effect)"
     contains = ("elastic contact",)
     source = (
         "N. Gavara, R. S. Chadwick, Nat. Nanotechnol. 7, 733 (2012); P. D. Garcia, R. Garcia, Biophys. J. "

@@ -33,6 +33,7 @@ class Capillary(Force):
     """
 
     name = "capillary"
+    title = "Capillary neck"
     contains = ("capillary neck",)
     dissipative = True
     source = (

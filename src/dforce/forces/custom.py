@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import pydantic
 
@@ -16,6 +16,29 @@ from dforce.forces._contract import Force
 
 FIELDS = {"R": "radius", "H": "hamaker"}  # where the expression's name is not the field's
 PROBES = (-1e-9, 0.1e-9, 0.5e-9, 1e-9, 1e-8, 1e-7)  # m; a law that is finite at none of them is a mistake
+
+
+class NameInLaw(NamedTuple):
+    """A name that a law may use: its SI unit, empty for a number without one, and its meaning."""
+
+    unit: str
+    help: str
+
+
+NAMES_IN_LAW = {
+    "d": NameInLaw("m", "distance between tip and surface"),
+    "indentation": NameInLaw("m", "a0 - d in contact, else 0"),
+    "velocity": NameInLaw("m/s", "velocity of the tip, positive away from the sample"),
+    "z": NameInLaw("m", "deflection of the tip"),
+    "t": NameInLaw("s", "time"),
+    "R": NameInLaw("m", "tip radius"),
+    "a0": NameInLaw("m", "intermolecular distance: contact begins there"),
+    "E_eff": NameInLaw("Pa", "effective modulus of tip and sample"),
+    "k": NameInLaw("N/m", "spring constant of mode 1"),
+    "Q": NameInLaw("", "quality factor of mode 1"),
+    "H": NameInLaw("J", "Hamaker constant, a parameter below"),
+    **{name: NameInLaw("", "a number of your own in SI units, below") for name in ("P1", "P2", "P3", "P4")},
+}
 
 
 class _Of:
@@ -53,6 +76,7 @@ class Custom(Force):
     """
 
     name = "custom"
+    title = "Own law"
     source = "H. V. Guzman, P. D. Garcia, R. Garcia, Beilstein J. Nanotechnol. 6, 369 (2015), eq. 22"
     example: ClassVar[Mapping[str, Any]] = {
         "law": "-P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 - P4*indentation*velocity",

@@ -11,6 +11,8 @@ import pydantic
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import MaybeNumber, param, shared
 from dforce.forces._contract import OF_ADHESION, Force
+from dforce.forces.hertz import Hertz
+from dforce.forces.van_der_waals import VanDerWaals
 
 
 class DMT(Force):
@@ -98,6 +100,13 @@ class DMT(Force):
         if depth > 0.0:
             return (0.4 * stiffness * depth * sqrt(depth) - adhesion) * depth - attraction / a0
         return -attraction / d
+
+    def parts(self) -> tuple[Force, ...]:
+        if self.jumps():  # the attraction in contact is not that at a0
+            return (self,)
+        attraction = VanDerWaals(hamaker=self.H).model_copy(update={"radius": self.radius, "a0": self.a0})
+        contact = Hertz().model_copy(update={"radius": self.radius, "E_eff": self.E_eff, "a0": self.a0})
+        return attraction, contact
 
     def kinks(self) -> tuple[float, ...]:
         return (self.a0,)

@@ -22,6 +22,7 @@ class GeneralizedMaxwell(Viscoelastic):
     """
 
     name = "generalized_maxwell"
+    title = "Generalized Maxwell solid"
     source = (
         "T. C. T. Ting, J. Appl. Mech. 33, 845 (1966); V. L. Popov, M. Heß, Method of Dimensionality "
         "Reduction, Springer (2015)"

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import pi, sqrt
-from typing import Any, ClassVar
 
-from dforce.core.parameters import Number, param, shared
-from dforce.forces._contract import OF_ADHESION, Force
+from dforce.core.parameters import Number, param
+from dforce.forces._adhesion import AdhesiveContact
 
 Q_PULL_OFF = 3.0 ** (-1.0 / 3.0)  # where d(delta)/dq = 0: the end of the branch at a prescribed distance
 DEPTH_PULL_OFF = -(3.0 ** (2.0 / 3.0))
 BEND = 18.0 * Q_PULL_OFF**2  # half the second derivative of delta(q) there
 
 
-class JKR(Force):
+class JKR(AdhesiveContact):
     r"""Johnson–Kendall–Roberts contact of a sphere with a soft, strongly adhesive, flat sample.
 
     .. math:: \bar\delta = 3 q^4 - 4 q, \qquad \bar F = q^6 - 2 q^3, \qquad q \ge 3^{-1/3}
@@ -32,29 +30,19 @@ class JKR(Force):
     """
 
     name = "jkr"
-    contains = ("van der Waals", "elastic contact")
-    dissipative = True
     source = "K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. London A 324, 301 (1971)"
-    example: ClassVar[Mapping[str, Any]] = {"surface_energy": "50 mJ/m^2"}
 
-    radius: float = shared("tip.radius")
-    E_eff: float = shared("contact.E_eff")
-    a0: float = shared("contact.a0")
-    hints: ClassVar[Mapping[str, str]] = OF_ADHESION
-    surface_energy: Number = param(
-        unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
-    )
     hamaker: Number = param("0 J", low="0 J", symbol="H", doc="Hamaker constant of the attraction outside contact")
 
     @property
     def length(self) -> float:
         """Unit u of the indentation (m)."""
-        return float((3.0 * pi**2 * self.surface_energy**2 * self.radius / (16.0 * self.E_eff**2)) ** (1.0 / 3.0))
+        return float((3.0 * pi**2 * self.gamma**2 * self.radius / (16.0 * self.E_eff**2)) ** (1.0 / 3.0))
 
     @property
     def strength(self) -> float:
         """Pull-off force under a dead load (N)."""
-        return 3.0 * pi * self.surface_energy * self.radius
+        return 3.0 * pi * self.gamma * self.radius
 
     @property
     def attraction(self) -> float:
@@ -79,9 +67,7 @@ class JKR(Force):
         return d - a0 + DEPTH_PULL_OFF * length if latched > 0.5 else a0 - d
 
     def kinks(self) -> tuple[float, ...]:
-        capped = sqrt(self.attraction / (8.0 / 9.0 * self.strength))
-        pull_off = self.a0 - DEPTH_PULL_OFF * self.length
-        return (self.a0, pull_off, capped) if capped > self.a0 else (self.a0, pull_off)
+        return self.ends(DEPTH_PULL_OFF * self.length, sqrt(self.attraction / (8.0 / 9.0 * self.strength)))
 
 
 def contact_size(depth: float) -> float:

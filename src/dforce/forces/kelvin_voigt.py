@@ -28,6 +28,7 @@ class KelvinVoigt(Force):
     """
 
     name = "kelvin_voigt"
+    title = "Kelvin–Voigt"
     contains = ("contact viscosity",)
     dissipative = True
     source = (

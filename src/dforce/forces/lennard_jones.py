@@ -25,6 +25,7 @@ class LennardJones(Force):
     """
 
     name = "lennard_jones"
+    title = "Lennard-Jones"
     contains = ("van der Waals", "elastic contact")
     source = "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011); integrated here"
     example: ClassVar[Mapping[str, Any]] = {"work_of_adhesion": "50 mJ/m^2"}

@@ -21,6 +21,7 @@ class MagneticDipole(Force):
     """
 
     name = "magnetic_dipole"
+    title = "Magnetic dipoles"
     contains = ("magnetic",)
     source = "J. D. Jackson, Classical Electrodynamics, Wiley (1999), section 5.7; derived again here"
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import lru_cache
 from math import pi, sqrt
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.core.parameters import MaybeNumber, Number, param, shared
-from dforce.forces._contract import OF_ADHESION, Force
+from dforce.core.parameters import MaybeNumber, param
+from dforce.forces._adhesion import AdhesiveContact
 
 TERMS = 20
 FARTHEST = 49.0  # root of the depth above pull-off to which the force is fitted
@@ -20,7 +19,7 @@ SHARPEST, BLUNTEST = -20.0, 12.0  # ln sqrt(m² - 1): far inside, and a contact 
 TRANSITION_RANGE = (1e-3, 1e4)  # beyond it the limits are reached to 1e-3
 
 
-class MaugisDugdale(Force):
+class MaugisDugdale(AdhesiveContact):
     r"""Maugis' contact of a sphere whose adhesion reaches a finite distance beyond the contact: DMT to JKR.
 
     .. math:: \frac{\lambda A^2}{2}\left[s + (m^2 - 2)\theta\right] + \frac{4\lambda^2 A}{3}
@@ -41,18 +40,9 @@ class MaugisDugdale(Force):
     """
 
     name = "maugis_dugdale"
-    contains = ("van der Waals", "elastic contact")
-    dissipative = True
+    title = "Maugis–Dugdale"
     source = "D. Maugis, J. Colloid Interface Sci. 150, 243 (1992)"
-    example: ClassVar[Mapping[str, Any]] = {"surface_energy": "50 mJ/m^2"}
 
-    radius: float = shared("tip.radius")
-    E_eff: float = shared("contact.E_eff")
-    a0: float = shared("contact.a0")
-    hints: ClassVar[Mapping[str, str]] = OF_ADHESION
-    surface_energy: Number = param(
-        unit="J/m^2", above="0 J/m^2", symbol=r"\gamma", doc="surface energy, half the work of adhesion"
-    )
     hamaker: MaybeNumber = param(
         None, unit="J", low="0 J", symbol="H", doc="Hamaker constant outside contact; default: from the surface energy"
     )
@@ -60,20 +50,20 @@ class MaugisDugdale(Force):
     @property
     def transition(self) -> float:
         """Maugis' parameter lambda (1)."""
-        work, stiffness = 2.0 * self.surface_energy, 4.0 / 3.0 * self.E_eff
+        work, stiffness = 2.0 * self.gamma, 4.0 / 3.0 * self.E_eff
         stress = 1.026 * work / self.a0
         return float(2.0 * stress * (self.radius / (pi * work * stiffness**2)) ** (1.0 / 3.0))
 
     @property
     def length(self) -> float:
         """Unit of the indentation (m)."""
-        work, stiffness = 2.0 * self.surface_energy, 4.0 / 3.0 * self.E_eff
+        work, stiffness = 2.0 * self.gamma, 4.0 / 3.0 * self.E_eff
         return float((pi**2 * work**2 * self.radius / stiffness**2) ** (1.0 / 3.0))
 
     @property
     def strength(self) -> float:
         """Unit of the force, pi W R (N)."""
-        return 2.0 * pi * self.surface_energy * self.radius
+        return 2.0 * pi * self.gamma * self.radius
 
     @property
     def pull_off(self) -> float:
@@ -133,9 +123,7 @@ class MaugisDugdale(Force):
         return d - a0 + pull_off if latched > 0.5 else a0 - d
 
     def kinks(self) -> tuple[float, ...]:
-        capped = sqrt(self.attraction / self.strongest)
-        ends = (self.a0, self.a0 - self.pull_off)
-        return (*ends, capped) if capped > self.a0 else ends
+        return self.ends(self.pull_off, sqrt(self.attraction / self.strongest))
 
 
 def on_branch(depth: float, lowest: float, fitted: tuple[float, ...]) -> float:

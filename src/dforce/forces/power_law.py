@@ -30,6 +30,7 @@ class PowerLaw(Viscoelastic):
     """
 
     name = "power_law"
+    title = "Power-law rheology"
     source = "Y. M. Efremov, W.-H. Wang, S. D. Hardy, R. L. Geahlen, A. Raman, Sci. Rep. 7, 1541 (2017)"
 
     modulus_at_reference: Number = param(

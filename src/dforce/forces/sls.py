@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Self
-
-import pydantic
-
-from dforce.core.errors import ParameterError
-from dforce.core.parameters import Number, param
-from dforce.forces._rheology import Viscoelastic
+from dforce.forces._rheology import StandardSolid, Viscoelastic
 
 
-class SLS(Viscoelastic):
+class SLS(StandardSolid, Viscoelastic):
     r"""Standard linear solid under a sphere: a spring in parallel with a spring and a dashpot in series.
 
     .. math:: F = \frac{4\sqrt{R}}{3} \int_0^{t_1(t)} \psi(t - s)\, d[\delta^{3/2}], \qquad
@@ -28,25 +22,15 @@ class SLS(Viscoelastic):
     """
 
     name = "sls"
+    title = "Standard linear solid"
     source = (
         "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845 "
         "(1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction, Springer (2015)"
     )
 
-    instant_modulus: Number = param("1 GPa", above="0 Pa", symbol="E_0", doc="instantaneous Young's modulus")
-    relaxed_modulus: Number = param(
-        "100 MPa", low="0 Pa", symbol=r"E_\infty", doc="Young's modulus after an infinite time"
-    )
-    relaxation_time: Number = param("10 us", above="0 s", symbol=r"\tau", doc="relaxation time at constant strain")
-
-    @pydantic.model_validator(mode="after")
-    def _relaxes(self) -> Self:
-        if self.relaxed_modulus > self.instant_modulus:
-            raise ParameterError("sls.relaxed_modulus is above instant_modulus, but a solid can only relax")
-        return self
-
     def arms(self) -> tuple[tuple[float, float], ...]:
-        return ((self.instant_modulus - self.relaxed_modulus, self.relaxation_time),)
+        instant, relaxed, time = self.numbers_of_solid
+        return ((instant - relaxed, time),)
 
     def equilibrium(self) -> float:
-        return self.relaxed_modulus
+        return self.numbers_of_solid[1]

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any, Self
+from typing import Any
 
-import pydantic
-
-from dforce.core.errors import ParameterError
-from dforce.core.parameters import Number, param, shared
-from dforce.forces._contract import Force
+from dforce.forces._rheology import StandardSolid, ViscoelasticSphere
 
 
-class SLSSimple(Force):
+class SLSSimple(StandardSolid, ViscoelasticSphere):
     r"""Standard linear solid under a sphere, with the equation of growing contacts at all times.
 
     .. math:: \dot F + \frac{F}{\tau} = \frac{4\sqrt{R}}{3(1 - \nu^2)}
@@ -28,41 +24,26 @@ class SLSSimple(Force):
     """
 
     name = "sls_simple"
-    contains = ("elastic contact",)
-    dissipative = True
+    title = "Standard linear solid, simple"
     source = "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960)"
     memory = 1
     memory_scale = 3e-14  # m^1.5: an indentation of 1 nm
 
-    radius: float = shared("tip.radius")
-    poisson: float = shared("sample.poisson_ratio")
-    a0: float = shared("contact.a0")
-    instant_modulus: Number = param("1 GPa", above="0 Pa", symbol="E_0", doc="instantaneous Young's modulus")
-    relaxed_modulus: Number = param(
-        "100 MPa", low="0 Pa", symbol=r"E_\infty", doc="Young's modulus after an infinite time"
-    )
-    relaxation_time: Number = param("10 us", above="0 s", symbol=r"\tau", doc="relaxation time at constant strain")
-
-    @pydantic.model_validator(mode="after")
-    def _relaxes(self) -> Self:
-        if self.relaxed_modulus > self.instant_modulus:
-            raise ParameterError("sls_simple.relaxed_modulus is above instant_modulus, but a solid can only relax")
-        return self
-
     @property
     def stiffness(self) -> float:
         """Force at once per indentation to the power 3/2 (N/m^1.5)."""
-        return 4.0 / 3.0 * self.instant_modulus / (1.0 - self.poisson**2) * sqrt(self.radius)
+        return 4.0 / 3.0 * self.numbers_of_solid[0] / (1.0 - self.poisson**2) * sqrt(self.radius)
 
     @property
     def share(self) -> float:
         """Modulus of the arm over the modulus at once (1)."""
-        return 1.0 - self.relaxed_modulus / self.instant_modulus
+        instant, relaxed, _ = self.numbers_of_solid
+        return 1.0 - relaxed / instant
 
     @property
     def speed(self) -> float:
         """Inverse relaxation time (1/s)."""
-        return 1.0 / self.relaxation_time
+        return 1.0 / self.numbers_of_solid[2]
 
     @property
     def fastest_rate(self) -> float:
@@ -96,6 +77,3 @@ class SLSSimple(Force):
         if depth > 0.0:
             height = max(height, depth * sqrt(depth))
         change[0] = (height - memory[0]) * speed
-
-    def kinks(self) -> tuple[float, ...]:
-        return (self.a0,)

@@ -33,6 +33,7 @@ class VanDerWaals(Force):
     """
 
     name = "van_der_waals"
+    title = "van der Waals"
     contains = ("van der Waals",)
     source = (
         "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011); "

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Number, Parameters, param
-from dforce.instrument.lever import ModeNumbers
+from dforce.instrument.modes import ModeNumbers
 
 
 class Piezo(Parameters):

@@ -11,7 +11,7 @@ import pydantic
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import MaybeNumber, Number, Parameters, Part, param, part
 from dforce.instrument.base import BaseMotion, Piezo, peak_ratio
-from dforce.instrument.lever import MOST_MODES, ModeNumbers
+from dforce.instrument.modes import MOST_MODES, ModeNumbers
 from dforce.instrument.readout import Readout
 
 SEVERAL_TONES = (

@@ -15,9 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from dforce.core.errors import ParameterError
+from dforce.instrument.beam_lever import Beam
 from dforce.instrument.drive import Drive, ToneNumbers
-from dforce.instrument.lever import Beam, Cantilever, ModeNumbers
+from dforce.instrument.lever import Cantilever
 from dforce.instrument.medium import Medium
+from dforce.instrument.modes import ModeNumbers
 from dforce.instrument.readout import Readout
 
 PARTS = 64  # of each interval that a user gives: between them numbers that change together are not quite linear

@@ -16,7 +16,7 @@ from dforce.inverse import placing
 from dforce.inverse.heights import height_error, sensor_noise, walk_of
 from dforce.inverse.readers import READERS
 from dforce.inverse.table import RETRACT, Column, MeasuredTable, Reader, segment_of
-from dforce.inverse.words import ABOVE_THE_SAMPLE, MEANINGS, bare, quantity_of
+from dforce.inverse.words import MEANINGS
 from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
@@ -181,9 +181,7 @@ def _turn_heights(
     values: dict[str, Array], column: Column, reader: Reader, given: str | None, history: list[str]
 ) -> bool:
     """Make larger heights the farther ones, in place, where their sign is given or known; say whether it is."""
-    grows = given or reader.height_grows.get(quantity_of(column.name, reader.names) or "")
-    if grows is None and bare(column.name) in ABOVE_THE_SAMPLE:
-        grows = "away"
+    grows = given or reader.sign_of(column.name)
     if grows == "toward":
         values["height"] = -values["height"]
         why = "as given" if given else f"as in files of {reader.maker}"
@@ -226,24 +224,37 @@ def _check_orientation(values: Mapping[str, Array], known: bool, name: str, hist
         Where the curve shows the contrary, and where it shows nothing and the sign is not known.
     """
     quantity = "frequency_shift" if "frequency_shift" in values else "amplitude"
-    order = np.argsort(values["height"], kind="stable")
-    far_from_it = -np.abs(values[quantity][order]) if quantity == "frequency_shift" else values[quantity][order]
-    count = max(min(SOME, len(order) // 10), 2)
-    noise = max(sensor_noise(far_from_it) * np.sqrt(2.0 / count), 1e-3 * float(np.abs(far_from_it).max()))
-    rise = (float(far_from_it[-count:].mean()) - float(far_from_it[:count].mean())) / noise
-    words = quantity.replace("_", " ")
-    if rise < -CLEAR:
+    words, grows = quantity.replace("_", " "), height_sign(values)
+    if grows == "toward":
         shown = "smaller amplitudes" if quantity == "amplitude" else "larger frequency shifts"
         raise ParameterError(f"{name} has {shown} at larger heights, a sign of the sample there: {GIVE_THE_SIGN}")
     if known:
         return
-    if not rise > CLEAR:  # where all is zero, too
+    if grows is None:
         raise ParameterError(
             f"{name} does not show the side of the sample: the {words} is equal at both ends, and the sign "
             f"of its heights is unknown: {GIVE_THE_SIGN}"
         )
     shown = "the amplitude falls toward smaller ones" if quantity == "amplitude" else "its size grows at smaller ones"
     history.append(f"height: larger numbers are farther from the sample, as {shown}")
+
+
+def height_sign(values: Mapping[str, Array]) -> str | None:
+    """Return where larger heights are, "away" from the sample or "toward" it, by the ends of a curve; None if unclear.
+
+    `values` has `height` and `frequency_shift` or `amplitude`, in any units.
+    """
+    quantity = "frequency_shift" if "frequency_shift" in values else "amplitude"
+    order = np.argsort(values["height"], kind="stable")
+    if len(order) < 4:
+        return None
+    far_from_it = -np.abs(values[quantity][order]) if quantity == "frequency_shift" else values[quantity][order]
+    count = max(min(SOME, len(order) // 10), 2)
+    noise = max(sensor_noise(far_from_it) * np.sqrt(2.0 / count), 1e-3 * float(np.abs(far_from_it).max()))
+    rise = float(far_from_it[-count:].mean()) - float(far_from_it[:count].mean())
+    if not abs(rise) > CLEAR * noise:  # where all is zero, too
+        return None
+    return "away" if rise > 0.0 else "toward"
 
 
 def _turn_phases(
@@ -317,8 +328,7 @@ def described(data: xr.Dataset, excitation: str | None = None) -> xr.Dataset:
     for key, variable in data.variables.items():
         row = known.get(str(key))
         if row is not None:
-            words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
-            variable.attrs.update({word: text for word, text in words.items() if text})
+            variable.attrs.update(row.words)
     if excitation is not None and "excitation" in data:
         data["excitation"].attrs["units"] = excitation
     return data

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,14 +20,6 @@ NUMBERS = ("1", "")  # units of quantities that need none
 FEWEST = 8  # points of a curve
 
 
-class Placed(NamedTuple):
-    """The quantities of a table: numbers in SI units by name, the columns that they came from, and sentences."""
-
-    values: dict[str, Array]
-    columns: dict[str, Column]
-    history: list[str]
-
-
 def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, name: str) -> dict[str, Column]:
     """Return the column of each quantity, under "height" that which is taken.
 
@@ -38,6 +29,7 @@ def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, 
         For a column that the file lacks, two columns of one quantity, or a quantity that no column seems to hold.
     """
     found = {quantity: _named(table, wanted, quantity, name) for quantity, wanted in columns.items()}
+    _refuse_twice(found, name)
     taken = {column.name for column in found.values()}
     claims: dict[str, list[Column]] = {}
     for column in table.columns:
@@ -61,6 +53,17 @@ def _named(table: MeasuredTable, wanted: str, quantity: str, name: str) -> Colum
             return column
     known = [column.name for column in table.columns]
     raise ParameterError(f"{name} has no column '{shorten(wanted)}' for the {quantity}{nearest(wanted[:100], known)}")
+
+
+def _refuse_twice(named: Mapping[str, Column], name: str) -> None:
+    """Refuse one column for two quantities."""
+    quantities = list(named)
+    for place, quantity in enumerate(quantities):
+        for other in quantities[:place]:
+            if named[other] is named[quantity]:
+                raise ParameterError(
+                    f"{name}: the column '{named[quantity].name}' cannot be both {other} and {quantity}; choose another column"
+                )
 
 
 def _with_height(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from dforce.core.arrays import Array, Indices, Texts
+from dforce.inverse.words import ABOVE_THE_SAMPLE, bare, quantity_of
 
 APPROACH, RETRACT, PAUSE = "approach", "retract", "pause"
 SEGMENTS = {
@@ -84,6 +85,11 @@ class Reader:
             When the file is damaged or has no curve.
         """
         return [replace(table, reader=self) for table in self.read(content, name)]
+
+    def sign_of(self, column: str) -> str | None:
+        """Return where larger heights are in a column of this name, where maker or name say so: "away" or "toward"."""
+        grows = self.height_grows.get(quantity_of(column, self.names) or "")
+        return "away" if grows is None and bare(column) in ABOVE_THE_SAMPLE else grows
 
 
 OF_NOBODY = Reader("table", (), lambda content: False, lambda content, name: [])

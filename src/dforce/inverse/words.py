@@ -26,11 +26,14 @@ MEANINGS = {
         "smoothedstraingaugeheight", "sensor", "zmeasured",
     )),
     "height_piezo": Meaning("m", (
-        "raw", "piezo", "zpiezo", "heightpiezo", "piezoheight", "calcramp", "ramp", "zaxis", "heightcommanded", "zcommand",
+        "raw", "piezo", "zpiezo", "piezoz", "heightpiezo", "piezoheight", "calcramp", "ramp", "zaxis", "heightcommanded",
+        "zcommand",
     )),
     "height": Meaning("m", ("height", "z", "zc", "zposition", "heightabovesample")),
-    "amplitude": Meaning("m", ("amplitude", "amp", "amplitude1", "amp1", "amplitudetone1", "lockinamplitude", "a", "a1")),
-    "phase": Meaning("degree", ("phase", "phaselag", "phase1", "phasetone1", "phi", "phi1", "lockinphase", "phaseangle")),
+    "amplitude": Meaning("m", (
+        "amplitude", "amp", "ampl", "amplitude1", "amp1", "amplitudetone1", "lockinamplitude", "a", "a1",
+    )),
+    "phase": Meaning("degree", ("phase", "ph", "phaselag", "phase1", "phasetone1", "phi", "phi1", "lockinphase", "phaseangle")),
     "amplitude_2": Meaning("m", ("amplitude2", "amp2", "amplitudetone2", "a2")),
     "phase_2": Meaning("degree", ("phase2", "phasetone2", "phi2")),
     "deflection": Meaning("m", ("deflection", "defl", "verticaldeflection", "vdeflection", "meandeflection")),

@@ -7,11 +7,12 @@ import importlib.metadata
 import logging
 import tempfile
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from dforce.case import Case
 from dforce.core.errors import ParameterError, ResultError
@@ -19,7 +20,8 @@ from dforce.core.files import beside
 from dforce.core.parallel import Crew, Stopped, cores
 from dforce.core.stopping import watching
 from dforce.forces import read_plugin
-from dforce.maps._cases import cases_of
+from dforce.maps._one_by_one import cases_of
+from dforce.maps._result import Layout
 from dforce.maps._states import NEEDED, states_of
 from dforce.maps.axes import Axis
 
@@ -74,7 +76,7 @@ class KeptQuantities:
         Stopped
             When the work was stopped before its end.
         """
-        cases = cases_of(case, axes)
+        cases = cases_of(case, Layout(case, axes))
         names = self.names if self.set_point is None else self.names | NEEDED
         if not cases.compute(crew, names, checks=False):
             raise Stopped
@@ -92,29 +94,34 @@ class KeptQuantities:
         }
 
 
-class Hands(Protocol):
+class Hands(ABC):
     """Who computes blocks."""
 
+    @abstractmethod
     def room(self) -> int:
         """Return how many blocks may be under way."""
 
+    @abstractmethod
     def submit(self, axes: list[Axis]) -> Future[Arrays]:
         """Begin to compute the cases of a block."""
 
-    def points(self) -> int:
-        """Return how many points of the blocks under way are done, as far as that is known."""
-
-    def tries(self, error: BaseException) -> int:
-        """Return how often a block is tried before it is left out, when it ends with an error."""
-
-    def check(self) -> None:
-        """Raise :class:`ResultError` when nothing can be computed any more."""
-
+    @abstractmethod
     def close(self) -> None:
         """Stop what is under way."""
 
+    def points(self) -> int:
+        """Return how many points of the blocks under way are done, as far as that is known."""
+        return 0
 
-class Threads:
+    def tries(self, error: BaseException) -> int:
+        """Return how often a block is tried before it is left out, when it ends with an error."""
+        return TRIES
+
+    def check(self) -> None:  # noqa: B027 threads go on for ever
+        """Raise :class:`ResultError` when nothing can be computed any more."""
+
+
+class Threads(Hands):
     """Threads of this process."""
 
     def __init__(self, case: Case, kept: KeptQuantities, workers: int | None) -> None:
@@ -137,13 +144,6 @@ class Threads:
     def points(self) -> int:
         """Return how many points of the blocks under way are done."""
         return sum(crew.done for crew in list(self._crews.values()))
-
-    def tries(self, error: BaseException) -> int:
-        """Return how often a block is tried before it is left out, when it ends with an error."""
-        return TRIES
-
-    def check(self) -> None:
-        """Find nothing wrong."""
 
     def close(self) -> None:
         """Stop what is under way."""
@@ -186,7 +186,7 @@ def _compute(sent: Sent, axes: list[Axis]) -> Arrays:
     return sent.kept.arrays(_case_of(sent), axes, Alone(threading.Event()))
 
 
-class Cluster:
+class Cluster(Hands):
     """The workers of a Dask cluster, known by a client or the address of the scheduler."""
 
     def __init__(self, case: Case, kept: KeptQuantities, client: Any) -> None:
@@ -220,10 +220,6 @@ class Cluster:
         """Begin to compute the cases of a block."""
         future: Future[Arrays] = self._pool.submit(_compute, self._sent, axes)
         return future
-
-    def points(self) -> int:
-        """Know nothing of the blocks under way."""
-        return 0
 
     def tries(self, error: BaseException) -> int:
         """Return how often a block is tried before it is left out, when it ends with an error."""

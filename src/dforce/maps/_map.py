@@ -52,6 +52,7 @@ LIMITS = {"jump": MOST_JUMPS, "crossing": MOST_STATES, "state": MOST_STATES, "po
 Place = Mapping[str, slice]
 
 
+@dataclasses.dataclass
 class Map:
     """A sweep and its store.
 
@@ -69,16 +70,14 @@ class Map:
         Path or URL.
     """
 
-    def __init__(
-        self,
-        asked: Case,
-        layout: Layout,
-        names: list[str] | None,
-        set_point: float | None,
-        store: str | os.PathLike[str],
-    ) -> None:
-        self.asked, self.layout, self.names, self.set_point, self.store = asked, layout, names, set_point, store
-        self.case = asked.model_copy(update={"sweep": None})
+    asked: Case
+    layout: Layout
+    names: list[str] | None
+    set_point: float | None
+    store: str | os.PathLike[str]
+
+    def __post_init__(self) -> None:
+        self.case = self.asked.model_copy(update={"sweep": None})
 
     def run(self, resume: bool, workers: int | None, client: Any, progress: Progress | bool | None) -> xr.Dataset:
         """Compute the blocks that are missing or damaged, and return the store, opened."""
@@ -302,8 +301,5 @@ def _variable(name: str, one: xr.Variable, is_coordinate: bool) -> Variable:
 
 def _jump_variable(name: str, dims: tuple[str, ...]) -> Variable:
     """Return how a store holds what is noted of jumps."""
-    row = WORDS[name]
-    words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
     is_text = name == "jump_direction"
-    attrs = {key: word for key, word in words.items() if word}
-    return Variable((*dims, "jump"), str if is_text else np.float64, "" if is_text else np.nan, attrs)
+    return Variable((*dims, "jump"), str if is_text else np.float64, "" if is_text else np.nan, WORDS[name].words)

@@ -18,7 +18,7 @@ from dforce.core.parallel import Crew, Stopped
 from dforce.core.stopping import watching
 from dforce.experiments.base import DISTANCE, CurveExperiment, initial_motions
 from dforce.maps._grid import ProblemGrid
-from dforce.maps._result import Found, Layout, split, table, to_result
+from dforce.maps._result import Found, Layout, split, table
 from dforce.maps.axes import Axis, amplitude_axis, count, dims_of
 from dforce.procedures.motion import motions
 from dforce.procedures.table import statuses
@@ -43,7 +43,7 @@ _loading = threading.Lock()
 
 
 class SideBySide:
-    """The cases of a sweep, curves or points along the distance, solved in blocks; see :class:`dforce.maps._cases.Cases`."""
+    """The cases of a sweep, curves or points along the distance, solved in blocks."""
 
     def __init__(self, case: Case, layout: Layout) -> None:
         self.case, self.layout = case, layout
@@ -56,7 +56,15 @@ class SideBySide:
         return sum(int(found.whole.sum()) for found in self.founds) * self.layout.points
 
     def compute(self, crew: Crew, kept: frozenset[str], checks: bool = True) -> bool:
-        """Compute the cases that are missing; return False when stopped before the end."""
+        """Compute the cases that are missing; return False when stopped before the end.
+
+        Parameters
+        ----------
+        kept
+            Names of the quantities that are kept.
+        checks
+            Whether cases at the corners are validated as a whole.
+        """
         paths = [axis.path for axis in self.layout.choices]
         values = itertools.product(*(axis.values for axis in self.layout.choices))
         cases = (type(self.case)(**changed(self.case, zip(paths, chosen, strict=True))) for chosen in values)
@@ -191,7 +199,7 @@ class Part:
         became = statuses(solver.points, block, zc)
         became[solver.points.is_orbit & np.isnan(solver.points.error)] = Status.NOT_COMPUTED
         for number, jumps in zip(which, solver.jumps, strict=True):
-            self.found.jumps[number] = [to_result(jump) for jump in jumps]
+            self.found.jumps[number] = jumps
         found = solver.points.columns(block, zc) | motions(solver.points, block, zc)
         for name, values in found.items():
             if name in self.kept:

@@ -11,12 +11,14 @@ import numpy as np
 from dforce.case import Case
 from dforce.core.arrays import Array, Bools
 from dforce.core.quantities import MOTION, OBSERVABLES, REPEATS, jumps_along
+from dforce.experiments.approach import WAYS
 from dforce.experiments.base import DISTANCE, CurveExperiment, CurvePlan
 from dforce.maps.axes import Axis, amplitude_axis, dims_of
 from dforce.procedures.motion import COMPONENT, components
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
 from dforce.results.status import Status
+from dforce.solvers.points import StateJump
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,23 +27,9 @@ if TYPE_CHECKING:
 
 RATIO = "zc_ratio"  # dimension of distances that are shares of an amplitude which varies
 JUMPS = jumps_along("zc")
+NO_JUMP = (np.nan, np.nan, np.nan, "")  # fills up the jumps of a case that has fewer than others
 KEPT = frozenset(OBSERVABLES) | {MOTION, REPEATS}  # of each point
 QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
-
-
-@dataclass(frozen=True)
-class CaseJump:
-    """A jump as a result holds it: distance (m), amplitudes (m), and the direction by name."""
-
-    zc: float
-    before: float
-    after: float
-    direction: str
-
-
-def to_result(jump: Any) -> CaseJump:
-    """Return a jump of the solvers as a result holds it."""
-    return CaseJump(jump.at, jump.before, jump.after, "retract" if jump.rising else "approach")
 
 
 @dataclass
@@ -60,17 +48,13 @@ class Found:
 
     status: np.ndarray[Any, np.dtype[np.int8]]
     arrays: dict[str, Array]
-    jumps: list[list[CaseJump]]
-
-    @classmethod
-    def nothing(cls, shape: tuple[int, ...]) -> Found:
-        """Return room for so many cases and points."""
-        return cls(np.full(shape, Status.NOT_COMPUTED, dtype=np.int8), {}, [[] for _ in range(shape[0])])
+    jumps: list[list[StateJump]]
 
     @classmethod
     def of(cls, layout: Layout) -> list[Found]:
         """Return room for each part of a sweep."""
-        return [cls.nothing((layout.cases, layout.points)) for _ in range(layout.parts)]
+        status = np.full((layout.parts, layout.cases, layout.points), Status.NOT_COMPUTED, dtype=np.int8)
+        return [cls(of_part, {}, [[] for _ in of_part]) for of_part in status]
 
     @property
     def whole(self) -> Bools:
@@ -220,28 +204,19 @@ def split(data: xr.Dataset, layout: Layout) -> list[Found]:
     ]
 
 
-def _empty(name: str) -> Any:
-    """Return what fills up the jumps of a case that has fewer than others."""
-    return "" if name == "jump_direction" else np.nan
-
-
-def _tables(found: list[list[list[CaseJump]]]) -> dict[str, Any]:
+def _tables(found: list[list[list[StateJump]]]) -> dict[str, Any]:
     """Return the jumps of all cases as tables (parts, cases, jumps), filled up to the most that a case has; none: nothing."""
     most = max(len(jumps) for cases in found for jumps in cases)
-    tables: dict[str, Any] = {}
-    for name in JUMPS if most else ():
-        rows = [
-            [getattr(jump, name.removeprefix("jump_")) for jump in jumps] + [_empty(name)] * (most - len(jumps))
-            for cases in found
-            for jumps in cases
-        ]
-        tables[name] = np.array(rows).reshape(len(found), -1, most)
-    return tables
+    rows = [
+        [(jump.at, jump.before, jump.after, WAYS[jump.rising]) for jump in jumps] + [NO_JUMP] * (most - len(jumps))
+        for cases in found
+        for jumps in cases
+    ]
+    columns = ([[jump[i] for jump in row] for row in rows] for i in range(len(JUMPS) if most else 0))
+    return {name: np.array(column).reshape(len(found), -1, most) for name, column in zip(JUMPS, columns, strict=False)}
 
 
-def _jumps(columns: dict[str, Any]) -> list[CaseJump]:
-    """Return the jumps of one case from its row in the tables; what was not kept of them stays empty."""
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    filled = [row for row in rows if any(value != "" and value == value for value in row)]  # NaN differs from itself
-    known = [dict(zip(columns, row, strict=True)) for row in filled]
-    return [CaseJump(**{name.removeprefix("jump_"): row.get(name, _empty(name)) for name in JUMPS}) for row in known]
+def _jumps(columns: dict[str, Any]) -> list[StateJump]:
+    """Return the jumps of one case from its row in the tables."""
+    rows = zip(*(columns[name].tolist() for name in JUMPS if columns), strict=True)
+    return [StateJump(at, before, after, WAYS.index(way) == 1) for at, before, after, way in rows if way]

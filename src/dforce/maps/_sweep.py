@@ -12,9 +12,9 @@ from dforce.core.log import announce
 from dforce.core.parallel import Crew
 from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
-from dforce.maps._cases import cases_of
+from dforce.maps._one_by_one import cases_of
 from dforce.maps._pace import paced
-from dforce.maps._result import QUANTITIES, unfinished
+from dforce.maps._result import QUANTITIES, Layout, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
 from dforce.maps._states import NEEDED, check_set_point, states_of
 from dforce.maps.axes import MOST_POINTS, axes_of, count
@@ -109,8 +109,7 @@ def sweep(
     set_point = check_set_point(case, at_set_point, names)
     asked, axes = axes_of(case, over, rows, along)
     case = asked.model_copy(update={"sweep": None})  # each case is built without it
-    cases = cases_of(case, axes)
-    layout = cases.layout
+    layout = Layout(case, axes)
     if store is not None:
         from dforce.maps._map import Map
 
@@ -133,6 +132,7 @@ def sweep(
             announce("this sweep is complete; nothing was computed")
             return resume
     kept = quantities_of(names, None if resume is None else frozenset(resume.attrs[QUANTITIES].split()), layout)
+    cases = cases_of(case, layout)
     with watched(progress, case.title) as report_progress:
         crew = Crew(points, paced(report_progress), workers)
         crew.add(0 if resume is None else cases.take(resume))

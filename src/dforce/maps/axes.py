@@ -17,6 +17,7 @@ from dforce.core import quantities, units
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.files import named
 from dforce.core.parameters import ParameterQuantity
+from dforce.core.quantity import words
 from dforce.experiments.base import DISTANCE
 from dforce.maps._rows import read_rows
 
@@ -65,8 +66,8 @@ class Axis:
                 np.array(self.values if plain else [str(value) for value in self.values]),
                 {"path": self.path},
             )
-        words = {"units": self.quantity.unit, "long_name": self.quantity.doc, "symbol": self.quantity.symbol}
-        return self.dim, np.array(self.values, dtype=float), {k: v for k, v in words.items() if v} | {"path": self.path}
+        said = words(self.quantity.unit, self.quantity.doc, self.quantity.symbol)
+        return self.dim, np.array(self.values, dtype=float), said | {"path": self.path}
 
 
 def make_axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:

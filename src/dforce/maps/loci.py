@@ -46,18 +46,8 @@ SHARP = 1e-4  # of a step: how well a turning point is located
 MOST_LOOKS = 14  # at points between two, to locate one
 MOST_POINTS = 400  # of a line, each way
 
-
-@dataclass(frozen=True)
-class Condition:
-    """What the orbits of a line have in common: a number that is 0 on them.
-
-    Attributes
-    ----------
-    value
-        Gives the number, dimensionless, from measured quantities of an orbit and its problem.
-    """
-
-    value: Callable[[dict[str, Any], Problem], float]
+# What the orbits of a line have in common: gives a number, 0 on them, from measured quantities of an orbit and its problem.
+Condition = Callable[[dict[str, Any], Problem], float]
 
 
 @dataclass(frozen=True)
@@ -180,7 +170,7 @@ class Lines:
         for j, condition in enumerate(self.conditions):
             for i, found in enumerate(measured):
                 problem = self._block(tuple(us[i, self.size + 1 :].tolist())).batch.example
-                out[i, j] = condition.value(found, problem)
+                out[i, j] = condition(found, problem)
         return out
 
     def _look(self, u: Array) -> tuple[Array, LinePoint]:
@@ -237,13 +227,13 @@ class Lines:
         last, step = start, FIRST
         while len(points) < MOST_POINTS and step > SMALLEST:
             self.check_cancelled()
-            reach = self._reach(last.u, ahead)
+            room = self._room(last.u, ahead)
+            reach = max(0.0, float(room.min()))
             if reach < SMALLEST:
                 break
-            is_end = step >= reach
-            normal = ahead
-            if is_end:
-                normal, step = self._edge(last.u, ahead), reach
+            is_end, normal = step >= reach, ahead
+            if is_end:  # the end of a range that is met first
+                normal, step = np.eye(len(ahead))[self.size + 1 + int(np.argmin(room))], reach
             guess = last.u + step * ahead
             found = self.correct(guess, normal)
             if found is None or not self._follows(last, found[0], ahead, step):
@@ -284,21 +274,11 @@ class Lines:
         turn = abs(float(place.tangent @ ahead))
         return turn > STRAIGHT and float(np.linalg.norm(place.u - last.u - step * ahead)) < 0.5 * step
 
-    def _reach(self, u: Array, ahead: Array) -> float:
-        """Return how far it is along a direction to the end of a parameter's range."""
+    def _room(self, u: Array, ahead: Array) -> Array:
+        """Return how far it is along a direction to the end of the range of each parameter."""
         own, way = u[self.size + 1 :], ahead[self.size + 1 :]
         with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where(way > 0.0, (1.0 - own) / way, np.where(way < 0.0, -own / way, np.inf))
-        return float(max(0.0, room.min()))
-
-    def _edge(self, u: Array, ahead: Array) -> Array:
-        """Return the normal of the end of a range that is met first."""
-        own, way = u[self.size + 1 :], ahead[self.size + 1 :]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where(way > 0.0, (1.0 - own) / way, np.where(way < 0.0, -own / way, np.inf))
-        normal: Array = np.zeros(len(u))
-        normal[self.size + 1 + int(np.argmin(room))] = 1.0
-        return normal
+            return np.where(way > 0.0, (1.0 - own) / way, np.where(way < 0.0, -own / way, np.inf))
 
     def _turn(self, last: LinePoint, ahead: Array, step: float, behind: float) -> LinePoint:
         """Return the point between two at which the line turns back along the first parameter."""

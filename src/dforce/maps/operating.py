@@ -137,7 +137,6 @@ class _Search:
         self.rows: Array = np.full((len(self.zc), 1, block.common, block.columns), np.nan)
         self.monodromy: Array = np.full((len(self.zc), 1, block.size, block.size), np.nan)
         self.residual: Array = np.full((len(self.zc), 1), np.nan)
-        self.error: Array = np.full((len(self.zc), 1), np.nan)
 
     def write(self, out: OperatingPoints, which: Any) -> None:
         """Find the points, and write them into their places."""

@@ -8,7 +8,8 @@ where the tip just touches; each is located on its line, and none depends on a g
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -117,10 +118,15 @@ def _lines(
             note = f"row {done + 1}"
             report_progress(done, len(rows), note)
             if not curves.parts or len(axes) == 2:
-                curves = curves_of(row.case, values, lowest, _watching(report_progress, done, len(rows)))
+                # the curves show nothing of their own progress, and can be stopped
+                curves = curves_of(
+                    row.case, values, lowest, partial(_report, report_progress, done, len(rows), "curves")
+                )
             if curves.interrupted:
                 return lines, done
-            lines += lines_at(row, axes[0], free_parameter, curves, _watch(report_progress, done, len(rows), note))
+            lines += lines_at(
+                row, axes[0], free_parameter, curves, partial(_report, report_progress, done, len(rows), note)
+            )
         report_progress(len(rows), len(rows), "")
     except KeyboardInterrupt:
         heard()
@@ -128,13 +134,8 @@ def _lines(
     return lines, len(rows)
 
 
-def _watch(report_progress: Progress, done: int, total: int, note: str) -> Callable[[], None]:
-    return lambda: report_progress(done, total, note)
-
-
-def _watching(report_progress: Progress, done: int, total: int) -> Progress:
-    """Return a progress that shows nothing of its own, and can be stopped."""
-    return lambda *_: report_progress(done, total, "curves")
+def _report(report_progress: Progress, done: int, total: int, note: str, *_: Any) -> None:
+    report_progress(done, total, note)
 
 
 def shares_of(given: Any) -> Array:
@@ -255,6 +256,4 @@ def _columns(
 
 
 def _words(name: str) -> dict[str, str]:
-
-    row = OBSERVABLES.get(name) or AXES[name]
-    return {"units": row.unit, "long_name": row.label, "symbol": row.symbol}
+    return (OBSERVABLES.get(name) or AXES[name]).words

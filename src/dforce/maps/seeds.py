@@ -55,7 +55,7 @@ class Curves:
         """Return the distance (m) at which the curves of a case end."""
         for numbers, data in self.parts:
             for place in np.flatnonzero(numbers == case):
-                return float(np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))[place].min())
+                return float(_distances(numbers, data)[place].min())
         raise KeyError(case)
 
     def lowest_ratio(self) -> float:
@@ -65,7 +65,7 @@ class Curves:
     def seeds(self, set_points: Sequence[float] | Array) -> Iterator[Seed]:
         """Give a motion of each curve beside each of its states at the set points."""
         for numbers, data in self.parts:
-            zc = np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))
+            zc = _distances(numbers, data)
             motion = data[MOTION].transpose("case", "direction", ..., "component").values
             ratio = data["amplitude_ratio"].transpose("case", "direction", ...).values
             for j, set_point in enumerate(set_points):
@@ -88,7 +88,7 @@ class Curves:
         """Give distances and motions of a case's curves that are next to a distance, in both directions."""
         for numbers, data in self.parts:
             for place in np.flatnonzero(numbers == case):
-                own = np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))[place]
+                own = _distances(numbers, data)[place]
                 motion = data[MOTION].transpose("case", "direction", ..., "component").values[place]
                 for i in np.argsort(np.abs(own - zc), kind="stable")[:2]:
                     for way in range(len(motion)):
@@ -97,6 +97,11 @@ class Curves:
         if case in self.walked:
             for i in _passes(self.walked[case], "zc", zc):
                 yield float(self.walked[case]["zc"][i]), self.walked[case][MOTION].values[i]
+
+
+def _distances(numbers: Any, data: xr.Dataset) -> Array:
+    """Return the distances (m) of each of some cases."""
+    return np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))
 
 
 def _passes(branches: xr.Dataset, name: str, value: float) -> Iterator[int]:

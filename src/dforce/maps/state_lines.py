@@ -13,7 +13,7 @@ from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core.arrays import Array
 from dforce.maps.axes import Axis
-from dforce.maps.loci import Condition, FreeParameter, LinePoint, Lines
+from dforce.maps.loci import FreeParameter, LinePoint, Lines
 from dforce.maps.seeds import Curves, Seed
 from dforce.problem import Problem
 from dforce.procedures.motion import base_of, scales_of, states_of
@@ -57,11 +57,7 @@ def lines_at(
     case, share = of.case, of.share
     length = max(problem_at(case, [axis], (float(value),)).tones[0].A0 for value in axis.values)
     lines = Lines(
-        case,
-        [free_parameter],
-        [Condition(lambda found, _: float(found["amplitude_ratio"]) - share)],
-        length,
-        check_cancelled,
+        case, [free_parameter], [lambda found, _: float(found["amplitude_ratio"]) - share], length, check_cancelled
     )
     out: list[StateLine] = []
     for seed in curves.seeds([share]):

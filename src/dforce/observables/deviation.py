@@ -1,4 +1,4 @@
-"""How far two measurements of one motion are apart, as a share of each observable's scale: see ``core.quantities.Scale``."""
+"""How far two measurements of one motion are apart, as a share of each observable's scale: see ``core.quantity.Scale``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.core.quantities import OBSERVABLES, Scale
+from dforce.core.quantities import OBSERVABLES
+from dforce.core.quantity import Scale
 from dforce.kernel import drive_of, stiffness_of
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.observables.complex_numbers import modulus

@@ -13,12 +13,12 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from dforce.core.arrays import Array, Texts
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked
-from dforce.plot._plan_regions import located, nodes, region
 from dforce.plot._style import BLUE, VERMILLION, axis_text, head, new_figure
 from dforce.plot.maps import edges_of, is_log
 from dforce.results.dataset import reader_unit
+from dforce.results.plan_regions import everywhere, located, nodes, region
 
 ALLOWED, MARGINS = "#bfe3cf", "#eef6d6"
 FAILING = ("#f3d9c8", "#e9c3d3", "#d6d0e8", "#f4e8b8", "#cfdde6", "#e3e3e3")
@@ -88,7 +88,7 @@ def _fill(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Array]) -> l
     names = sorted(set(first.ravel().tolist()) - {""})
     failing = [FAILING[i % len(FAILING)] for i in range(len(names))]
     if names:
-        numbers = np.searchsorted(names, _everywhere(first))
+        numbers = np.searchsorted(names, everywhere(first))
         norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names)) if len(names) > 1 else None
         axes.pcolormesh(*map(edges_of, at), numbers, cmap=ListedColormap(failing), norm=norm, rasterized=True)
     scales = [reader_unit(dataset[name])[0] for name in (x, y)]
@@ -100,15 +100,6 @@ def _fill(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Array]) -> l
     found = [(word, color) for word, color, *_ in reversed(looks)]
     found += [(name.replace("_", " "), color) for name, color in zip(names, failing, strict=True)]
     return [Patch(facecolor=color, edgecolor="gray", label=word) for word, color in found]
-
-
-def _everywhere(first: Texts) -> Texts:
-    """Return the limit that fails at each place of the grid; where none does, that at the nearest place."""
-    bad, out = np.argwhere(first != ""), first.copy()
-    for row, column in np.argwhere(first == ""):
-        near = bad[np.abs(bad - (row, column)).sum(axis=1).argmin()]
-        out[row, column] = first[near[0], near[1]]
-    return out
 
 
 def _marks(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Array]) -> list[Any]:

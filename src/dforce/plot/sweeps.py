@@ -13,8 +13,9 @@ from dforce.core.errors import ParameterError
 from dforce.plot._style import COLORS, head
 from dforce.plot.laid_over import lay_over
 from dforce.plot.maps import map as map_of_two
-from dforce.results.curves import Picture, drawable, first_state, goes_along, swept
+from dforce.results.curves import Picture, drawable, first_state, goes_along
 from dforce.results.dataset import reader_unit
+from dforce.results.kinds import swept
 from dforce.results.status import check_computed
 
 MOST = len(COLORS)  # cases in a picture, so that each has a color of its own

@@ -15,6 +15,7 @@ from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, UnitError
 from dforce.core.parameters import ParameterQuantity
 from dforce.core.quantities import MOTION, REPEATS
+from dforce.core.quantity import words
 from dforce.core.stopping import until_stopped
 from dforce.experiments import Branches
 from dforce.experiments.base import Progress
@@ -22,7 +23,7 @@ from dforce.experiments.branches import Span
 from dforce.problem import Problem
 from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, with_motions
 from dforce.procedures.table import Table, with_levers
-from dforce.procedures.varied import Varied, varied_by
+from dforce.procedures.varied import VariedParameter, varied_by
 from dforce.solvers.continuation import Curve
 from dforce.solvers.doubling import doublings
 from dforce.solvers.escape import UnstableStates, escape
@@ -135,7 +136,7 @@ def _dataset(
     plan: Branches,
     among: ParameterRange,
     curves: list[Curve],
-    path: Varied,
+    path: VariedParameter,
     quantity: ParameterQuantity,
     searched: Array,
 ) -> xr.Dataset:
@@ -171,8 +172,7 @@ def _dataset(
         data["index_sum"] = ("search", np.array(sums, dtype=int))
     if path.zc is not None:
         data.coords["zc"] = path.zc
-        words = {"units": quantity.unit, "long_name": quantity.doc, "symbol": quantity.symbol}
-        data[name].attrs.update({key: word for key, word in words.items() if word})
+        data[name].attrs.update(words(quantity.unit, quantity.doc, quantity.symbol))
     unproven, is_full = why_unproven(among.problem), len(orbits) >= plan.max_points - 1
     data.attrs |= {
         "along": name,

@@ -10,7 +10,7 @@ from dforce.core.stopping import until_stopped
 from dforce.experiments import Dwell
 from dforce.experiments.base import Progress, initial_motions
 from dforce.procedures.motion import base_of, rows_of, scales_of, with_motions
-from dforce.procedures.recording import Record, record_spectrum, record_traces
+from dforce.procedures.recording import check_length, record_spectrum, record_traces
 from dforce.procedures.table import Table
 from dforce.procedures.thermal_dwell import thermal_dwell
 from dforce.results.status import Status
@@ -24,10 +24,9 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
     """Return traces, spectrum and scalars; see :func:`dforce.runs.carry_out`."""
     zc, harmonics, settings = plan.zc, plan.harmonics, case.solver
     problem = case.problem.at_height(zc)
-    asked = Record(zc, plan.start, plan.record == "all", plan.recorded_periods, harmonics)
     if settings.integrator == "langevin":
-        return thermal_dwell(asked, problem, settings, report_progress)
-    if asked.whole:  # the whole way there is asked for, so it has to be gone
+        return thermal_dwell(plan, problem, settings, report_progress)
+    if plan.is_whole:  # the whole way there is asked for, so it has to be gone
         settings = settings.replace(method="transient")
     table = Table((), {}, problem, harmonics)
     plain = Block.of_one(problem, settings, harmonics)
@@ -47,9 +46,9 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
     data.attrs["samples_per_period"] = integrator.points
     if table.status[()] not in (Status.FAILED, Status.UNRESOLVED):
         motion, count = found.motion, plan.recorded_periods
-        if asked.whole:
+        if plan.is_whole:
             motion, count = first, int(found.values["settling_periods"]) + plan.recorded_periods
-        asked.check_length(count, integrator.points)
+        check_length(count, integrator.points)
         motion = record_traces(data, integrator, motion, count)
         rows = rows_of(States.of(found.motion), scales_of(problem), base_of(problem), problem)[0]
         data = with_motions(data, (), rows, problem)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dforce.core.arrays import AnyArray, Array
 from dforce.core.errors import ParameterError
-from dforce.experiments.base import Start
 from dforce.observables.averaging import weights, window_length
 from dforce.results.dataset import describe
 
@@ -23,37 +21,13 @@ MOST_SAMPLES = 20_000_000  # of a trace: beyond this it does not fit into a pict
 LONGEST_SPECTRUM = 1024  # periods: tells tones apart that differ by a hundredth of the first one's frequency
 
 
-@dataclass(frozen=True)
-class Record:
-    """What a dwell records.
-
-    Attributes
-    ----------
-    zc
-        Average distance (m).
-    start
-        Motion at the start.
-    whole
-        Whether everything from the start is recorded, not the settled motion alone.
-    periods
-        Periods of the first tone that are recorded once settled.
-    harmonics
-        Number of harmonics that are measured.
-    """
-
-    zc: float
-    start: Start
-    whole: bool
-    periods: int
-    harmonics: int
-
-    def check_length(self, periods: int, samples: int) -> None:
-        """Raise :class:`ParameterError` where a record of so many periods, with so many samples each, is too long."""
-        if periods * samples > MOST_SAMPLES:
-            raise ParameterError(
-                f"a record of {periods} periods with {samples} samples each is too long; "
-                'lower experiment.recorded_periods, or record = "settled"'
-            )
+def check_length(periods: int, samples: int) -> None:
+    """Raise :class:`ParameterError` where a record of so many periods, with so many samples each, is too long."""
+    if periods * samples > MOST_SAMPLES:
+        raise ParameterError(
+            f"a record of {periods} periods with {samples} samples each is too long; "
+            'lower experiment.recorded_periods, or record = "settled"'
+        )
 
 
 def record_traces(data: xr.Dataset, integrator: Integrator, motion: Motion, count: int) -> Motion:

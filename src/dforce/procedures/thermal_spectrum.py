@@ -18,7 +18,7 @@ from dforce.experiments import ThermalSpectrum
 from dforce.experiments.base import Progress
 from dforce.experiments.thermal_spectrum import rate_of, segment_of
 from dforce.instrument import ModeNumbers, beam
-from dforce.instrument.lever import normal_factor
+from dforce.instrument.modes import normal_factor
 from dforce.instrument.resonances import Resonance, most_likely
 from dforce.library.cantilevers import cantilevers
 from dforce.problem import Problem

@@ -20,7 +20,7 @@ FREQUENCY = re.compile(r"drive(?:\.tones\.(\d+))?\.frequency")
 
 
 @dataclass(frozen=True)
-class Varied:
+class VariedParameter:
     """A parameter that varies.
 
     Attributes
@@ -42,19 +42,19 @@ class Varied:
         return self.at(value).at_height(value if self.zc is None else self.zc)
 
 
-def varied_by(case: Case) -> Varied:
+def varied_by(case: Case) -> VariedParameter:
     """Return the parameter that the experiment of a case goes along."""
     experiment: Any = case.experiment
     path, problem = experiment.path, case.problem
     last = path.rsplit(".", 1)[-1]
     name = last if last not in OBSERVABLES else path.replace(".", "_")
     if path == DISTANCE:
-        return Varied(name, lambda _: problem, None)
+        return VariedParameter(name, lambda _: problem, None)
     frequency = FREQUENCY.fullmatch(path)
     if frequency:  # at the driving force that the case has
         there, tone = problem.at_height(experiment.zc), int(frequency[1] or 1) - 1
-        return Varied(name, lambda value: there.at_frequency(value, tone), experiment.zc)
-    return Varied(name, lambda value: case.replace(path, value).problem, experiment.zc)
+        return VariedParameter(name, lambda value: there.at_frequency(value, tone), experiment.zc)
+    return VariedParameter(name, lambda value: case.replace(path, value).problem, experiment.zc)
 
 
 def problem_at(case: Case, point: xr.Dataset) -> Problem:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,50 +12,30 @@ import numpy as np
 from dforce.core.arrays import AnyArray, Array, Indices
 from dforce.core.errors import ParameterError, checked, nearest, shorten
 from dforce.results.dataset import COLUMN_DIMS
+from dforce.results.kinds import Picture, kind_of, swept
 from dforce.results.status import check_computed
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+__all__ = [
+    "BELOW",
+    "Line",
+    "Picture",
+    "by_case",
+    "drawable",
+    "first_state",
+    "goes_along",
+    "lines_of",
+    "pictures_of",
+    "row_of",
+    "start_across",
+]
+
 LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
 BELOW = 30.0  # how far below the strongest resonance a logarithmic picture of a density begins: white noise alone
 MARKED = ("fold", "period_doubling", "torus", "grazing", "end")  # special points that pictures mark
-OF_CURVES = {
-    "amplitude and phase": ("amplitude", "phase"),
-    "forces": ("peak_force", "min_force"),
-    "contact": ("max_indentation", "contact_time"),
-    "energies": ("total_virial", "total_dissipated_energy"),
-}
-AT_SET_POINT = ("peak_force", "max_indentation")  # what one asks for first when choosing a set point
-
-
-@dataclass(frozen=True)
-class Picture:
-    """Quantities of a result against another one.
-
-    Attributes
-    ----------
-    x, y
-        Names of variables of the result.
-    together
-        Whether the quantities share one frame, each with its own axis; otherwise one stands above the other.
-    logarithmic
-        Whether the quantities are shown on a logarithmic scale.
-    title
-        What it is called where there are several to choose from.
-    """
-
-    x: str
-    y: tuple[str, ...]
-    together: bool = False
-    logarithmic: bool = False
-    title: str = field(default="", compare=False)
-
-    @property
-    def logarithmic_across(self) -> bool:
-        """Whether the axis across is logarithmic, too: that of spectral densities, which go over decades of frequency."""
-        return self.logarithmic and self.x == "frequency" and bool({"spectral_density", "fitted_density"} & {*self.y})
 
 
 @dataclass(frozen=True)
@@ -132,14 +113,6 @@ def row_of(dataset: xr.Dataset, name: str) -> str:
     return rows[0] if variable.dtype.kind == "f" and len(rows) == 1 and rows[0] not in LISTS else ""
 
 
-def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
-    """Return the dimensions of a sweep's parameters but the one that its curves go along; none for other results."""
-    paths = str(dataset.attrs.get("over", "")).split()
-    names = dict.fromkeys(name for path in paths for name in (path, path.split(".")[-1]))
-    dims = dict.fromkeys(str(dim) for name in names if name in dataset.coords for dim in dataset[name].dims)
-    return [dim for dim in dims if dim != along]
-
-
 def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> AnyArray:
     """Return a quantity of a sweep over parameters `over` as (cases, directions, points of a row, columns ...).
 
@@ -171,21 +144,8 @@ def goes_along(dataset: xr.Dataset) -> str:
 @checked
 def pictures_of(dataset: xr.Dataset) -> list[Picture]:
     """Return the pictures that suit a result, the one that says most first; none for a map, which is a picture itself."""
-    along = goes_along(dataset)
-    if along == "time":
-        named = [
-            Picture("time", ("deflection", "velocity", "force", "indentation"), title="traces"),
-            Picture("frequency", ("spectrum",), logarithmic=True, title="spectrum"),
-            Picture("distance", ("force",), title="force against distance"),
-            Picture("deflection", ("velocity",), title="phase portrait"),
-        ]
-    elif "fitted_density" in dataset.variables:
-        densities = ("spectral_density", "fitted_density")
-        named = [Picture("frequency", densities, together=True, logarithmic=True, title="thermal spectrum")]
-    else:
-        named = [Picture(along, names, title=title) for title, names in OF_CURVES.items()]
-        named.append(Picture("amplitude_ratio", AT_SET_POINT, title="force against A/A0"))
-    known = set(drawable(dataset))
+    kind, along, known = kind_of(dataset), goes_along(dataset), set(drawable(dataset))
+    named = [dataclasses.replace(one, x=one.x or along) for one in (kind.pictures if kind is not None else ())]
     return [picture for picture in named if {picture.x, *picture.y} <= known]
 
 

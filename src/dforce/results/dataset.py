@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 
 
 ELECTRONVOLT = 1.602176634e-19  # J; exact in the SI since 2019
-COLUMN_DIMS = ("tone", "mode", "harmonic", "multiplier", "model")  # columns of a table; others are its rows
+COLUMN_DIMS = (
+    "tone",
+    "mode",
+    "harmonic",
+    "multiplier",
+    "model",
+    "interaction",
+)  # columns of a table; others are its rows
 
 
 def get_ready() -> None:
@@ -43,8 +50,7 @@ def describe(dataset: xr.Dataset) -> xr.Dataset:
     for name, variable in dataset.variables.items():
         row = known.get(str(name))
         if row is not None:
-            words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
-            variable.attrs.update({key: word for key, word in words.items() if word})
+            variable.attrs.update(row.words)
     if "status" in dataset:
         if dataset["status"].dtype != np.int8:
             dataset["status"] = dataset["status"].astype(np.int8)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from dforce.core.errors import ParameterError
-from dforce.results.curves import swept
 from dforce.results.status import check_computed
 
 if TYPE_CHECKING:
@@ -18,6 +17,52 @@ if TYPE_CHECKING:
 NO_RESULT = "this dataset is neither a result of an experiment nor a force curve; it has no overview and no summary"
 
 Own = dict[tuple[str, ...], str]  # functions by the quantities that they draw
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Quantities of a result against another one.
+
+    Attributes
+    ----------
+    x, y
+        Names of variables of the result; in a row of a kind an `x` of "" is whatever the curve goes along.
+    together
+        Whether the quantities share one frame, each with its own axis; otherwise one stands above the other.
+    logarithmic
+        Whether the quantities are shown on a logarithmic scale.
+    title
+        What it is called where there are several to choose from.
+    """
+
+    x: str
+    y: tuple[str, ...]
+    together: bool = False
+    logarithmic: bool = False
+    title: str = field(default="", compare=False)
+
+    @property
+    def logarithmic_across(self) -> bool:
+        """Whether the axis across is logarithmic, too: that of spectral densities, which go over decades of frequency."""
+        return self.logarithmic and self.x == "frequency" and bool({"spectral_density", "fitted_density"} & {*self.y})
+
+
+AMPLITUDE_AND_PHASE, DENSITIES = ("amplitude", "phase"), ("spectral_density", "fitted_density")
+OF_CURVES = (
+    Picture("", AMPLITUDE_AND_PHASE, title="amplitude and phase"),
+    Picture("", ("peak_force", "min_force"), title="forces"),
+    Picture("", ("max_indentation", "contact_time"), title="contact"),
+    Picture("", ("total_virial", "total_dissipated_energy"), title="energies"),
+    # what one asks for first when choosing a set point
+    Picture("amplitude_ratio", ("peak_force", "max_indentation"), title="force against A/A0"),
+)
+OF_RECORDS = (
+    Picture("time", ("deflection", "velocity", "force", "indentation"), title="traces"),
+    Picture("frequency", ("spectrum",), logarithmic=True, title="spectrum"),
+    Picture("distance", ("force",), title="force against distance"),
+    Picture("deflection", ("velocity",), title="phase portrait"),
+)
+OF_SPECTRA = (Picture("frequency", DENSITIES, together=True, logarithmic=True, title="thermal spectrum"),)
 
 
 @dataclass(frozen=True)
@@ -35,6 +80,8 @@ class Kind:
         findings, and `picture`, which takes a figure as well, returns the axes. Without a picture: "".
     panel
         Where the window shows it: among the "curves", over "parameters", as "measured" data; "" where it does not.
+    pictures
+        Pictures that suit such a result, the one that says most first, as far as it has their quantities.
     own
         Functions that draw some quantities with what a reader looks for, by the quantities: of the result and a figure.
     figure
@@ -46,6 +93,7 @@ class Kind:
     summary: str
     picture: str
     panel: str = "curves"
+    pictures: tuple[Picture, ...] = OF_CURVES
     own: Own = field(default_factory=dict)
     figure: str = ""
 
@@ -91,6 +139,14 @@ def _marked(mark: str) -> Callable[[xr.Dataset], bool]:
     return lambda dataset: mark in dataset.variables or mark in dataset.attrs
 
 
+def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
+    """Return the dimensions of a sweep's parameters but the one that its curves go along; none for other results."""
+    paths = str(dataset.attrs.get("over", "")).split()
+    names = dict.fromkeys(name for path in paths for name in (path, path.split(".")[-1]))
+    dims = dict.fromkeys(str(dim) for name in names if name in dataset.coords for dim in dataset[name].dims)
+    return [dim for dim in dims if dim != along]
+
+
 def _is_force_curve(dataset: xr.Dataset) -> bool:
     return "zc" not in dataset.coords and {"force", "distance"} <= {*dataset.variables}
 
@@ -99,7 +155,6 @@ def _is_frequency_sweep(dataset: xr.Dataset) -> bool:
     return "frequency" in dataset.dims and "amplitude" in dataset and "frequency" in dataset["amplitude"].dims
 
 
-AMPLITUDE_AND_PHASE, DENSITIES = ("amplitude", "phase"), ("spectral_density", "fitted_density")
 FORCE: Own = {("force",): "plot.forces:force_distance"}
 RECORD: Own = FORCE | {("spectrum",): "plot.motion:spectrum", ("velocity",): "plot.motion:phase_portrait"}
 
@@ -108,22 +163,24 @@ KINDS = (
     Kind("plan", _marked("plan_over"), "findings.others:plan", "plot.plans:plan", "parameters"),
     Kind("regimes", _marked("map_over"), "findings.others:regimes", "plot.maps:regimes", "parameters"),
     Kind("reconstruction", _marked("force_status"), "findings.others:reconstruction", "plot.reconstruction:reconstruction",
-         figure="gui.reconstructed:figure_of"),
+         figure="gui.measured.reconstructed:figure_of"),
     Kind("fit", _marked("correlation"), "findings.others:fit", "plot.fits:fit", "measured"),
     Kind("identification", _marked("verdict"), "findings.others:identification", "", ""),
     Kind("thermal_spectrum", _marked("fitted_density"), "findings.others:thermal_spectrum", "plot.thermal:thermal_spectrum",
-         own={DENSITIES: "plot.thermal:thermal_spectrum"}),
+         pictures=OF_SPECTRA, own={DENSITIES: "plot.thermal:thermal_spectrum"}),
     Kind("measured", _marked("height"), "findings.others:measured", "plot.measured:measured", "measured"),
     Kind("sweep", lambda dataset: bool(swept(dataset)), "findings.motions:sweep", "plot.sweeps:sweep_overview"),
     Kind("branches", lambda dataset: "point" in dataset.dims, "findings.motions:branches", "plot.branches:branches_overview",
          own={AMPLITUDE_AND_PHASE: "plot.branches:branches"}),
-    Kind("basins", _marked("reached"), "findings.motions:basins", "plot.basins:basins", figure="gui.figures:basins"),
-    Kind("force_curve", _is_force_curve, "findings.motions:force_curve", "plot.overview:forces", own=FORCE),
+    Kind("basins", _marked("reached"), "findings.motions:basins", "plot.basins:basins",
+         figure="gui.curves.basins_figure:basins"),
+    Kind("force_curve", _is_force_curve, "findings.motions:force_curve", "plot.overview:forces", pictures=OF_RECORDS,
+         own=FORCE),
     Kind("frequency_sweep", _is_frequency_sweep, "findings.motions:frequency_sweep", "plot.branches:resonance",
          own={AMPLITUDE_AND_PHASE: "plot.branches:resonance"}),
     Kind(
         "dwell", lambda dataset: "zc" in dataset.coords and dataset["zc"].ndim == 0, "findings.motions:dwell",
-        "plot.overview:dwell", own=RECORD,
+        "plot.overview:dwell", pictures=OF_RECORDS, own=RECORD,
     ),
     Kind("approach", lambda dataset: "zc" in dataset.coords, "findings.motions:approach", "plot.overview:approach",
          own={AMPLITUDE_AND_PHASE: "plot.distances:amplitude_phase"}),

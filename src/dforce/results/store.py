@@ -10,7 +10,6 @@ import numpy as np
 from dforce.core.errors import ParameterError, ResultError, shorten
 from dforce.core.files import reason
 from dforce.core.quantities import OBSERVABLES
-from dforce.results.checked import Checked
 from dforce.results.seal import COPY, KEY, ROOT, Seal, attributes_in, damage, sealed, unsealed
 from dforce.results.store_files import StoreFiles, said
 
@@ -67,6 +66,7 @@ def open_store(path: str | os.PathLike[str]) -> xr.Dataset:
     import xarray as xr
 
     zarr_package()
+    from dforce.results.checked import Checked  # which needs zarr
 
     files = StoreFiles(path)
     attributes, seal = read_root(files)

@@ -37,8 +37,12 @@ def passed_by(example: Problem, numbers: Array, zc: Array, measured: dict[str, A
         return missed
     first = parameter_count(len(example.modes), example.late_fluid)
     near, far, a0 = measured["min_distance"], zc + measured["mean_deflection"], numbers[:, CONTACT]
+    laws: tuple[Law, ...] = ()
+    last: Array | None = None  # numbers that they are of: the orbits of one case have the same ones
     for i in np.flatnonzero(near < far):
-        laws = _laws(example.forces, numbers[i, first:].tolist())
+        if last is None or not np.array_equal(last, numbers[i, first:]):
+            last = numbers[i, first:]
+            laws = _laws(example.forces, last.tolist())
         crests = crests_of(laws, float(a0[i]), _reach(a0[i] - near[i]), _reach(far[i] - a0[i]))
         met = [force for d, force in crests if near[i] < d < far[i]]
         high, low = float(measured["peak_force"][i]), float(measured["min_force"][i])

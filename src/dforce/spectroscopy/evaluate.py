@@ -81,7 +81,8 @@ def follow(
     rows = []
     for start, stop in pairwise((times[0], *times)):
         run.advance(start, stop)
-        rows.append((stop, motion(stop)[0], run.force(stop), run.energy, run.latched))
+        distance, _, value = run.point(stop)
+        rows.append((stop, distance, value, run.energy, run.latched))
     return Answer(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
@@ -97,14 +98,23 @@ class _PathState:
     path: Callable[[float], Array] | None
     latched: float = 0.0
     energy: float = 0.0
+    last: tuple[float, float, tuple[float, float, float]] | None = None  # time, latch, and the point there
 
-    def force(self, t: float) -> float:
+    def point(self, t: float) -> tuple[float, float, float]:
+        """Return distance, its rate, and force at a time; a step begins where the last one ended, so that is kept."""
+        if self.last is not None and self.last[0] == t and self.last[1] == self.latched:
+            return self.last[2]
         memory = (self.memory,) if self.evolve is not None else ()
         latched = (self.latched,) if self.switch is not None else ()
+        distance, rate = self.motion(t)
         try:
-            return self.law(*self.motion(t), t, *memory, *latched, *self.place, *self.arguments)
+            force = self.law(distance, rate, t, *memory, *latched, *self.place, *self.arguments)
         except (ArithmeticError, ValueError):
-            return math.nan  # as it would be compiled, or infinite
+            force = math.nan  # as it would be compiled, or infinite
+        found = distance, rate, force
+        if self.evolve is None:  # else the memory moves on meanwhile
+            self.last = t, self.latched, found
+        return found
 
     def advance(self, start: float, stop: float) -> None:
         for _ in range(8):  # a latch that switches more often within one step has no branch to rest on
@@ -127,7 +137,8 @@ class _PathState:
         return self.switch is not None and self.switch(self.latched, *self.motion(t), t, *self.arguments) > 0.0
 
     def _power(self, t: float) -> float:
-        return -self.force(t) * self.motion(t)[1]
+        _, rate, force = self.point(t)
+        return -force * rate
 
     def _move(self, start: float, stop: float) -> None:
         middle, step = 0.5 * (start + stop), stop - start

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, checked
-from dforce.results.curves import swept
+from dforce.results.kinds import swept
 from dforce.validity import contact, drive, dynamics, inputs, long_range, noise, sampling, states
 from dforce.validity._advice import Advice, Advices, advice_in, attributes
 from dforce.validity._evidence import Evidence

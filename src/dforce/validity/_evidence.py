@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Hashable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -74,11 +75,12 @@ class Evidence:
         if self.result is None or name not in self.result.variables:
             return None
         variable = self.result.variables[name]
-        values = variable.values
-        for dim in ("tone", "mode"):
-            if dim in variable.dims:
-                values = np.take(values, 0, axis=variable.dims.index(dim))
-        return np.asarray(values)
+        return self._first_of(variable.dims, variable.values)
+
+    @staticmethod
+    def _first_of(dims: Sequence[Hashable], values: Any) -> Array:
+        """Return values with these dimensions; of several tones or modes the first."""
+        return np.asarray(values[tuple(0 if dim in ("tone", "mode") else slice(None) for dim in dims)])
 
     @functools.cached_property
     def stable(self) -> Bools | None:
@@ -98,21 +100,24 @@ class Evidence:
     def values(self, name: str) -> Array:
         """Return the finite values of a variable at all points that can be trusted, in one row."""
         if name not in self._values:
-            array, trusted = self.array(name), self._trusted
-            if array is None:
-                array = np.empty(0)
-            elif trusted is not None and trusted.shape == array.shape:
-                array = array[trusted]
-            self._values[name] = array[np.isfinite(array)]
+            array = self.array(name)
+            self._values[name] = np.empty(0) if array is None else self._known(array)
         return self._values[name]
+
+    def _known(self, array: Array) -> Array:
+        """Return the finite values of an array at all points that can be trusted, in one row."""
+        trusted = self._trusted
+        if trusted is not None and trusted.shape == array.shape:
+            array = array[trusted]
+        return array[np.isfinite(array)]
 
     def amounts(self, name: str) -> Array:
         """Return :meth:`values` of an amount, 0 where it is below its estimated error."""
-        if self.result is None or name not in self.result.variables:
+        array = self.array(name)
+        if array is None or self.result is None:
             return np.empty(0)
-        variable = self.result[name]
-        known = variable.copy(data=np.where(is_none(self.result, name), 0.0, variable.values))
-        return Evidence(self.case, self.result.assign({name: known})).values(name)
+        none = self._first_of(self.result.variables[name].dims, is_none(self.result, name))
+        return self._known(np.where(none, 0.0, array))
 
     def harmonic(self, order: int) -> Array:
         """Return the amplitudes of a harmonic at all points that can be trusted."""

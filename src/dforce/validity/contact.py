@@ -265,7 +265,7 @@ def elements_in_contact(seen: Evidence) -> Advice | None:
                 pressed * (error / COARSE) ** (1.0 / 3.0),
                 f"Only {pressed:.0f} of the {force.elements} elements of {force.name} are pressed down, so its force and loss "
                 f"have an error of some {percent(error)}. Set {seen.path(force, 'elements')} = {wanted}, or lower "
-                f"max_indentation.",
+                f"{seen.path(force, 'max_indentation')}.",
                 f"the error falls with the cube of their number (see the page of {force.name})",
                 (seen.path(force, "elements"), seen.path(force, "max_indentation")),
             )

@@ -60,8 +60,10 @@ def base_in_liquid(seen: Evidence) -> Advice | None:
 def apparent_dissipation(seen: Evidence) -> Advice | None:
     """Compare the energy that amplitude and phase seem to tell with the one that the sample takes."""
     problem = seen.problem
+    if not problem.tip_differs:
+        return None
     apparent, taken = (seen.amounts(f"{name}_dissipated_energy") for name in ("apparent", "total"))
-    if not problem.tip_differs or not apparent.size or apparent.shape != taken.shape:
+    if not apparent.size or apparent.shape != taken.shape:
         return None
     tone = problem.tones[0]
     work = math.pi * tone.force * tone.A0

@@ -30,7 +30,7 @@ def noise_near_fold(seen: Evidence) -> Advice | None:
         NEAR,
         f"Toward the end of a state the noise of the phase grows to {largest:.2g}°, {largest / usual:.2g} times the usual "
         "noise of the curve. It is no longer a small disturbance: thermal motion may switch the state before its end. "
-        "df.switching_rate computes the rate.",
+        "Compute its rate (df.switching_rate).",
         "linear noise grows as 1/(1 - |multiplier|)",
         ("noise.bandwidth",),
     )
@@ -79,7 +79,7 @@ def fluid_memory(seen: Evidence) -> Advice | None:
         limit,
         f"{where}, at a mode with Q = {mode.Q:.2g}. Mass and damping by the liquid depend on the frequency, so "
         "amplitudes at twice this frequency and above are off by 7 to 13 % and some degrees. "
-        'Use a cantilever.beam with fluid = "history".',
+        'Use cantilever.beam with fluid = "history".',
         "J. E. Sader, J. Appl. Phys. 84, 64 (1998)",
         (seen.of_mode(tone.mode, "Q"), seen.of_tone(0, "frequency")),
     )

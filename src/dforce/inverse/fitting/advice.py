@@ -10,6 +10,7 @@ import numpy as np
 from dforce.core import units
 from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.certainty import known_products
+from dforce.inverse.fitting.chi2 import AS_EXPECTED, WHY, judged
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.steps import FAR_FORCES
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from dforce.inverse.fitting.fitted import Fitted
     from dforce.inverse.fitting.minimize import Minimum
 
-MOST_CHI2 = 3.0  # times its standard deviation: how far reduced chi2 may be from 1
 NEAR_EQUAL = 9.0  # of chi2: a second minimum so near is not excluded by the data
 TOGETHER = 0.98  # correlation beyond which two parameters are known only together
 NOT_TOLD = 0.5  # relative error beyond which a parameter is not told
@@ -62,21 +62,11 @@ def _lost(found: Fitted) -> Advice | None:
 
 
 def _chi2(found: Fitted) -> Advice | None:
-    freedom = found.data.count - len(found.unknowns)
-    # of n degrees of freedom it scatters by sqrt(2 / n), and by as much for the noise found in m points
-    reduced, width = found.best.chi2 / freedom, math.sqrt(2.0 / freedom + 2.0 / found.data.noise_points)
-    if abs(reduced - 1.0) < MOST_CHI2 * width:
+    chi2 = judged(found.best.chi2, found.degrees_of_freedom, found.data.noise_points)
+    if chi2.word == AS_EXPECTED:
         return None
-    why = (
-        "the model does not describe the data within their noise, so the errors are lower bounds. Check the residuals: "
-        "another force, base excitation, a drift or a wrong phase offset"
-        if reduced > 1.0
-        else "the noise is smaller than assumed. The errors are too large by the square root of chi2"
-    )
-    limit = 1.0 + math.copysign(MOST_CHI2 * width, reduced - 1.0)
-    return Advice(
-        "reduced_chi2", reduced, limit, f"chi2 is {reduced:.3g} for each degree of freedom: {why}.", STATISTICS, ()
-    )
+    text = f"chi2 is {chi2.reduced:.3g} for each degree of freedom: {WHY[chi2.word]}."
+    return Advice("reduced_chi2", chi2.reduced, chi2.limit, text, STATISTICS, ())
 
 
 def _minima(found: Fitted) -> Advice | None:

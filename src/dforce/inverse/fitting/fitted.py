@@ -62,3 +62,13 @@ class Fitted:
     def best(self) -> Minimum:
         """The lowest minimum."""
         return self.minima[0]
+
+    @property
+    def count(self) -> int:
+        """How many parameters the data see."""
+        return len(self.unknowns) - len(self.unseen)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Numbers measured and priors, less the parameters."""
+        return self.data.count + sum(one.prior is not None for one in self.unknowns) - self.count

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
-from dforce.core import units
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError, checked, shorten
-from dforce.core.listing import aligned, in_parts
 from dforce.experiments import Approach
 from dforce.inverse.fitting.certainty import Certainty, certainty, known_products
 from dforce.inverse.fitting.curves import ModelBranches
@@ -21,6 +19,7 @@ from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.typed import DEGREE, number_of
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
+from dforce.inverse.measured import check_measured
 from dforce.results.provenance import provenance
 from dforce.solvers.block import Block
 from dforce.solvers.quasi_static_walk import Walk
@@ -35,6 +34,7 @@ AMPLITUDE_ERROR, PHASE_ERROR = 2e-3, 0.3  # of the free amplitude, and degrees: 
 PRIORS = {"A0": 5e-3, "Q": 0.02, "phase_offset": 0.5}  # usual errors: of the value, of the value, degrees
 SAMPLE, PRIOR, ALL = "sample", "prior", "all"  # what is known of the instrument: all of it, as usual, nothing
 NOT_TOLD, TOGETHER = 0.5, 0.98
+UNSEEN, ONLY_PRODUCT, NOT_CONSTRAINED = "not seen", "only a product", "not constrained by this curve"  # verdicts
 MARGIN = 2  # points beside the end of a branch
 SECOND = {"f0": 6.2, "k": 39.3, "Q": 2.5}  # a second mode over the first, as of a rectangular lever in air
 SECOND_A0, SECOND_ERROR = 1.0 / 30.0, 5e-12  # of the first free amplitude; m
@@ -69,7 +69,8 @@ def identify(
     case
         Instrument, sample and forces, at the expected values.
     zc
-        Average distances: an array (m), a list of texts, or a grid; default: 101 from 1.15 to 0.3 times the free amplitude.
+        Average distances: an array (m), a list of texts, or a grid; default: 101 from 1.15 to 0.3 times the free amplitude. Or
+        a measured curve (:func:`calibrate`): its heights with their `height_offset`, and its noise.
     free
         Paths of the parameters; default: from the table `[fit]`.
     errors
@@ -93,6 +94,8 @@ def identify(
     names = tuple(free) if free is not None else (case.fit.free if case.fit is not None else ())
     if not names:
         raise ParameterError('free must name the parameters to fit, such as ["sample.youngs_modulus"]')
+    if hasattr(zc, "data_vars"):
+        zc, errors = _measured(zc, errors)
     curves = dict(_rows(_branches(case, zc, names, errors or {}), ""))
     if helps:
         for words, factor in OTHERS.items():
@@ -102,6 +105,14 @@ def identify(
             given = {"amplitude_2": SECOND_ERROR, **(errors or {})}
             curves |= _rows(_branches(other, zc, names, given), WITH_SECOND)
     return _dataset(case, names, curves)
+
+
+def _measured(data: xr.Dataset, errors: Mapping[str, Any] | None) -> tuple[Array, Mapping[str, Any]]:
+    """Return the distances (m) of a measured curve, and its noise where no other is given."""
+    check_measured(data)
+    known = [f"{name}{ending}" for name in ("amplitude", "phase") for ending in ("", "_2")]
+    noise = {name: data.attrs[f"{name}_error"] for name in known if f"{name}_error" in data.attrs}
+    return data["height"].values + float(data.attrs.get("height_offset", 0.0)), {**noise, **(errors or {})}
 
 
 def with_second_tone(case: Case) -> Case | None:
@@ -316,7 +327,8 @@ def _dataset(case: Case, free: Sequence[str], curves: dict[str, tuple[list[Unkno
             "parameter": names,
             "unit": ("parameter", [unit[name] for name in names]),
         },
-        provenance(case.to_toml(complete=True), case.title) | {"kind": "identify", "products": "\n".join(products)},
+        provenance(case.to_toml(complete=True), case.title)
+        | {"kind": "identify", "free": list(free), "products": "\n".join(products)},
     )
 
 
@@ -326,74 +338,13 @@ def _verdicts(unknowns: list[Unknown], found: Certainty) -> list[str]:
     correlation = np.abs(np.nan_to_num(found.correlation - np.diag(np.diag(found.correlation))))
     for i, (one, error) in enumerate(zip(unknowns, found.errors, strict=True)):
         if not found.seen[i]:
-            out.append("not seen")
+            out.append(UNSEEN)
         elif math.isinf(error):
-            out.append("only a product")
+            out.append(ONLY_PRODUCT)
         elif one.is_log and error > NOT_TOLD:
-            out.append("not constrained by this curve")
+            out.append(NOT_CONSTRAINED)
         elif correlation[i].max(initial=0.0) > TOGETHER:
             out.append("only together with another")
         else:
             out.append("told")
     return out
-
-
-@checked
-def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
-    """Return a table of curves as text, with the relative errors of positive parameters.
-
-    An error in brackets is so large that the parameter is not constrained. Below is the most correlated pair of parameters of
-    each curve.
-
-    Parameters
-    ----------
-    result
-        The result of :func:`identify`.
-    known
-        Knowledge of the instrument: ``sample``, ``prior`` or ``all``.
-
-    Raises
-    ------
-    ParameterError
-        When the result is not from :func:`identify`.
-    """
-    if result.attrs.get("kind") != "identify" or known not in result["known"].values:
-        raise ParameterError("this result is not from df.identify; call df.identify(case, free=[...])")
-    part = result.sel(known=known)
-    names = [
-        name
-        for name in part["parameter"].values.tolist()
-        if np.isfinite(part["error"].sel(parameter=name)).any() or (part["verdict"].sel(parameter=name) != "").any()
-    ]
-    rows = [("", *(name.split(".")[-1] for name in names))]
-    pairs = [("", "closest pair", "correlation")]
-    for curve in part["curve"].values.tolist():
-        row = part.sel(curve=curve)
-        cells = [_cell(row.sel(parameter=name)) for name in names]
-        rows.append((curve, *cells))
-        pair = ", ".join(_short(str(row["worst_pair"].values).split(", ")))
-        pairs.append((curve, pair, f"{float(row['worst_correlation']):+.4f}"))
-    lines = ["\n\n".join(aligned(part) for part in [*in_parts(rows), pairs])]
-    mine = [line for line in result.attrs["products"].splitlines() if f", {known}: " in line]
-    if any(cell.startswith("(") for row in rows for cell in row):
-        lines.append("in brackets: so large that the parameter is not constrained")
-    return "\n".join([*lines, *(f"only products are constrained: {line}" for line in mine)])
-
-
-def _short(names: Sequence[str]) -> list[str]:
-    """Return the last parts of names, with the number of the mode where they are alike otherwise."""
-    last = [name.split(".")[-1] for name in names]
-    if len(set(last)) == len(last):
-        return last
-    return [name.removeprefix("cantilever.") for name in names]
-
-
-def _cell(one: xr.Dataset) -> str:
-    """Return an error in a few signs."""
-    error, verdict, unit = float(one["error"]), str(one["verdict"].values), str(one["unit"].values)
-    if not math.isfinite(error):
-        return verdict or "-"
-    if unit == "1":
-        told = f"{100 * error:.0f} %" if error >= 1 else f"{100 * error:.2g} %"
-        return told if error <= NOT_TOLD else f"({told})"
-    return f"{error:.2g} deg" if unit == DEGREE else units.show(error, unit, 2)

@@ -11,6 +11,8 @@ import numpy as np
 from dforce.core.errors import ParameterError, checked
 from dforce.core.listing import aligned, in_parts
 from dforce.inverse.fitting.certainty import CORRELATED
+from dforce.inverse.fitting.chi2 import WHY, JudgedChi2, judged
+from dforce.inverse.fitting.result import DATA
 from dforce.inverse.fitting.typed import shown
 from dforce.validity import advice_in
 
@@ -108,12 +110,31 @@ def _data_lines(result: xr.Dataset) -> list[str]:
 def _statistics(result: xr.Dataset) -> list[str]:
     attrs = result.attrs
     rows = [
-        ("chi2", f"{attrs['chi2']:.2f} for {attrs['degrees_of_freedom']} degrees of freedom"),
+        ("chi2", f"{attrs['chi2']:.2f} for {attrs['degrees_of_freedom']} degrees of freedom, {_chi2(result).word}"),
         ("AIC, BIC", f"{attrs['aic']:.2f}, {attrs['bic']:.2f}"),
         ("lost points", str(attrs["lost_points"])),
         ("residuals", f"runs test p = {attrs['runs_test']:.2g}"),
     ]
     return ["  " + line for line in aligned(rows).splitlines()]
+
+
+def _chi2(result: xr.Dataset) -> JudgedChi2:
+    attrs = result.attrs
+    return judged(attrs["chi2"], attrs["degrees_of_freedom"], attrs.get(f"{DATA}noise_points", math.inf))
+
+
+@checked
+def chi2_in_words(result: xr.Dataset) -> str:
+    """Return whether the chi2 of a fit is as expected, too large or too small, and the meaning, in one or two sentences.
+
+    Raises
+    ------
+    ParameterError
+        When the result is not a fit of one curve.
+    """
+    check_fit(result)
+    chi2, attrs = _chi2(result), result.attrs
+    return f"χ² is {chi2.word}, {attrs['chi2']:.4g} for {attrs['degrees_of_freedom']} degrees of freedom: {WHY[chi2.word]}."
 
 
 def _parameters(result: xr.Dataset) -> list[str]:

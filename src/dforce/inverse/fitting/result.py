@@ -69,8 +69,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
     for name, variable in out.variables.items():
         row = quantities.FITS.get(str(name)) or quantities.OBSERVABLES.get(str(name)) or quantities.AXES.get(str(name))
         if row is not None and name != "branch":
-            words = {"units": row.unit, "long_name": row.label, "symbol": row.symbol, "description": row.doc}
-            variable.attrs.update({key: word for key, word in words.items() if word})
+            variable.attrs.update(row.words)
     out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in found.data.attrs.items()}
     out.attrs |= attributes(advice_on(found)) | {"runs_test": runs_test(out)}
     if found.interrupted:
@@ -174,8 +173,7 @@ def _of_bootstrap(found: Fitted) -> dict[str, Any]:
 
 def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
     data, best = found.data, found.best
-    priors = sum(one.prior is not None for one in found.unknowns)
-    count = len(found.unknowns) - len(found.unseen)
+    count = found.count
     chi2_data = best.chi2
     if best.prediction is not None:
         rest = Objective(found.model, best.varied).priors(best.varied)
@@ -191,7 +189,7 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
             "points": int(data.used.sum()),
             "numbers": data.count,
             "parameters": count,
-            "degrees_of_freedom": data.count + priors - count,
+            "degrees_of_freedom": found.degrees_of_freedom,
             "aic": best.chi2 + 2 * count,
             "bic": best.chi2 + count * math.log(data.count),
             "lost_points": best.lost,

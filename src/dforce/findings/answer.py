@@ -1,0 +1,69 @@
+"""A result in words: the sentence above its picture."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from dforce.core.errors import checked
+from dforce.core.units import parse_share, show
+from dforce.findings.set_point import RATIO, SetPointState, states_at, why_none
+from dforce.findings.summary import summary
+from dforce.results.curves import goes_along, row_of
+from dforce.results.kinds import swept
+from dforce.results.status import check_computed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIGITS = 3
+MOST_LINES = 3  # of a summary
+
+
+@checked
+def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
+    """Return a result in words.
+
+    A curve along the distance gives its stable states at a set point, the approach first, with peak force and indentation.
+    Any other result gives the first lines of :func:`dforce.summary`.
+
+    Parameters
+    ----------
+    result
+        Any result.
+    set_point
+        The share :math:`A / A_0`, above 0 and at most 1: 0.8 or ``"80 %"``.
+
+    Raises
+    ------
+    ParameterError
+        When the dataset is not a result or has no points, and when the set point is not such a share.
+    """
+    check_computed(result)
+    share = parse_share(set_point, "set_point")
+    along = goes_along(result)
+    row = row_of(result, along) if along else ""
+    if along != "zc" or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
+        return " ".join(
+            f"{line.label[0].upper()}{line.label[1:]}: {line.text}." for line in summary(result)[:MOST_LINES]
+        )
+    found = dict.fromkeys((state.regime, _details(state)) for state in states_at(result, share) if state.stable)
+    if not found:
+        return why_none(result, share)
+    (regime, details), *others = found
+    first = f"{regime} at {100.0 * share:.4g} %" if regime else f"at {100.0 * share:.4g} %"
+    sentences = [f"{first[0].upper()}{first[1:]}: {details}."]
+    rest = [", ".join(filter(None, pair)) for pair in others]
+    if rest:
+        sentences.append(f"{'Another state exists' if len(rest) == 1 else 'Other states exist'}: {'; '.join(rest)}.")
+    return " ".join(sentences)
+
+
+def _details(state: SetPointState) -> str:
+    """Return peak force and indentation of a state."""
+    deep = state.max_indentation > 0.0
+    if not deep and not state.repels:
+        return "no contact"
+    force = show(state.peak_force, "N", DIGITS) if state.repels and math.isfinite(state.peak_force) else ""
+    depth = f"{show(state.max_indentation, 'm', DIGITS)} deep" if deep else ""
+    return ", ".join(filter(None, (force, depth)))

@@ -1,0 +1,73 @@
+"""All steady states behind a curve: those that the curve's own walk does not come to, too."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dforce.case import case_of
+from dforce.core.arrays import Array
+from dforce.core.errors import ParameterError, checked
+from dforce.experiments import Branches
+from dforce.experiments.base import Progress
+from dforce.results.curves import goes_along
+from dforce.results.kinds import swept
+from dforce.runs import run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@checked
+def coexisting(curve: xr.Dataset, progress: Progress | bool | None = None, largest_step: float = 0.02) -> xr.Dataset:
+    """Return all steady states over the range of an approach or a frequency sweep, stable and unstable.
+
+    Parameters
+    ----------
+    curve
+        Result of an approach or a frequency sweep of one case.
+    progress
+        See :func:`dforce.run`.
+    largest_step
+        Largest step along a curve of states, relative to the range and to the free amplitude.
+
+    Returns
+    -------
+    xarray.Dataset
+        As :func:`dforce.branches` gives them.
+
+    Raises
+    ------
+    ParameterError
+        When the result is no such curve, or its forces have memory or branches.
+    """
+    along = goes_along(curve)
+    if along not in ("zc", "frequency") or swept(curve) or "point" in curve.dims or curve.sizes.get(along, 0) < 2:
+        raise ParameterError("this result is no curve against the distance or the frequency")
+    case = case_of(curve)
+    first, last = float(curve[along].max()), float(curve[along].min())
+    if along == "zc":
+        plan = Branches(zc=(first, last), largest_step=largest_step)
+    else:
+        # read back from a frequency sweep, which keeps its average distance
+        plan = Branches(
+            zc=float(curve["zc"]), parameter="drive.frequency", start=last, stop=first, largest_step=largest_step
+        )
+    return run(case.replace(experiment=plan), progress)
+
+
+@checked
+def starts_of_states(basins: xr.Dataset) -> tuple[Array, Array]:
+    """Return where each state of basins lies among the starts: along the first and the second dimension of `reached` (SI).
+
+    Phases (degrees) lie within the range of the starts' phases.
+    """
+    first, second = map(str, basins["reached"].dims)
+    amplitude, phase = (basins[name].isel(tone=0).values for name in ("amplitude", "phase"))
+    if first == "start_amplitude":
+        low = float(basins[second].min())
+        return amplitude, low + (phase - low) % 360.0
+    tone = case_of(basins).problem.tones[0]
+    motion = amplitude * np.exp(1j * (tone.phase - np.radians(phase)))
+    return motion.real, -2.0 * np.pi * tone.frequency * motion.imag

@@ -1,0 +1,249 @@
+"""What a form has to show for a class of parameters, read from its declarations alone."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.parameters import ParameterQuantity, Parameters
+from dforce.core.units import parse, show
+from dforce.gui.case.typed import with_point
+
+NEEDED = "this needs a value"
+DEFAULT = re.compile(r"default: ([^;]+)")
+TOO_LARGE = re.compile(
+    r"[+-]?\d{19,}|[+-]?\d+(\.\d*)?[eE]\+?\d+"
+)  # numbers that stay texts, as :func:`dforce.gui.case.values.read` says
+KEY = re.compile(
+    r"(?<![.\w])[a-z]+(?:_[a-z\d]+)+(?![.\w])"
+)  # a word of case files; one with dots is a path, to be typed
+BOUNDS = {"low": "at least", "above": "above", "high": "at most", "below": "below"}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One form that a value can take.
+
+    Attributes
+    ----------
+    kind
+        "quantity", "numbers" (several quantities), "whole", "number", "text", "switch", "choice" (one of `words`),
+        "word" (this word alone), "table" (of `model`) or "tables" (a list of them).
+    label
+        What this form is called where there are several.
+    """
+
+    kind: str
+    label: str = ""
+    words: tuple[str, ...] = ()
+    model: type[Parameters] | None = None
+
+
+@dataclass(frozen=True)
+class Field:
+    """One parameter: how it is labeled, explained and bounded, and the shapes that its value can take."""
+
+    key: str
+    label: str
+    help: str
+    shapes: tuple[Shape, ...]
+    required: bool = False
+    default: Any = None
+    symbol: str = ""
+    quantity: ParameterQuantity | None = None
+    placeholder: str = ""
+    examples: tuple[str, ...] = ()
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the quantity; empty for what is none."""
+        return self.quantity.unit if self.quantity is not None else ""
+
+    def shape_of(self, value: object) -> Shape:
+        """Return the shape that a value of a document has."""
+        if len(self.shapes) == 1:
+            return self.shapes[0]
+        given = self.default if value is None else value
+        if given is None:
+            return self.shapes[0]
+        for shape in self.shapes:
+            if _fits(shape, given):
+                return shape
+        return self.shapes[0]
+
+
+def _fits(shape: Shape, value: object) -> bool:
+    if shape.kind == "word":
+        return bool(value == shape.words[0])
+    if shape.kind == "table":
+        return isinstance(value, Mapping)
+    if shape.kind in ("tables", "numbers"):
+        return isinstance(value, list | tuple)
+    return not isinstance(value, Mapping | list | tuple)
+
+
+def fields(model: type[Parameters]) -> list[Field]:
+    """Return the fields of a class that a person may give, in order; what can only have one value is left out."""
+    found = [_field(model, key) for key in model.keys()]  # noqa: SIM118 a method of Parameters
+    return [field for field in found if field.shapes]
+
+
+def _field(model: type[Parameters], key: str) -> Field:
+    info, quantity = model.model_fields[key], model.quantities().get(key)
+    doc = info.description or spaced(key)
+    shapes = tuple(_shapes(info.annotation, quantity))
+    default = None if info.is_required() else info.get_default(call_default_factory=True)
+    left_out = DEFAULT.search(doc)
+    return Field(
+        key=key,
+        label=info.title or _label(key, doc),
+        help=f"{_help(doc)}{_bounds(quantity) if quantity else ''}",
+        shapes=shapes,
+        required=info.is_required(),
+        default=default,
+        symbol=quantity.symbol if quantity else "",
+        quantity=quantity,
+        examples=tuple(map(str, info.examples or ())),
+        placeholder=left_out[1] if left_out else "",
+    )
+
+
+def _label(key: str, doc: str) -> str:
+    """Return the first phrase of a sentence as a label; the key where the sentence explains words to choose from."""
+    first, sign = min(
+        ((doc.partition(sign)[0], sign) for sign in ("; ", ": ", " (", ", ", " {")), key=lambda f: len(f[0])
+    )
+    explains = sign == ": " and first != doc and " " not in first
+    label = spaced(key) if explains else first
+    return f"{label[0].upper()}{label[1:]}"
+
+
+def _help(doc: str) -> str:
+    """Return the explanation of a parameter as a sentence, with the words that the forms show in place of a file's."""
+    text = KEY.sub(lambda key: spaced(key[0]), doc).replace("`", "")
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def spaced(word: str) -> str:
+    """Return a word of a case file as the forms show it: "own mode"."""
+    return word.replace("_", " ")
+
+
+def _bounds(quantity: ParameterQuantity) -> str:
+    words = []
+    for name, sign in BOUNDS.items():
+        bound = getattr(quantity, name)
+        if bound is not None:
+            words.append(f"{sign} {bound if isinstance(bound, str) else _plain(bound, quantity.unit)}")
+    text = " and ".join(words)
+    return f" {text[0].upper()}{text[1:]}." if text else ""
+
+
+def _plain(bound: float, unit: str) -> str:
+    return f"{bound:,.12g}" if unit == "1" else show(bound, unit)
+
+
+def _shapes(annotation: object, quantity: ParameterQuantity | None) -> list[Shape]:
+    parts = get_args(annotation) if get_origin(annotation) in (Union, types.UnionType) else (annotation,)
+    parts = tuple(get_args(part)[0] if get_origin(part) is Annotated else part for part in parts)
+    parts = tuple(part for part in parts if part is not type(None))
+    shapes: list[Shape] = []
+    for part in parts:
+        shapes += _part(part, quantity, alone=len(parts) == 1)
+    # a number or text for one value: the text covers both
+    kinds = [shape.kind for shape in shapes]
+    if "text" in kinds and "number" in kinds:
+        shapes = [shape for shape in shapes if shape.kind != "number"]
+    return shapes
+
+
+def _part(part: Any, quantity: ParameterQuantity | None, alone: bool) -> list[Shape]:
+    if get_origin(part) is Literal:
+        words = tuple(map(str, get_args(part)))
+        if alone:
+            return [Shape("choice", words=words)] if len(words) > 1 else []
+        return [Shape("word", label=word, words=(word,)) for word in words]
+    if get_origin(part) is tuple:
+        inner = get_args(part)[0]
+        if _is_parameters(inner):
+            return [Shape("tables", label="list", model=inner)]
+        return [Shape("numbers", label="list of values")] if quantity is not None else [Shape("texts")]
+    if _is_parameters(part):
+        keys = ", ".join(part.keys())
+        return [Shape("table", label=spaced(keys), model=part)]
+    if quantity is not None:
+        return [Shape("quantity", label="one value")]
+    return [Shape({bool: "switch", int: "whole", float: "number"}.get(part, "text"))]
+
+
+def _is_parameters(part: object) -> bool:
+    return inspect.isclass(part) and issubclass(part, Parameters)
+
+
+def check(field: Field, shape: Shape, value: Any) -> str:
+    """Return what is wrong with a value by itself, as a sentence; empty when nothing is.
+
+    Whether the values make sense together is for the case as a whole to say.
+    """
+    if value in (None, ""):
+        return NEEDED if field.required else ""
+    try:
+        if field.quantity is not None and shape.kind == "quantity":
+            field.quantity.check(parse(_pointed(value), field.quantity.unit))
+        elif field.quantity is not None and shape.kind == "numbers" and isinstance(value, list):
+            for item in value:
+                field.quantity.check(parse(_pointed(item), field.quantity.unit))
+        elif shape.kind in ("whole", "number") and isinstance(value, str):
+            words = (
+                "is too large" if TOO_LARGE.fullmatch(value) else f"is not a {'whole ' * (shape.kind == 'whole')}number"
+            )
+            return f"{shorten(value, 40)} {words}"
+        elif shape.kind == "number" and not math.isfinite(value):
+            return "this is not a finite number"
+    except df.ParameterError as error:
+        words = str(error)
+        return words.removeprefix("= ") if words.startswith("= ") else f"this {words}"
+    return ""
+
+
+def _pointed(value: object) -> Any:
+    return with_point(value) if isinstance(value, str) else value
+
+
+def start_of(model: type[Parameters], typed: object) -> dict[str, Any]:
+    """Return a table to start a form with: typical values, and of what was typed elsewhere what the model knows by name."""
+    known = typed if isinstance(typed, Mapping) else {}
+    return {**model.example, **{key: known[key] for key in model.keys() if key in known}}  # noqa: SIM118
+
+
+def name_of(model: type[Parameters]) -> str:
+    """Return the name of a class as words: its title, or else its name, such as "Generalized Maxwell"."""
+    title = str(getattr(model, "title", ""))
+    return title or re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", model.__name__)
+
+
+def carried(given: Mapping[str, object], model: type[Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
+    """Return what another way can take over: single values as the first item of a list, or the first item as values."""
+    found: dict[str, Any] = {}
+    listed = [
+        value[0] for value in given.values() if isinstance(value, list) and value and isinstance(value[0], Mapping)
+    ]
+    source = {**given, **(listed[0] if listed else {})}
+    for field in fields(model):
+        if field.key not in keys:
+            continue
+        shape = field.shapes[0]
+        if shape.kind == "tables" and shape.model is not None:
+            found[field.key] = [start_of(shape.model, source)]
+        elif shape.kind == "table":
+            found[field.key] = start_of(shape.model, {}) if shape.model is not None else {}
+        elif field.key in source:
+            found[field.key] = source[field.key]
+    return found

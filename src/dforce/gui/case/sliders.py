@@ -1,0 +1,167 @@
+"""Parameters on sliders: which ones, their ranges, and what happens while one is dragged."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+from nicegui import ui
+
+import dforce as df
+from dforce.core import units
+from dforce.core.units import parse
+from dforce.gui.case import typed
+from dforce.gui.case.entry import SliderElement
+from dforce.gui.case.fields import Field, name_of
+from dforce.gui.document.bounds import LARGEST, number
+from dforce.gui.document.document import MOST_SLIDERS, Path, Slider
+from dforce.gui.window.view import View
+
+STEPS = 200  # of a slider, about
+
+
+def toggle(view: View, path: Path, field: Field) -> None:
+    """Put a parameter on a slider, from half its value to twice that; or take it off."""
+    document = view.document
+    others = tuple(slider for slider in document.sliders if slider.path != path)
+    if len(others) == len(document.sliders):
+        value, unit = number_at(view, path, field)
+        if value is None or not abs(value) <= LARGEST / 2.0:
+            ui.notify("Type a value first; the slider then starts from it.")
+            return
+        if len(others) >= MOST_SLIDERS:
+            ui.notify(f"At most {MOST_SLIDERS} sliders are possible.")
+            return
+        low, high = within(field, unit, min(0.5 * value, 2.0 * value), max(0.5 * value, 2.0 * value))
+        others = (*others, Slider(path, low, high))
+    view.edit(dataclasses.replace(document, sliders=others))
+
+
+def number_at(view: View, path: Path, field: Field) -> tuple[float | None, str]:
+    """Return the number at a path in the unit that its field shows, and that unit."""
+    value = view.document.value(path)
+    value = field.default if value is None else value
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        if field.quantity is None or field.unit == "1":
+            return float(value), "1"
+        value = units.show(float(value), field.unit)
+    if not isinstance(value, str):
+        return None, ""
+    text, unit = typed.taken_apart(value, field.unit or "1")
+    try:
+        return float(typed.with_point(text)), unit
+    except (ValueError, df.ParameterError):
+        return None, ""
+
+
+def within(field: Field, unit: str, low: float, high: float) -> tuple[float, float]:
+    """Return a range that is not empty and keeps to the bounds of the parameter."""
+    if not low < high:
+        high = low + (abs(low) or 1.0)
+    if field.quantity is not None:
+        scale = parse(f"1 {unit}", field.unit) if unit != "1" else 1.0
+        least, most = (bound / scale for bound in field.quantity.bounds())
+        if least > low or (field.quantity.above is not None and least >= low):
+            low = least
+            high = max(high, low + (abs(low) or 1.0)) if high <= low else high
+            low += step_of(low, min(high, most)) if field.quantity.above is not None else 0.0
+        high = min(high, most)
+        if not low < high:  # both ends were typed beyond the bound
+            low = max(least, high - 0.5 * abs(high))
+    return _tidy(low), _tidy(high)
+
+
+def step_of(low: float, high: float) -> float:
+    """Return a round step, 1, 2 or 5 times a power of ten, of which about 200 make the range."""
+    raw = (high - low) / STEPS
+    power = 10.0 ** math.floor(math.log10(raw)) if raw > 0.0 else 1.0
+    return next(n * power for n in (1.0, 2.0, 5.0, 10.0) if n * power >= raw * 0.999)
+
+
+def _tidy(value: float) -> float:
+    return float(f"{value:.9g}")
+
+
+class Sliders:
+    """The sliders of a page, each at the field of its parameter; see :class:`dforce.gui.case.forms.Companion`."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.places: dict[Path, tuple[Field, ui.element]] = {}
+        self.made: dict[Path, SliderElement] = {}
+        view.on_said.append(lambda said: self.settle())
+
+    def clear(self) -> None:
+        """Forget all fields: they are made anew."""
+        self.places.clear()
+        self.made.clear()
+
+    def place(self, path: Path, field: Field) -> None:
+        """Make room for the slider of a field, in the container that is open."""
+        self.places[path] = field, ui.element("div")
+
+    def show(self) -> None:
+        """Show the sliders of the document, their ranges and values; a value beyond its range makes that wider."""
+        sliders = {slider.path: slider for slider in self.view.document.sliders if slider.path in self.places}
+        for path in [path for path in self.made if path not in sliders]:
+            self.made.pop(path).delete()
+        for path, slider in sliders.items():
+            field, place = self.places[path]
+            if path not in self.made:
+                with place:
+                    self._make(path, field)
+            value, unit = number_at(self.view, path, field)
+            if value is not None:
+                low, high = min(slider.low, value), max(slider.high, value)
+                step = 1.0 if field.shapes[0].kind == "whole" else step_of(low, high)
+                self.made[path].show(unit, low, high, step, value)
+
+    def settle(self) -> None:
+        """Let the page know the values for good: a slider that is not on show now takes them from there when it is."""
+        for element in self.made.values():
+            element.settle()
+
+    def _make(self, path: Path, field: Field) -> None:
+        self.made[path] = SliderElement(
+            ".".join(map(str, path)),
+            self._label(path, field),
+            on_slide=lambda value: self._slide(path, field, value),
+            on_range=lambda ends: self._range(path, field, ends),
+        )
+
+    def _label(self, path: Path, field: Field) -> str:
+        """Return the label of a slider; with several modes, tones or forces it says of which one."""
+        places = [n for n, step in enumerate(path) if isinstance(step, int)]
+        if not places:
+            return field.label
+        listed, place = path[: places[-1]], int(path[places[-1]])
+        if len(self.view.document.value(listed) or ()) < 2:
+            return field.label
+        model = df.forces.REGISTRY.get(str(self.view.document.value((*listed, place, "model"))))
+        what = name_of(model) if model is not None else f"{str(listed[-1]).removesuffix('s').capitalize()} {place + 1}"
+        return f"{what}: {field.label[0].lower()}{field.label[1:]}"
+
+    def _slide(self, path: Path, field: Field, value: float) -> None:
+        unit = number_at(self.view, path, field)[1]
+        text: str | int = f"{value:.9g}" if unit in ("1", "") else f"{value:.9g} {unit}"
+        if field.shapes[0].kind == "whole":
+            text = round(value)
+        elif field.quantity is None:
+            self.view.edit(self.view.document.put(path, value), name=f"slide {path}")
+            return
+        self.view.edit(self.view.document.put(path, text), name=f"slide {path}")
+
+    def _range(self, path: Path, field: Field, ends: Sequence[str]) -> None:
+        unit = number_at(self.view, path, field)[1]
+        try:
+            low, high = (number(float(typed.with_point(end)), -LARGEST, LARGEST) for end in ends)
+        except (ValueError, df.ParameterError):
+            ui.notify("The ends of a slider are two numbers.")
+            low, high = next((s.low, s.high) for s in self.view.document.sliders if s.path == path)
+        low, high = within(field, unit, min(low, high), max(low, high))
+        sliders = tuple(
+            dataclasses.replace(slider, low=low, high=high) if slider.path == path else slider
+            for slider in self.view.document.sliders
+        )
+        self.view.edit(dataclasses.replace(self.view.document, sliders=sliders))

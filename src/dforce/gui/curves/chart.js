@@ -1,0 +1,174 @@
+// A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
+const FREE = 600, GHOST = 6000; // ms after the hand is off until the axes follow again, and until the ghost goes
+let plotly = null;
+
+function load(url) {
+  plotly ??= new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    script.src = url;
+    script.onload = () => resolve(window.Plotly);
+    script.onerror = () => reject(new Error("the chart library could not be loaded"));
+    document.head.appendChild(script);
+  });
+  return plotly;
+}
+
+let palette = null; // reading styles makes the browser lay the page out anew, so they are read once a theme
+
+function colors() {
+  palette ??= readColors();
+  return palette;
+}
+
+function readColors() {
+  const style = getComputedStyle(document.body);
+  const get = (name) => style.getPropertyValue(name).trim();
+  return {
+    ink: get("--df-ink"), soft: get("--df-soft"), grid: get("--df-grid"), paper: get("--df-paper"), line: get("--df-line"),
+    series: [0, 1, 2, 3, 4, 5].map((n) => get("--df-series-" + n)),
+  };
+}
+
+function themed(figure) {
+  const c = colors();
+  const of = (name) => (typeof name === "number" ? c.series[name % c.series.length] : c[name] ?? name);
+  const layout = structuredClone(figure.layout ?? {});
+  Object.assign(layout, {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true, uirevision: layout.uirevision ?? "kept",
+    font: { family: "Inter, system-ui, 'Segoe UI', Roboto, sans-serif", size: 12, color: c.ink },
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: c.soft, activecolor: c.ink },
+    hoverlabel: { bgcolor: c.paper, bordercolor: c.line, font: { color: c.ink, size: 12 } },
+  });
+  for (const key of Object.keys(layout).filter((k) => /^[xy]axis\d*$/.test(k))) {
+    const axis = layout[key];
+    const own = axis.color === undefined ? undefined : of(axis.color);
+    delete axis.color;
+    layout[key] = {
+      gridcolor: c.grid, linecolor: c.line, zerolinecolor: c.line, tickcolor: c.line, showline: true, ticks: "outside",
+      ticklen: 4, automargin: false, zeroline: false, type: "linear",
+      ticklabeloverflow: "allow", // the margins have room for labels, and measuring each takes long
+      ...axis,
+      tickfont: { color: own ?? c.soft, size: 11 },
+      title: { standoff: 8, ...axis.title, font: { size: 12, color: own ?? c.ink } },
+    };
+  }
+  if (layout.legend) layout.legend = { font: { color: c.soft, size: 11 }, bgcolor: "rgba(0,0,0,0)", ...layout.legend };
+  for (const note of layout.annotations ?? []) note.font = { ...note.font, color: of(note.font?.color ?? "soft") };
+  for (const shape of layout.shapes ?? []) if (shape.line) shape.line.color = of(shape.line.color ?? "line");
+  const data = (figure.data ?? []).map((trace) => {
+    const copy = { ...trace };
+    if (copy.line) copy.line = { ...copy.line, color: of(copy.line.color) };
+    if (Array.isArray(copy.colorscale)) copy.colorscale = copy.colorscale.map(([at, name]) => [at, of(name)]);
+    if (copy.marker) copy.marker = { ...copy.marker, color: of(copy.marker.color) };
+    return copy;
+  });
+  return { data, layout };
+}
+
+const isDark = () => document.body.classList.contains("body--dark");
+
+export default {
+  template: `
+    <div class="df-chart" :class="{stale}" role="figure" :aria-label="label" :data-revision="revision" tabindex="-1">
+      <div ref="plot" class="df-plot"></div>
+    </div>`,
+  props: { library: String, label: { default: "" }, holds: Boolean },
+  data() {
+    return { revision: 0, stale: false };
+  },
+  async mounted() {
+    this.figure = null;
+    this.drawn = false;
+    this.observer = new ResizeObserver(() => this.fit());
+    this.observer.observe(this.$el);
+    this.dark = isDark();
+    this.theme = new MutationObserver(() => {
+      if (isDark() === this.dark) return; // the class of the body changes with every menu that opens
+      this.dark = isDark();
+      palette = null;
+      if (this.figure) this.paint();
+    });
+    this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
+    if (this.holds) {
+      window.addEventListener("df-hold", this.hold);
+      window.addEventListener("df-release", this.release);
+    }
+    await load(this.library);
+  },
+  beforeUnmount() {
+    window.removeEventListener("df-hold", this.hold);
+    window.removeEventListener("df-release", this.release);
+    clearTimeout(this.later);
+    this.observer.disconnect();
+    this.theme.disconnect();
+    if (this.drawn) window.Plotly.purge(this.$refs.plot);
+  },
+  methods: {
+    async draw(figure, revision) {
+      await load(this.library);
+      if (!this.$refs.plot) return revision;
+      this.figure = figure;
+      await this.paint();
+      if (!this.drawn) {
+        this.drawn = true;
+        this.$refs.plot.on("plotly_click", (event) => {
+          const point = event.points[0];
+          this.$emit("point", { revision: this.revision, curve: point.curveNumber, index: point.pointIndex, x: point.x, y: point.y, id: point.data.meta });
+        });
+        this.$refs.plot.on("plotly_relayout", (changed) => {
+          const place = changed["shapes[0].y0"];
+          if (Number.isFinite(place)) this.$emit("limit", place);
+        });
+        this.fit();
+      }
+      this.revision = revision;
+      return revision;
+    },
+    async paint() {
+      const { data, layout } = themed(this.held());
+      // no button that sends a chart to another host
+      const config = { showSendToCloud: false, plotlyServerURL: "", displaylogo: false, responsive: false,
+                       displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
+                       modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"],
+                       edits: { shapePosition: this.figure.drag ?? false } };
+      await window.Plotly.react(this.$refs.plot, data, layout, config);
+    },
+    // While a slider is dragged the axes stand still, and the curves from which one came stay as a ghost.
+    hold() {
+      clearTimeout(this.later);
+      if (!this.drawn || this.ranges) return;
+      const now = this.$refs.plot._fullLayout;
+      const axes = Object.keys(this.figure.layout).filter((key) => /^[xy]axis\d*$/.test(key));
+      this.ranges = Object.fromEntries(axes.map((key) => [key, [...now[key].range]]));
+      const lines = this.figure.data.filter((trace) => trace.mode === "lines" && !/^(states|fit|measured) /.test(trace.meta ?? ""));
+      this.ghost = lines.map((trace, n) => ({
+        ...trace, line: { color: "soft", width: 1.5, dash: trace.line?.dash ?? "solid" }, opacity: 0.55, meta: "ghost",
+        name: "before", showlegend: n === 0, hovertemplate: undefined, hoverinfo: "skip",
+      }));
+    },
+    release() {
+      clearTimeout(this.later);
+      this.later = setTimeout(() => {
+        this.ranges = null;
+        if (this.figure) this.paint();
+        this.later = setTimeout(() => {
+          this.ghost = null;
+          if (this.figure) this.paint();
+        }, GHOST);
+      }, FREE);
+    },
+    held() {
+      const layout = { ...this.figure.layout };
+      for (const [key, range] of Object.entries(this.ranges ?? {})) {
+        if (layout[key]) layout[key] = { ...layout[key], range, autorange: false };
+      }
+      return { ...this.figure, layout, data: [...(this.figure.data ?? []), ...(this.ghost ?? [])] };
+    },
+    dim(stale) {
+      this.stale = stale;
+    },
+    fit() {
+      if (this.drawn && this.$el.clientWidth > 0) window.Plotly.Plots.resize(this.$refs.plot);
+    },
+  },
+};

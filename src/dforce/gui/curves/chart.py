@@ -1,0 +1,92 @@
+"""The chart element: figures as plain data go in, clicks on points come out."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import contextlib
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+LIBRARY = "/assets/plotly.js"
+PATIENCE = 5.0  # s; a browser that takes longer to draw is asked again at the next change
+
+
+def library_file() -> Path:
+    """Return the file of plotly.js that the plotly package brings."""
+    return Path(str(resources.files("plotly"))) / "package_data" / "plotly.min.js"
+
+
+def packed(values: object) -> dict[str, Any]:
+    """Return numbers as plotly.js reads them without text: base64 of a typed array."""
+    array = np.ascontiguousarray(values, dtype="<f8")
+    packed_array: dict[str, Any] = {"dtype": "f8", "bdata": base64.b64encode(array.tobytes()).decode("ascii")}
+    if array.ndim == 2:
+        packed_array["shape"] = f"{array.shape[0]}, {array.shape[1]}"
+    return packed_array
+
+
+class Chart(ui.element, component="chart.js"):
+    """A chart that answers when it is drawn, so that no update waits behind another.
+
+    Parameters
+    ----------
+    label
+        What it shows, for screen readers.
+    on_point
+        Called when a curve is clicked, with `curve` and `index` (counted from 0), `x`, `y`, and the curve's `id`.
+    on_limit
+        Called when the first shape of a figure with `drag` was dragged, with its place upward.
+    holds
+        Whether its axes stand still while a slider is dragged, with a ghost of the curves before.
+    """
+
+    def __init__(
+        self,
+        label: str,
+        on_point: Callable[[dict[str, Any]], None] | None = None,
+        on_limit: Callable[[float], None] | None = None,
+        holds: bool = False,
+    ) -> None:
+        super().__init__()
+        self.props.update(library=LIBRARY, label=label, holds=holds)
+        self.revision = 0
+        self._drawing: asyncio.Task[None] | None = None
+        if on_point is not None:
+
+            def clicked(event: GenericEventArguments) -> None:
+                if event.args["revision"] == self.revision:  # else it was on a figure that has been replaced
+                    on_point(dict(event.args))
+
+            self.on("point", clicked)
+        if on_limit is not None:
+            self.on("limit", lambda event: on_limit(float(event.args)))
+
+    async def draw(self, figure: dict[str, Any], label: str = "") -> None:
+        """Draw a figure (`data` and `layout` of Plotly) once the browser has drawn the one before."""
+        await self.drawn()
+        if label and self.props.get("label") != label:
+            self.props["label"] = label
+            self.update()
+        self._drawing = asyncio.get_running_loop().create_task(self._send(figure))
+
+    async def drawn(self) -> None:
+        """Wait until the browser has drawn what was sent."""
+        if self._drawing is not None:
+            await self._drawing
+
+    async def _send(self, figure: dict[str, Any]) -> None:
+        self.revision += 1
+        # without an answer the connection was cut, or the page is hidden and its browser saves power
+        with contextlib.suppress(TimeoutError):
+            await self.run_method("draw", figure, self.revision, timeout=PATIENCE)
+
+    def dim(self, stale: bool) -> None:
+        """Show that the chart does not follow what was last typed."""
+        self.run_method("dim", stale)

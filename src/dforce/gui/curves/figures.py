@@ -1,0 +1,379 @@
+"""Figures of results as plain data for Plotly.
+
+A color is a name that chart.js looks up in the theme, "ink" or "soft" say, or the number of a series. What can be drawn, and
+which lines that makes, :mod:`dforce` says; here they get colors, dashes and axes.
+"""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.notation import html_symbol
+from dforce.core.units import parse, usual_unit
+from dforce.gui.curves.chart import packed
+from dforce.results.curves import Line, Picture, drawable, lines_of, start_across
+from dforce.results.dataset import reader_unit, spelled
+from dforce.results.significance import along, error_of, largest_error
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Figure = dict[str, Any]
+GAP = 0.07  # of the height, between two frames
+SIDE = 0.1  # of the width, for each further axis on a side
+MOST_AXES = 4  # in one frame
+MOST_FRAMES = 6
+DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
+FAINT = 1e-5  # of the largest value: what lies farther out on a logarithmic picture is not shown at first
+WIDTH = 2.5  # px, of a curve
+LIGHT = {"retract": 0.45, "down": 0.45}  # opacity of the way back
+UNSTABLE = "dash"
+OTHERS = ("solid", "dashdot", "longdash", "longdashdot")  # of quantities that share a frame and a color
+SIGNS = {
+    "fold": "circle",
+    "period_doubling": "square",
+    "torus": "diamond",
+    "grazing": "line-ns-open",
+    "end": "x-thin-open",
+}
+RING = 5  # px, radius
+MARGIN = {"l": 64, "r": 20, "t": 28, "b": 48}
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A result in a figure, with its name and color where it is one of several, and its states at the set point."""
+
+    result: xr.Dataset
+    name: str = ""
+    color: int = 0
+    states: xr.Dataset | None = None
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure, and what each of its traces shows: its layer and line; None for marks.
+
+    Of curves, also where each quantity is drawn (names of its axes, and what its values are divided by), the scale across, and
+    by the numbers of their traces the lines of all states behind the curves.
+    """
+
+    figure: Figure
+    traces: tuple[tuple[Layer, Line] | None, ...] = ()
+    places: Mapping[str, tuple[str, str, float]] = field(default_factory=dict)
+    x_scale: float = 1.0
+    behind: Mapping[int, Line] = field(default_factory=dict)
+
+
+def picture(layers: Sequence[Layer], wanted: Picture) -> Drawn:
+    """Return a picture of results, the last on top.
+
+    One result gets a color for each tone; several have a color each. The way back is lighter, unstable states are dashed.
+    """
+    able = [layer for layer in layers if {wanted.x, *wanted.y} <= set(drawable(layer.result, wanted.x))]
+    if not able:
+        return Drawn(empty("Nothing to draw: these results lack the chosen quantities."))
+    return _FigureBuilder(able, wanted).drawn()
+
+
+class _FigureBuilder:
+    """Makes one figure."""
+
+    def __init__(self, layers: Sequence[Layer], wanted: Picture) -> None:
+        self.layers, self.wanted = layers, wanted
+        self.several = len(layers) > 1
+        first = layers[0].result
+        if wanted.together:  # an axis for each unit
+            units = list(dict.fromkeys(_unit(first[name]) for name in wanted.y))[:MOST_AXES]
+            self.frames = [[[name for name in wanted.y if _unit(first[name]) == unit] for unit in units]]
+        else:
+            self.frames = [[[name]] for name in wanted.y[:MOST_FRAMES]]
+        self.x_scale, self.x_unit = self._scale([wanted.x])
+        self.scales: dict[str, tuple[float, str]] = {}  # of each quantity, that of its axis
+        self.data: list[Figure] = []
+        self.traces: list[tuple[Layer, Line] | None] = []
+        self.named: set[str] = set()
+        self.places: dict[str, tuple[str, str, float]] = {}
+        layout: Figure = {"margin": dict(MARGIN), "hovermode": "closest", "legend": legend(), "showlegend": True}
+        layout["shapes"] = []
+        layout["uirevision"] = f"{wanted.x} {wanted.y} {wanted.together} {wanted.logarithmic}"
+        self.layout = layout
+
+    def drawn(self) -> Drawn:
+        """Return the figure."""
+        tag = 0
+        for number, groups in enumerate(self.frames):
+            host = tag
+            for place, names in enumerate(groups):
+                self._axis(tag, host, number, place, names)
+                for name in names:
+                    self._lines(tag, host, name)
+                tag += 1
+            self._x_axis(host, number)
+        if self.several:
+            self._legend_of_dashes()
+        self.layout["showlegend"] = len(self.named) > 1 or (self.several and bool(self.named))
+        figure = {"data": self.data, "layout": self.layout, "bar": "hover"}
+        return Drawn(figure, tuple(self.traces), self.places, self.x_scale)
+
+    def _scale(self, names: Sequence[str]) -> tuple[float, str]:
+        """Return the scale and unit in which the largest of some quantities reads best."""
+        found = [unit_of(layer.result[name]) for layer in self.layers for name in names]
+        return max(found)
+
+    def _largest(self, names: Sequence[str]) -> float:
+        """Return the largest size of some quantities in all layers."""
+        sizes = (np.abs(layer.result[name].values) for layer in self.layers for name in names)
+        return max(float(np.max(size, initial=0.0, where=np.isfinite(size))) for size in sizes)
+
+    def _axis(self, tag: int, host: int, number: int, place: int, names: Sequence[str]) -> None:
+        """Add an upright axis: in a frame the first one at the left, the second at the right, then outward."""
+        first = self.layers[0].result
+        scale, unit = self._scale(names)
+        noise = max(largest_error(layer.result, name) for layer in self.layers for name in names)
+        if 0.0 < self._largest(names) < noise:
+            scale, unit = reader_unit(first[names[0]].copy(data=np.full(first[names[0]].shape, noise)))
+        self.scales |= dict.fromkeys(names, (scale, unit))
+        words = title(first[names[0]], unit) if len(names) == 1 else _title_of_several([first[n] for n in names], unit)
+        axis: Figure = {"title": {"text": words}}
+        if self.wanted.logarithmic:
+            axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
+        if len(self.frames[number]) > 1 and len(names) == 1 and not self.several:
+            axis["color"] = self.wanted.y.index(names[0])
+        if 0.0 < self._largest(names) < noise:
+            axis["range"] = [-noise / scale, noise / scale]
+        if place:
+            right = place % 2
+            axis |= {
+                "overlaying": name_of_axis("y", host),
+                "tickmode": "auto",
+                "side": "right" if right else "left",
+                "showgrid": False,
+            }
+            if place > 1:
+                axis |= {"anchor": "free", "position": float(right)}
+            if right:
+                self.layout["margin"]["r"] = MARGIN["l"]
+        else:
+            axis["domain"] = _domain(number, len(self.frames))
+        if place == 1 or not place:
+            axis["anchor"] = name_of_axis("x", host)
+        self.layout[name_of_axis("yaxis", tag)] = axis
+
+    def _x_axis(self, host: int, number: int) -> None:
+        """Add the axis across: all frames have the same one, and the last its title."""
+        first, frames = self.layers[0].result, len(self.frames)
+        axis: Figure = {"anchor": name_of_axis("y", host)} | ({"matches": "x"} if host else {})
+        groups = len(self.frames[number])
+        if groups > 2:
+            axis["domain"] = [SIDE, 1.0 - SIDE * (groups > 3)]
+        if number == frames - 1:
+            axis["title"] = {"text": title(first[self.wanted.x], self.x_unit)}
+        else:
+            axis["showticklabels"] = False
+        if self.wanted.logarithmic_across:
+            begin = start_across(line for _, line in filter(None, self.traces)) / self.x_scale
+            axis |= {"type": "log", "range": [math.log10(begin), math.log10(self._last_x())]}
+        elif self.wanted.logarithmic:
+            axis["range"] = [0.0, self._last_x()]
+        self.layout[name_of_axis("xaxis", host)] = axis
+
+    def _last_x(self) -> float:
+        """Return how far out there is something on a logarithmic picture."""
+        ends = [0.0]
+        for trace in self.traces:
+            if trace is not None:
+                seen = trace[1].y > FAINT * np.nanmax(trace[1].y)
+                ends.append(float(np.nanmax(np.where(seen, trace[1].x, 0.0))))
+        return 1.05 * max(ends) / self.x_scale
+
+    def _lines(self, tag: int, host: int, name: str) -> None:
+        """Add the traces of one quantity: a line for each direction, branch or case, and marks at its jumps."""
+        scale, unit = self.scales[name]
+        x_axis, y_axis = name_of_axis("x", host), name_of_axis("y", tag)
+        self.places[name] = x_axis, y_axis, scale
+        for layer in self.layers:
+            errors = error_of(layer.result, name)
+            for line in lines_of(layer.result, self.wanted.x, name):
+                y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
+                y = np.where(np.abs(y) <= along(errors, layer.result[name].dims, line), 0.0, y)
+                look = self._look(layer, line, name)
+                hover = self._hover(name, unit)
+                hover += f"<br>{plain(layer.name)}" if self.several and layer.name else ""
+                self._add(
+                    (layer, line),
+                    {
+                        "x": packed(line.x / self.x_scale),
+                        "y": packed(y / scale),
+                        "xaxis": x_axis,
+                        "yaxis": y_axis,
+                        "type": "scatter",
+                        "mode": "lines",
+                        "meta": name,
+                        "hovertemplate": hover + "<extra></extra>",
+                        **look,
+                    },
+                )
+                for mark in _marks(line, self.x_scale, scale, look["line"]["color"]):
+                    self._add(None, {"xaxis": x_axis, "yaxis": y_axis, **mark})
+            if layer.states is not None and name in layer.states:
+                rings = _rings(layer.states, self.wanted.x, name, self.x_scale, scale)
+                self.layout["shapes"] += [{"xref": x_axis, "yref": y_axis, **ring} for ring in rings]
+
+    def _hover(self, name: str, unit: str) -> str:
+        """Return names, values and units of the point under the pointer."""
+        first = self.layers[0].result
+        said = ((self.wanted.x, "x", self.x_unit), (name, "y", unit))
+        return "<br>".join(
+            f"{label_of(first[what])} %{{{letter}:.4g}} {plain(one)}".strip() for what, letter, one in said
+        )
+
+    def _add(self, what: tuple[Layer, Line] | None, trace: Figure) -> None:
+        words = "" if self.several and what is not None else str(trace["name"])
+        trace["showlegend"] = bool(words) and words not in self.named
+        self.named |= {words} - {""}
+        self.data.append(trace)
+        self.traces.append(what)
+
+    def _look(self, layer: Layer, line: Line, name: str) -> Figure:
+        """Return name, color and dash of a line."""
+        place = self.wanted.y.index(name)
+        dash = "solid" if line.stable else UNSTABLE
+        if self.several:
+            color = layer.color
+            if self.wanted.together and dash == "solid":
+                dash = OTHERS[place % len(OTHERS)]
+        elif self.wanted.together:
+            color = place + line.column
+        else:
+            color = 2 * line.column
+        words = [str(layer.result[name].attrs.get("long_name", name))] * (
+            self.wanted.together and len(self.wanted.y) > 1
+        )
+        text = ", ".join([*words, *([line.name] if line.name else [])])
+        look = {"color": color, "dash": dash, "width": WIDTH, "simplify": False}
+        return {"name": plain(text), "line": look, "opacity": LIGHT.get(line.direction, 1.0)}
+
+    def _legend_of_dashes(self) -> None:
+        """Say which dash is which direction; the colors of several results stand in their list."""
+        found = {
+            line.direction or ("stable" if line.stable else "unstable"): line for _, line in filter(None, self.traces)
+        }
+        for word, line in found.items():
+            if len(found) > 1:
+                self._add(
+                    None,
+                    {
+                        "x": [None],
+                        "y": [None],
+                        "type": "scatter",
+                        "mode": "lines",
+                        "name": word,
+                        "line": {"color": "soft", "dash": "solid" if line.stable else UNSTABLE, "width": WIDTH},
+                        "opacity": LIGHT.get(line.direction, 1.0),
+                    },
+                )
+
+
+def _marks(line: Line, x_scale: float, scale: float, color: int) -> Iterator[Figure]:
+    """Give the special points of a line, one trace for each kind."""
+    for kind in dict.fromkeys(line.marks.values()):
+        places = [place for place, word in line.marks.items() if word == kind]
+        yield {
+            "x": packed(line.x[places] / x_scale),
+            "y": packed(line.y[places] / scale),
+            "type": "scatter",
+            "mode": "markers",
+            "name": kind.replace("_", " "),
+            "marker": {"symbol": SIGNS[kind], "size": 8, "color": color},
+            "hovertemplate": f"{plain(kind.replace('_', ' '))}<extra></extra>",
+        }
+
+
+def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> Iterator[Figure]:
+    """Give a ring for each state at the set point."""
+    for across, values in zip(states[x].values, states[y].values, strict=True):
+        for up in np.ravel(values) / scale:
+            yield ring(float(np.ravel(across)[0] / x_scale), float(up), RING)
+
+
+def ring(x: float, y: float, radius: int) -> Figure:
+    """Return a ring around a point of a figure; a shape, which is drawn in half the time of a trace of marks."""
+    place: Figure = {"type": "circle", "xsizemode": "pixel", "ysizemode": "pixel", "xanchor": x, "yanchor": y}
+    ends = {"x0": -radius, "x1": radius, "y0": -radius, "y1": radius}
+    return place | ends | {"line": {"color": "ink", "width": 2}}
+
+
+def empty(text: str) -> Figure:
+    """Return a figure that says in a sentence why it is empty."""
+    note = {"text": plain(text), "x": 0.5, "y": 0.5, "xref": "paper", "yref": "paper", "showarrow": False}
+    hidden = {"visible": False}
+    return {"data": [], "layout": {"annotations": [note], "xaxis": hidden, "yaxis": hidden, "margin": MARGIN}}
+
+
+def unit_of(variable: xr.DataArray) -> tuple[float, str]:
+    """Return scale and name of the unit in which a quantity reads best; the usual one where it is zero everywhere."""
+    if np.any(np.nan_to_num(variable.values)):
+        return reader_unit(variable)
+    stored = _unit(variable)
+    usual = usual_unit(stored)
+    try:
+        return parse(f"1 {usual}", stored), spelled(usual)
+    except df.ParameterError:  # a phase or a percentage
+        return reader_unit(variable)
+
+
+def label_of(variable: xr.DataArray) -> str:
+    """Return the name of a quantity in words."""
+    return plain(str(variable.attrs.get("long_name") or variable.name).partition(";")[0])
+
+
+def title(variable: xr.DataArray, unit: str) -> str:
+    """Return the title of an axis: name, symbol and unit."""
+    name = plain(str(variable.attrs.get("long_name", variable.name)))
+    symbol = html_symbol(str(variable.attrs.get("symbol", "")))
+    return f"{name}{f' <i>{symbol}</i>' if symbol else ''}{_in_brackets(unit)}"
+
+
+def _title_of_several(variables: Sequence[xr.DataArray], unit: str) -> str:
+    symbols = [
+        html_symbol(str(variable.attrs.get("symbol", ""))) or plain(str(variable.name)) for variable in variables
+    ]
+    return f"<i>{', '.join(symbols)}</i>{_in_brackets(unit)}"
+
+
+def _in_brackets(unit: str) -> str:
+    return f" ({plain(unit)})" if unit not in ("1", "") else ""
+
+
+def _unit(variable: xr.DataArray) -> str:
+    return str(variable.attrs.get("units", "1"))
+
+
+def plain(text: str) -> str:
+    """Return text that a figure shows as it is, not as HTML."""
+    return html.escape(shorten(text, 120))
+
+
+def name_of_axis(kind: str, tag: int) -> str:
+    """Return the name of an axis, counted from 0."""
+    return kind if tag == 0 else f"{kind}{tag + 1}"
+
+
+def legend() -> Figure:
+    """Return the usual legend: a line above the frames."""
+    return {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"}
+
+
+def _domain(frame: int, frames: int) -> list[float]:
+    height = (1.0 - GAP * (frames - 1)) / frames
+    top = 1.0 - frame * (height + GAP)
+    return [max(0.0, top - height), top]

@@ -1,0 +1,108 @@
+"""The numbers behind the curves that are drawn, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from nicegui import ui
+
+from dforce.core.arrays import AnyArray
+from dforce.core.quantities import NONE
+from dforce.gui.curves.figures import Layer, unit_of
+from dforce.gui.curves.panel import Panel, Scene
+from dforce.results.curves import Line
+from dforce.results.significance import along, is_none
+
+MOST_ROWS = 1000
+DIGITS = 6
+EMPTY = "–"
+MORE = f"The first {MOST_ROWS} rows; save the result (menu File) for all rows."
+
+
+class NumbersTable(ui.element, component="numbers.js"):
+    """The table."""
+
+
+@dataclass
+class RowGroup:
+    """Rows that share their values across: those of one result in one direction, stable or not; cells are texts."""
+
+    x: AnyArray
+    columns: dict[str, list[str]] = field(default_factory=dict)
+
+
+class Numbers(Panel):
+    """The table of what is drawn."""
+
+    title = "Numbers"
+
+    def suits(self, scene: Scene) -> bool:
+        """Return whether curves are drawn."""
+        return scene.picture is not None
+
+    def make(self) -> None:
+        """Make the table, in the container that is open."""
+        self.sheet = NumbersTable()
+
+    def show(self, scene: Scene | None = None) -> None:
+        """Show the numbers of a figure of curves."""
+        if scene is None or scene.picture is None:
+            return
+        drawn, wanted = scene.drawn, scene.picture
+        pairs = zip(drawn.figure["data"], drawn.traces, strict=False)  # an empty figure has none
+        lines = [(str(data["meta"]), *what) for data, what in pairs if what is not None]
+        layers = list({id(layer.result): layer for _, layer, _ in lines}.values())
+        blocks, heads = _blocks(lines, layers, wanted.x)
+        rows = [row for words, block in blocks.items() for row in _rows(words, block, heads[1:])]
+        skipped = 0 if any(blocks) else 1  # one curve needs no name
+        self.sheet.props.update(
+            heads=["curve", *heads][skipped:],
+            rows=[row[skipped:] for row in rows[:MOST_ROWS]],
+            text=MORE if len(rows) > MOST_ROWS else "",
+        )
+        self.sheet.update()
+
+
+def _blocks(
+    lines: Sequence[tuple[str, Layer, Line]], layers: Sequence[Layer], x: str
+) -> tuple[dict[str, RowGroup], list[str]]:
+    """Return the rows by the words that tell them apart, and the headings of their columns, that of the axis across first."""
+    across, first = _head(layers, x)
+    heads, blocks = {first: None}, dict[str, RowGroup]()
+    for name, layer, line in lines:
+        # of a quantity for each tone across, each tone has rows of its own
+        whose = any(dim in layer.result[x].dims for dim in ("tone", "mode", "harmonic", "multiplier"))
+        words = line.name.split(", ") if line.name else []
+        apart = [word for word in words if whose or word in (line.direction, "stable", "unstable")]
+        scale, head = _head(layers, name, [word for word in words if word not in apart])
+        heads[head] = None
+        key = ", ".join([layer.name] * (len(layers) > 1) + apart)
+        blocks.setdefault(key, RowGroup(line.x / across)).columns[head] = _cells(layer, name, line, scale)
+    return blocks, list(heads)
+
+
+def _head(layers: Sequence[Layer], name: str, more: Sequence[str] = ()) -> tuple[float, str]:
+    """Return the scale of a quantity, and the heading of its column with its unit."""
+    scale, unit = max(unit_of(layer.result[name]) for layer in layers)
+    words = ", ".join([str(layers[0].result[name].attrs.get("long_name", name)), *more])
+    return scale, words if unit == "1" else f"{words} ({unit})"
+
+
+def _rows(words: str, block: RowGroup, heads: Sequence[str]) -> Iterator[list[str]]:
+    """Give the rows of a block as texts; gaps between pieces of a curve are left out."""
+    columns = [block.columns.get(head, [EMPTY] * len(block.x)) for head in heads]
+    for x, *cells in zip(block.x, *columns, strict=True):
+        if np.isfinite(x):
+            yield [words, _text(x), *cells]
+
+
+def _cells(layer: Layer, name: str, line: Line, scale: float) -> list[str]:
+    """Return the values of a line as texts; of an amount below its error there is none."""
+    none = along(is_none(layer.result, name), layer.result[name].dims, line)
+    return [NONE if there else _text(y / scale) for there, y in zip(none, line.y, strict=True)]
+
+
+def _text(value: float) -> str:
+    return f"{value:.{DIGITS}g}" if np.isfinite(value) else EMPTY

@@ -1,0 +1,321 @@
+"""The plots of a page: which quantities are drawn, of which results, and what a click on a curve does."""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from nicegui import background_tasks, ui
+from nicegui.events import GenericEventArguments
+
+import dforce as df
+from dforce.core.notation import html_symbol, plain_math
+from dforce.gui.case.words import in_words
+from dforce.gui.curves import figures
+from dforce.gui.curves.advice import Advice
+from dforce.gui.curves.chart import Chart
+from dforce.gui.curves.differences import Differences
+from dforce.gui.curves.fit_numbers import FitNumbers
+from dforce.gui.curves.kept import KeptResults
+from dforce.gui.curves.motion import MotionPanel
+from dforce.gui.curves.numbers import Numbers
+from dforce.gui.curves.panel import Pane, Scene
+from dforce.gui.curves.setpoint import SetPoint
+from dforce.gui.curves.states import CoexistingStates, with_states
+from dforce.gui.document.document import MOST_PLOTS
+from dforce.gui.measured import fitting, overlay
+from dforce.gui.measured.panel import MeasuredCurve
+from dforce.gui.measured.reconstructing import Reconstruction
+from dforce.gui.study.panel import Explorer
+from dforce.gui.window.shown import PagePart
+from dforce.gui.window.view import View, Waiting
+from dforce.results.curves import Picture, drawable, pictures_of, row_of
+from dforce.results.kinds import is_kind, kind_of, loaded
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+log = logging.getLogger("dforce.gui")
+
+UNDRAWN = "An error inside dForce: these results cannot be drawn. Please report it."
+
+
+class Picker(ui.element, component="picker.js"):
+    """Chooses what is drawn: one of the usual pictures, or any quantities against any other."""
+
+
+class WaitingWords:
+    """What is waited for, in the middle of the container that is open when it is made."""
+
+    def __init__(self) -> None:
+        with ui.element("div").classes("df-waiting") as self.frame:
+            self.bar = ui.element("progress").props('max=1 aria-label="progress"')
+            self.text = ui.label().props('role="status"')
+
+    def show(self, waiting: Waiting) -> None:
+        """Show the sentence, with a bar where something is under way."""
+        self.frame.set_visibility(bool(waiting.text))
+        self.text.set_text(waiting.text)
+        self.bar.set_visibility(waiting.share is not None)
+        if waiting.share:
+            self.bar.props(f"value={waiting.share:.3f}")
+        else:
+            self.bar.props(remove="value")
+
+
+class Plots:
+    """The plots of one page, in the container that is open when it is made."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.drawn = figures.Drawn({})
+        self.shown: Picture | None = None  # None: a map, or nothing
+        self.usual: list[Picture] = []
+        self.names: tuple[str, ...] = ()  # of the quantities that the picker offers
+        self.result: xr.Dataset | None = None
+        self.layers: list[figures.Layer] = []
+        self.answer = ui.label().classes("df-answer").props('role="status"')
+        self.line = ui.label().classes("df-status").props('role="status"')
+        with ui.element("div").classes("df-plotbar"):
+            self.picker = Picker()
+            self.picker.on("picture", self._picture)
+            self.picker.on("own", self._own)
+            self.kept = KeptResults(view)
+        self.set_point, self.fit_numbers, self.motion = SetPoint(view), FitNumbers(view), MotionPanel(view)
+        self.measured, self.explorer, self.numbers = MeasuredCurve(view), Explorer(view), Numbers(view)
+        self.reconstruction, self.differences = Reconstruction(view, self.measured.beside), Differences(view)
+        with ui.element("div").classes("df-stage") as self.stage:
+            with ui.element("div").classes("df-main"):
+                view.main = Chart("result", on_point=self._clicked, holds=True)
+                self.waiting = WaitingWords()
+            self.explorer.stage()
+        self.explorer.on_stage = self._set_stage
+        panels = (
+            self.set_point,
+            self.fit_numbers,
+            self.measured,
+            self.reconstruction,
+            self.explorer,
+            self.motion,
+            self.numbers,
+            self.differences,
+            Advice(view),
+        )
+        self.pane = Pane(view, panels)
+        self.states = CoexistingStates(view)
+        view.compose = self.compose
+        view.picture = lambda: self.shown
+        for element in (self.set_point.element, self.fit_numbers.sheet, self.numbers.sheet, self.differences.element):
+            view.shown.mark(PagePart.BESIDE, partial(dim, element))
+        view.on_beside.append(self.beside)
+        view.on_anew.append(self.redraw)
+        view.on_status.append(self.wait)
+        view.on_job.append(self.wait)
+        view.on_said.append(lambda said: self.wait())
+        self.wait()
+
+    def compose(self, result: xr.Dataset | None) -> figures.Figure:
+        """Return the figure of a result with those kept that are drawn beside it."""
+        self.result, self.shown = result, None
+        self.layers = self.kept.layers(result)
+        first = self.layers[-1].result if self.layers else None
+        if first is None:
+            self.drawn = figures.Drawn(figures.empty(""))
+        elif (kind := kind_of(first)) is not None and kind.figure:
+            self.drawn = loaded(kind.figure)(first)
+        elif not pictures_of(first):  # stopped
+            self.drawn = figures.Drawn(figures.empty("The run was stopped before its first result."))
+        else:
+            self.shown = self.wanted(first)
+            self.layers = self.set_point.marked(self.layers, self.shown)
+            self.drawn = figures.picture(self.layers, self.shown)
+            points = [self.motion.place_in(layer.result) for layer in (*self.layers, *self._behind())]
+            self.drawn = clicked(self.drawn, self.shown, points)
+            if (beside := self.measured.beside()) is not None:
+                self.drawn = overlay.with_measured(self.drawn, self.shown, beside)
+            for layer in self._behind():
+                self.drawn = with_states(self.drawn, self.shown, layer.result)
+        self.wait()
+        return self.drawn.figure
+
+    def beside(self) -> None:
+        """Show what stands beside the figure composed last."""
+        self.kept.show(self.result)
+        if self.shown is not None:
+            self._offer(self.layers[-1].result, self.shown)
+        self.picker.set_visibility(self.shown is not None)
+        self.answer.set_text(self._answer())
+        self.motion.follow(self.view.curve, (*self.layers, *self._behind()))
+        self.pane.show(Scene(self.layers, self.shown, self.drawn))
+
+    def _behind(self) -> list[figures.Layer]:
+        """Return the states behind the curve, once they are known."""
+        states = self.states.of(self.view.curve)
+        return [] if states is None else [figures.Layer(states)]
+
+    def _answer(self) -> str:
+        """Return in words what is drawn on top, after what a fit of this case found."""
+        if not self.layers:
+            return ""
+        document, fit = self.view.document, self.view.session.measured.fit
+        results = [self.layers[-1].result]
+        if document.measured is not None and fit is not None and fitting.is_of(fit, document):
+            results.insert(0, fit)
+        try:
+            return in_words(document, " ".join(df.answer(result, document.set_point) for result in results))
+        except df.DForceError:  # a run that was stopped before its first result
+            return ""
+
+    def _set_stage(self) -> None:
+        """Let a map take the stage, where the curves step down to a strip."""
+        over = self.explorer.takes_the_stage
+        self.stage.classes(add="df-over" if over else "", remove="" if over else "df-over")
+
+    def show_measured(self) -> None:
+        """Show a measured curve that has just come: its panel, and amplitude and phase against the distance."""
+        self.measured.open()
+        if self.result is not None and self.shown is not None and not overlay.shows(self.shown):
+            usual = next((one for one in pictures_of(self.result) if overlay.shows(one)), None)
+            if usual is not None:
+                self._choose(usual)
+
+    def wait(self) -> None:
+        """Say what is waited for: above the curves, or in the middle of a plot that is still empty."""
+        empty = not self.layers
+        self.line.set_text("" if empty else self.view.status)
+        self.line.set_visibility(bool(self.line.text))
+        self.waiting.show(self.view.waiting if empty else Waiting())
+
+    def wanted(self, result: xr.Dataset) -> Picture:
+        """Return the picture that was last chosen for such a result, else the one that says most."""
+        known = set(drawable(result))
+        chosen = (picture for picture in reversed(self.view.document.plots) if {picture.x, *picture.y} <= known)
+        return next(chosen, None) or pictures_of(result)[0]
+
+    def redraw(self) -> None:
+        """Draw the same results in another way."""
+        background_tasks.create(self._redraw(), name="redraw")
+
+    async def _redraw(self) -> None:
+        try:
+            await self.view.draw()
+            self.view.show_beside()
+        except Exception:  # a plot that stays as it was would show what nobody asked for
+            log.exception("the results could not be drawn")
+            await self.view.main.draw(figures.empty(UNDRAWN))
+
+    def _offer(self, result: xr.Dataset, wanted: Picture) -> None:
+        """Show in the picker what can be drawn, and what is."""
+        self.usual = pictures_of(result)
+        names = tuple(drawable(result))
+        if names != self.names:
+            self.names = names
+            self.picker.props["all"] = [_words(result, name) for name in names]
+        changed = {
+            "titles": [picture.title for picture in self.usual],
+            "x": wanted.x,
+            "y": list(wanted.y),
+            "chosen": self.usual.index(wanted) if wanted in self.usual else -1,
+            "together": wanted.together,
+            "logarithmic": wanted.logarithmic,
+        }
+        if any(self.picker.props.get(key) != value for key, value in changed.items()):
+            self.picker.props.update(changed)
+            self.picker.update()
+
+    def _picture(self, event: GenericEventArguments) -> None:
+        number = int(event.args)
+        if 0 <= number < len(self.usual):
+            self._choose(self.usual[number])
+
+    def _own(self, event: GenericEventArguments) -> None:
+        """Take what was chosen; quantities that do not go along with a new axis make room for one that does."""
+        given: dict[str, Any] = event.args
+        result, x = self._first(), str(given["x"])
+        if result is None or x not in self.names:
+            return
+        able = [name for name in drawable(result, x) if name != x]
+        y = tuple(name for name in map(str, given["y"]) if name in able) or self._beside(x) or tuple(able[:1])
+        if y:
+            y = tuple(sorted(y, key=self.names.index))
+            self._choose(Picture(x, y, bool(given["together"]), bool(given["logarithmic"])))
+
+    def _beside(self, x: str) -> tuple[str, ...]:
+        """Return what is usually drawn against a quantity."""
+        return next((picture.y for picture in self.usual if picture.x == x), ())
+
+    def _choose(self, picture: Picture) -> None:
+        document = self.view.document
+        others = [other for other in document.plots if other.x != picture.x][-MOST_PLOTS + 1 :]
+        self.view.session.look(dataclasses.replace(document, plots=(*others, picture)))
+
+    def _first(self) -> xr.Dataset | None:
+        layers = self.kept.layers(self.view.result)
+        return layers[-1].result if layers else None
+
+    def _clicked(self, event: dict[str, Any]) -> None:
+        """Show the motion at the point of a curve that was clicked."""
+        if isinstance(event["index"], list):
+            self._start_clicked(*map(int, event["index"]))
+            return
+        curve, place = int(event["curve"]), int(event["index"])
+        trace = self.drawn.traces[curve] if curve < len(self.drawn.traces) else None
+        if curve in self.drawn.behind and (behind := self._behind()):
+            trace = behind[0], self.drawn.behind[curve]
+        if trace is None or not 0 <= place < len(trace[1].places):
+            return
+        layer, line = trace
+        if line.places[place] >= 0:
+            self._open_motion(layer, {line.row: int(line.places[place]), **line.chosen})
+
+    def _start_clicked(self, row: int, column: int) -> None:
+        """Show the motion of the state that is reached from a start on the map of basins."""
+        layers = self.kept.layers(self.view.result)
+        if not layers or not is_kind(layers[-1].result, "basins"):
+            return
+        reached = layers[-1].result["reached"].values
+        if 0 <= row < reached.shape[0] and 0 <= column < reached.shape[1] and reached[row, column] > 0:
+            self._open_motion(layers[-1], {"state": int(reached[row, column]) - 1})
+
+    def _open_motion(self, layer: figures.Layer, places: dict[str, int]) -> None:
+        curve = self.view.curve
+        self.motion.take(layer, places, curve.document if curve is not None and curve.result is layer.result else None)
+        self.redraw()  # with a ring around the point
+
+
+def clicked(drawn: figures.Drawn, wanted: Picture, points: Sequence[xr.Dataset | None]) -> figures.Drawn:
+    """Return a figure with a ring around the points that were clicked."""
+    shapes = list(drawn.figure["layout"].get("shapes", []))
+    for point in points:
+        for name, (x_axis, y_axis, scale) in drawn.places.items() if point is not None else ():
+            if point is not None and {name, wanted.x} <= {*point.variables}:
+                x, y = (float(np.ravel(point[one].values)[0]) for one in (wanted.x, name))
+                ring = figures.ring(x / drawn.x_scale, y / scale, 2 * figures.RING)
+                shapes.append({"xref": x_axis, "yref": y_axis, "name": "clicked", **ring})
+    layout = {**drawn.figure["layout"], "shapes": shapes}
+    return dataclasses.replace(drawn, figure={**drawn.figure, "layout": layout})
+
+
+def dim(element: ui.element, behind: bool) -> None:
+    """Dim what is behind."""
+    element.classes(add="df-behind" if behind else "", remove="" if behind else "df-behind")
+
+
+def _words(result: xr.Dataset, name: str) -> dict[str, str]:
+    """Return what the picker says about a quantity."""
+    variable = result[name]
+    label, symbol = str(variable.attrs.get("long_name", name)), str(variable.attrs.get("symbol", ""))
+    unit = figures.unit_of(variable)[1]
+    return {
+        "name": name,
+        "label": label,
+        "symbol": html_symbol(symbol),
+        "unit": "" if unit == "1" else unit,
+        "row": row_of(result, name),
+        "text": f"{label} {plain_math(symbol)}".strip(),
+        "help": str(variable.attrs.get("description", "")),
+    }

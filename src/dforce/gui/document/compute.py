@@ -1,0 +1,275 @@
+"""Computing off the event loop: the newest request wins, and runs with progress, Stop and a queue."""
+
+from __future__ import annotations
+
+import asyncio
+import collections
+import os
+import threading
+import time
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+import dforce as df
+from dforce.core.first_answer import early_answers
+from dforce.core.log import listening
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.gui.document.document import Document
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+PATIENCE = 1.0  # s that a curve may take to follow what is typed; longer ones are for Run
+STOPPED_WITHIN = 0.6  # s; what does not stop by then counts as stopped, and is left to end by itself
+
+TURN = 1.0  # s that a run computes while others wait
+MOST_RUNS = 64  # begun at a time; later ones wait until one has ended
+
+# compiled solvers release Python's lock, so that threads use the cores
+LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live")
+RUNS = ThreadPoolExecutor(MOST_RUNS, thread_name_prefix="run")
+
+
+class ComputeQueue:
+    """Lets a few runs compute at a time; those that wait come in the order in which they began to wait."""
+
+    def __init__(self, at_once: int) -> None:
+        self._free = at_once
+        self._waiting: collections.deque[threading.Event] = collections.deque()
+        self._lock = threading.Lock()
+
+    def take(self) -> None:
+        """Wait for a turn."""
+        with self._lock:
+            if self._free:
+                self._free -= 1
+                return
+            mine = threading.Event()
+            self._waiting.append(mine)
+        mine.wait()
+
+    def give(self) -> None:
+        """End a turn: the one that has waited longest has the next."""
+        with self._lock:
+            if self._waiting:
+                self._waiting.popleft().set()
+            else:
+                self._free += 1
+
+    def pass_on(self) -> None:
+        """Let those that wait have a turn first."""
+        if self._waiting:
+            self.give()
+            self.take()
+
+
+TURNS = ComputeQueue(max(1, (os.cpu_count() or 2) - 1))
+
+
+class Latest(Generic[T]):
+    """Does the newest of the things asked for, one at a time; those overtaken are never begun."""
+
+    def __init__(self, work: Callable[[T], Awaitable[None]]) -> None:
+        self.work = work
+        self.wanted: T | None = None
+        self.task: asyncio.Task[None] | None = None
+
+    def ask(self, thing: T) -> None:
+        """Ask for a thing; it is begun when what is under way is done."""
+        self.wanted = thing
+        if not self.busy:
+            self.task = asyncio.get_running_loop().create_task(self._serve())
+
+    @property
+    def overtaken(self) -> bool:
+        """Whether something newer waits."""
+        return self.wanted is not None
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is under way or waits."""
+        return self.task is not None and not self.task.done()
+
+    async def rest(self, seconds: float) -> None:
+        """Wait until nothing is under way, so long at most."""
+        if self.task is not None and not self.task.done() and seconds > 0.0:
+            await asyncio.wait({self.task}, timeout=seconds)
+
+    async def _serve(self) -> None:
+        while self.wanted is not None:
+            thing, self.wanted = self.wanted, None
+            await self.work(thing)
+
+
+async def in_thread(pool: ThreadPoolExecutor, work: Callable[[], R]) -> R:
+    """Do blocking work in a thread."""
+    return await asyncio.get_running_loop().run_in_executor(pool, work)
+
+
+@dataclass(frozen=True)
+class Live:
+    """A live curve: the result, whether it was given up because it takes too long, and whether code was compiled for it."""
+
+    result: xr.Dataset | None
+    gave_up: bool = False
+    compiled: bool = False
+
+
+def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str], None]) -> Live:
+    """Return the result of a case's experiment if it is quick; it is given up after :data:`PATIENCE`.
+
+    Parameters
+    ----------
+    case
+        What is computed.
+    overtaken
+        Says whether something newer waits, so that this one may be given up.
+    say
+        Called, in this thread, with what dForce says, such as that it compiles; the time that takes is not counted.
+    """
+    began: float | None = None
+
+    def report_progress(done: int, total: int, note: str) -> None:
+        nonlocal began
+        spent = time.monotonic() - heard.seconds
+        began = spent if began is None else began
+        if done < total and (spent - began > PATIENCE or (spent - began > 0.2 and overtaken())):
+            raise KeyboardInterrupt
+
+    with listening(say) as heard, early_answers():
+        result = df.run(case, progress=report_progress)
+    return Live(result, bool(result.attrs.get("interrupted")), heard.seconds > 0.0)
+
+
+@dataclass
+class Job:
+    """A run under way, as threads and views see it."""
+
+    case: df.Case
+    seconds: float = float("inf")  # allowed
+    document: Document | None = None  # that the case is of
+    state: str = "queued"  # queued | running | done | stopped | failed
+    done: int = 0
+    total: int = 0
+    note: str = ""
+    error: str = ""
+    result: xr.Dataset | None = None
+    began: float = field(default_factory=time.monotonic)
+    stopping: threading.Event = field(default_factory=threading.Event)
+    turn: float = 0.0  # when its turn began
+
+    @property
+    def busy(self) -> bool:
+        """Whether it waits or runs."""
+        return self.state in ("queued", "running")
+
+    @property
+    def share(self) -> float:
+        """Share that is done, 0 to 1."""
+        return self.done / self.total if self.total else 0.0
+
+    def time_left(self) -> float | None:
+        """Return the seconds that are left, as far as the pace so far tells; None before the first point."""
+        if not 0 < self.done < self.total:
+            return None
+        return (time.monotonic() - self.began) * (self.total - self.done) / self.done
+
+    def is_of(self, document: Document) -> bool:
+        """Return whether it runs the case of a document."""
+        return self.document is not None and self.document.same_case(document)
+
+    def words(self) -> str:
+        """Say in words how far it is."""
+        if self.state == "queued":
+            return "waiting"
+        if self.state == "failed":
+            return self.error
+        if self.state == "stopped" and self.error:
+            return self.error
+        if self.state == "stopped":
+            return f"stopped at {self.done} of {self.total}" if self.total else "stopped"
+        if self.state == "done":
+            return self.error
+        left = self.time_left()
+        count = f"{self.done} of {self.total}" if self.total else self.note
+        return f"{count}, {duration(left)} left" if left is not None else count
+
+    def work(self) -> None:
+        """Run the case in turns with others; blocking, in a thread."""
+        TURNS.take()
+        try:
+            self._work()
+        finally:
+            TURNS.give()
+
+    def _work(self) -> None:
+        if self.stopping.is_set():
+            self.state = "stopped"
+            return
+        self.state, self.began = "running", time.monotonic()
+        self.turn = self.began
+        try:
+            with listening(self._hear):
+                result = self.compute()
+        except KeyboardInterrupt:  # stopped before there was anything to keep; it must not end the window
+            self.state = "stopped"
+            return
+        except df.DForceError as error:
+            self.error, self.state = str(error), "failed"
+            return
+        except Exception as error:  # a defect of dForce must not leave the window waiting  # noqa: BLE001
+            self.error, self.state = (
+                f"an error inside dForce, please report it: {type(error).__name__}: {error}",
+                "failed",
+            )
+            return
+        self.result = result
+        self.state = "stopped" if result.attrs.get("interrupted") else "done"
+
+    def compute(self) -> xr.Dataset:
+        """Return what the case gives; when it is stopped, what there is of it."""
+        with early_answers():
+            return df.run(self.case, progress=self._watch)
+
+    def _hear(self, text: str) -> None:
+        self.note = text
+
+    def _watch(self, done: int, total: int, note: str) -> None:
+        if done == 0:  # a first compilation is over, and is no part of the pace
+            self.began = time.monotonic()
+        self.done, self.total, self.note = done, total, note
+        if time.monotonic() - self.turn > TURN and not self.stopping.is_set():
+            paused = time.monotonic()
+            TURNS.pass_on()
+            self.turn = time.monotonic()
+            self.began += self.turn - paused  # what others compute is no part of its time
+        if done < total and (self.stopping.is_set() or time.monotonic() - self.began > self.seconds):
+            raise KeyboardInterrupt
+
+    async def go(self, look: Callable[[], None], every: float = 0.1) -> None:
+        """Do the run in the queue's turn; `look` is called now and then, and at the end.
+
+        What does not stop in time, such as a compilation, counts as stopped, and still gives what it has when it ends.
+        """
+        future = asyncio.ensure_future(in_thread(RUNS, self.work))
+        since: float | None = None
+        while not future.done():
+            await asyncio.wait({future}, timeout=every)
+            if self.stopping.is_set() and not future.done():
+                since = since or time.monotonic()
+                if time.monotonic() - since > STOPPED_WITHIN:
+                    self.state = "stopped"
+            look()
+        look()
+
+
+def duration(seconds: float) -> str:
+    """Return a time in words."""
+    if seconds < 90.0:
+        return f"{max(1, round(seconds))} s"
+    return f"{round(seconds / 60.0)} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

@@ -1,0 +1,355 @@
+"""What a person is working on, as one immutable value: the case as typed, sliders, plots, and the results shown."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import dforce as df
+from dforce.core.units import split_unit
+from dforce.gui.document import bounds
+from dforce.results.curves import Picture
+
+Path = tuple[str | int, ...]  # ("forces", 0, "hamaker"); places in lists count from 0
+
+FIRST = "hysteresis"  # what a new window shows
+MOST_SLIDERS = 12
+MOST_PLOTS = 10
+MOST_RESULTS = 50
+MOST_QUANTITIES = 100  # of a picture
+LONGEST_NAME = 120
+NAMED = ("cantilever", "medium")  # sections that a name alone may stand for
+PLUGINS = "plugins are Python files, not run here; install them as a package"
+COLORS = 6  # that the theme has for series
+NAMING = ("title", "about", "data", "fit", "sweep")  # sections that change no curve: names, and what is done beside it
+LOOKS = ("results", "plots", "set_point", "measured")  # attributes that are not typed: no step of undo changes them
+FARTHEST = 1.0  # m, by which measured heights may be shifted
+EDITED = ", edited"  # after the title of an example in which something was changed
+LOWEST_SET_POINT, HIGHEST_SET_POINT = 0.01, 0.999
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A parameter on a slider: its path, and the range in the unit that its field shows."""
+
+    path: Path
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class KeptResult:
+    """A result that is kept: its identifier in the store, its name, the number of its color, and whether it is drawn."""
+
+    id: str
+    name: str
+    color: int
+    shown: bool = True
+
+
+@dataclass(frozen=True)
+class MeasuredData:
+    """The measured curve that is drawn beside the model.
+
+    Attributes
+    ----------
+    id, name
+        Its identifier among the session's files, and the name of the file that it came from.
+    settings
+        How that file is read and calibrated, as the table `[data]` of a case says it.
+    shift
+        What is added to its heights to give average tip-surface distances (m).
+    turn
+        What is taken off its phases (degrees).
+    fit
+        The identifier of the last fit of it; empty where there is none.
+    confirmed
+        The lever and the tip that a person confirmed for it, of :func:`dforce.gui.measured.confirming.lever_and_tip`.
+    """
+
+    id: str
+    name: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    shift: float = 0.0
+    turn: float = 0.0
+    fit: str = ""
+    confirmed: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Document:
+    """The case as plain tables with the texts that were typed, and how it is looked at.
+
+    Nothing in it changes: every edit gives a new document.
+
+    Attributes
+    ----------
+    table
+        The tables of a case file. Texts that are not yet a value stay as they are, so that nothing typed is lost.
+    off
+        Places of the forces that are switched off for comparison.
+    aside
+        What was typed under choices that are not chosen now, by path and choice.
+    sliders
+        The parameters on sliders.
+    plots
+        The pictures chosen, each for the results that have its quantities; others are drawn as suits them.
+    results
+        The results kept, the newest last; :mod:`dforce.gui.document.results` holds them.
+    set_point
+        The share of the free amplitude at which quantities are read off the curves.
+    opened
+        The tables as they were opened: what a description in them is about.
+    measured
+        The measured curve, None while there is none.
+    """
+
+    table: Mapping[str, Any]
+    off: tuple[int, ...] = ()
+    aside: Mapping[str, Any] = field(default_factory=dict)
+    sliders: tuple[Slider, ...] = ()
+    plots: tuple[Picture, ...] = ()
+    results: tuple[KeptResult, ...] = ()
+    set_point: float = 0.8
+    opened: Mapping[str, Any] = field(default_factory=dict)
+    measured: MeasuredData | None = None
+
+    @classmethod
+    def of(cls, case: df.Case) -> Self:
+        """Return the document of a case, with its free amplitude on a slider."""
+        table = tomllib.loads(case.to_toml())
+        for name in NAMED:
+            if isinstance(table.get(name), str):  # the short form of a file; fields need a place each
+                table[name] = {"name": table[name]}
+        return cls(table, sliders=_first_slider(table), opened=table)
+
+    @classmethod
+    def first(cls) -> Self:
+        """Return the document that a new window shows."""
+        return cls.of(df.example(FIRST))
+
+    def case(self) -> df.Case:
+        """Return the case without the forces that are switched off; its description stays with what it is about.
+
+        Once the case is edited, the description goes, and a title that it belonged to says so.
+
+        Raises
+        ------
+        ParameterError
+            When what is typed is not a case; :func:`path_of` says which value is at fault.
+        """
+        table = dict(self.table)
+        if table.pop("plugins", None):
+            raise df.ParameterError(PLUGINS)
+        if self.edited:
+            table.pop("about", None)
+        if isinstance(table.get("title"), str):
+            table["title"] = self.title
+        forces = table.get("forces", [])
+        table["forces"] = [force for place, force in enumerate(forces) if place not in self.off]
+        if self.measured is not None:
+            table["data"] = {**table.get("data", {}), **self.measured.settings, "file": self.measured.name}
+        return df.Case(**copy.deepcopy(table))
+
+    @property
+    def title(self) -> str:
+        """The title; that of a described case, such as an example, says when the case is no longer that one."""
+        title = str(self.table.get("title") or "")
+        described = "about" in self.opened and title == str(self.opened.get("title") or "")
+        return f"{title}{EDITED}" if title and described and self.edited else title
+
+    @property
+    def edited(self) -> bool:
+        """Whether more than the title differs from what was opened, so that its description may no longer be true."""
+        return bool(self.off) or _unnamed(self.table) != _unnamed(self.opened)
+
+    def same_case(self, other: Document) -> bool:
+        """Return whether another document holds the same case, whatever its name and how it is looked at."""
+        return self.off == other.off and _unnamed(self.table) == _unnamed(other.table)
+
+    def value(self, path: Path) -> Any:
+        """Return what stands at a path, None where nothing does."""
+        found: Any = self.table
+        for step in path:
+            if isinstance(found, Mapping):
+                found = found.get(step)
+            elif isinstance(found, list) and isinstance(step, int) and step < len(found):
+                found = found[step]
+            else:
+                return None
+        return found
+
+    def put(self, path: Path, value: object) -> Self:
+        """Return the document with a value at a path; None takes away what stands there."""
+        return dataclasses.replace(self, table=_put(self.table, path, value))
+
+    def add(self, path: Path, item: object) -> Self:
+        """Return the document with one more item at the end of a list."""
+        return self.put(path, [*(self.value(path) or []), item])
+
+    def remove(self, path: Path) -> Self:
+        """Return the document without an item of a list; sliders on it go, those behind it move up."""
+        *above, place = path
+        items = [item for n, item in enumerate(self.value(tuple(above)) or []) if n != place]
+        changed = self.put(tuple(above), items)
+        sliders = tuple(
+            dataclasses.replace(slider, path=moved)
+            for slider in self.sliders
+            if (moved := _moved(slider.path, path)) is not None
+        )
+        off = self.off
+        if above == ["forces"] and isinstance(place, int):
+            off = tuple(n - (n > place) for n in self.off if n != place)
+        return dataclasses.replace(changed, sliders=sliders, off=off)
+
+    def switch(self, place: int, on: bool) -> Self:
+        """Return the document with a force switched on or off."""
+        off = set(self.off) - {place} if on else set(self.off) | {place}
+        return dataclasses.replace(self, off=tuple(sorted(off)))
+
+    def choose(self, path: Path, old: str, new: str, value: object) -> Self:
+        """Return the document with another choice at a path; what the old one held is put aside and comes back with it.
+
+        `value` is what the new choice starts with when it was never typed in.
+        """
+        name = ".".join(map(str, path))
+        aside = {**self.aside, f"{name}/{old}": self.value(path)}
+        return dataclasses.replace(self.put(path, aside.pop(f"{name}/{new}", value)), aside=aside)
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the document as data that JSON can hold."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_plain(cls, plain: Any) -> Self:
+        """Return a document from what :meth:`to_plain` gave.
+
+        Raises
+        ------
+        CaseError
+            When the data are none.
+        """
+        try:
+            return cls(
+                table=bounds.table(plain["table"]),
+                off=tuple(bounds.whole(n, 0, bounds.MOST_ITEMS) for n in bounds.items(plain["off"], bounds.MOST_ITEMS)),
+                aside=bounds.table(plain["aside"]),
+                sliders=tuple(_slider(given) for given in bounds.items(plain["sliders"], MOST_SLIDERS)),
+                plots=tuple(_picture(given) for given in bounds.items(plain["plots"], MOST_PLOTS)),
+                results=tuple(_kept(given) for given in bounds.items(plain["results"], MOST_RESULTS)),
+                set_point=bounds.number(plain["set_point"], LOWEST_SET_POINT, HIGHEST_SET_POINT),
+                opened=bounds.table(plain.get("opened", {})),
+                measured=_measured(plain.get("measured")),
+            )
+        except (KeyError, TypeError, ValueError):
+            raise df.CaseError("the last project cannot be read") from None
+
+
+def _first_slider(table: Mapping[str, Any]) -> tuple[Slider, ...]:
+    """Return a slider of the free amplitude: down to half of it, and up so far that a curve still begins in free motion."""
+    drive = table.get("drive", {})
+    path: Path = ("drive", "tones", 0, "A0") if drive.get("tones") else ("drive", "A0")
+    given = drive["tones"][0].get("A0") if drive.get("tones") else drive.get("A0")
+    parts = split_unit(given) if isinstance(given, str) else None
+    if parts is None or not float(parts[0]) > 0.0:
+        return ()
+    value = float(parts[0])
+    return (Slider(path, float(f"{0.6 * value:.3g}"), float(f"{1.1 * value:.3g}")),)
+
+
+def _slider(given: Any) -> Slider:
+    low, high = (bounds.number(given[end], -bounds.LARGEST, bounds.LARGEST) for end in ("low", "high"))
+    if not low < high:
+        raise ValueError("a slider without a range")
+    return Slider(bounds.path(given["path"]), low, high)
+
+
+def _unnamed(table: Mapping[str, object]) -> dict[str, Any]:
+    return {name: part for name, part in table.items() if name not in NAMING}
+
+
+def _picture(given: Any) -> Picture:
+    x, *y = (bounds.text(name, LONGEST_NAME) for name in [given["x"], *bounds.items(given["y"], MOST_QUANTITIES)])
+    if not y:
+        raise ValueError("a picture of nothing")
+    return Picture(x, tuple(y), bool(given["together"]), bool(given["logarithmic"]))
+
+
+def _kept(given: Any) -> KeptResult:
+    name, color = bounds.text(given["name"], LONGEST_NAME), bounds.whole(given["color"], 0, COLORS - 1)
+    return KeptResult(bounds.text(given["id"], LONGEST_NAME), name, color, bool(given["shown"]))
+
+
+def _measured(given: Any) -> MeasuredData | None:
+    if given is None:
+        return None
+    identifier, name, fit = (bounds.text(given[key], LONGEST_NAME) for key in ("id", "name", "fit"))
+    shift = bounds.number(given["shift"], -FARTHEST, FARTHEST)
+    turn = bounds.number(given["turn"], -360, 360)
+    settings, confirmed = bounds.table(given["settings"]), bounds.table(given.get("confirmed", {}))
+    return MeasuredData(identifier, name, settings, shift, turn, fit, confirmed)
+
+
+def _put(table: Any, path: Path, value: Any) -> Any:
+    first, *rest = path
+    inner = _put(_inside(table, first), tuple(rest), value) if rest else value
+    if isinstance(table, list):
+        return [inner if place == first else item for place, item in enumerate(table)]
+    kept = {key: item for key, item in table.items() if key != first or inner is not None}
+    return kept if inner is None else {**kept, first: inner}
+
+
+def _inside(table: Any, step: str | int) -> Any:
+    found = table[step] if isinstance(table, list) and isinstance(step, int) else table.get(step)
+    return found if isinstance(found, dict | list) else {}
+
+
+def _moved(path: Path, removed: Path) -> Path | None:
+    """Return a path after an item was removed from a list; None when it led into that item."""
+    depth = len(removed) - 1
+    place, gone = path[depth] if len(path) > depth else None, removed[-1]
+    if path[:depth] != removed[:-1] or not isinstance(place, int) or not isinstance(gone, int) or place < gone:
+        return path
+    return None if place == gone else (*path[:depth], place - 1, *path[depth + 1 :])
+
+
+def path_of(document: Document, words: str) -> Path:
+    """Return the path that a sentence of dForce starts with, as far as the document has it; () when it has none.
+
+    Sentences count lists from 1, name a force by its model where it is the only one, and know nothing of forces that
+    are switched off.
+    """
+    path: list[str | int] = []
+    on = [n for n in range(len(document.value(("forces",)) or [])) if n not in document.off]
+    for step in _words(words):
+        here = document.value(tuple(path))
+        if path == ["forces"]:
+            place = next((n for n in on if document.value(("forces", n, "model")) == step), None)
+            if step.isdigit():
+                place = on[int(step) - 1] if 0 < int(step) <= len(on) else None
+            if place is None:
+                return tuple(path)
+            path.append(place)
+        elif isinstance(here, list):
+            if not step.isdigit() or not 0 < int(step) <= len(here):
+                return tuple(path)
+            path.append(int(step) - 1)
+        elif not path and step not in df.Case.model_fields:
+            return ()
+        else:
+            path.append(step)
+    return tuple(path)
+
+
+def _words(sentence: str) -> Iterator[str]:
+    """Give the parts of the value that a sentence is about: its first word, or else the first value of a case in it."""
+    first, *others = (word.rstrip(":,;") for word in sentence.split(" "))
+    if "." in first and first.split(".")[0] in df.forces.REGISTRY:  # a force that only knows its own name
+        first = f"forces.{first}"
+    if first.split(".")[0] not in df.Case.model_fields:
+        first = next((word for word in others if "." in word and word.split(".")[0] in df.Case.model_fields), first)
+    yield from first.split(".") if first else ()

@@ -1,0 +1,404 @@
+"""A session: one browser's document with its history, kept over a reload, a cut connection and a restart."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import dataclasses
+import logging
+import threading
+import time
+import weakref
+from collections.abc import Mapping, MutableMapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+import dforce as df
+from dforce.gui.curves import compare
+from dforce.gui.document.compute import Job
+from dforce.gui.document.document import LOOKS, Document, KeptResult
+from dforce.gui.document.results import ResultStore
+from dforce.gui.measured.confirming import UNCONFIRMED, is_confirmed, lever_and_tip
+from dforce.gui.measured.fitting import FitJob, curve_in
+from dforce.gui.measured.session import MeasuredSession
+from dforce.gui.study.parameter_study import ParameterStudy
+from dforce.gui.window.limits import ALONE, Limits
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_STEPS = 200  # of undo
+TOGETHER = 1.5  # s; edits of one field that follow each other faster are one step of undo
+SAVED_AFTER = 0.5  # s
+TRIED_AGAIN = 5.0  # s after which what could not be kept is written once more
+KEY, UNREAD = "document", "unread"
+
+log = logging.getLogger("dforce.gui")
+LOOKED_EVERY = 0.1  # s between two looks at a run
+
+
+class PageView(Protocol):
+    """What a session tells a page that shows it."""
+
+    def show(self, anew: bool) -> None:
+        """Show the session's document; `anew`: its forms have changed, not only values."""
+
+    def show_job(self) -> None:
+        """Show how far the session's run is."""
+
+    def show_anew(self) -> None:
+        """Draw what is shown in another way; nothing is computed."""
+
+    def show_unkept(self) -> None:
+        """Show whether what is typed is kept."""
+
+    def show_result(self, result: xr.Dataset) -> None:
+        """Show a result of the document's case."""
+
+
+class Session:
+    """One person's work.
+
+    Parameters
+    ----------
+    store
+        A dict that is kept over a restart; it raises :class:`dforce.ResultError` where it cannot keep what it is given.
+    folder
+        The folder for this session's results alone.
+    limits
+        What may be asked for.
+    """
+
+    def __init__(self, store: MutableMapping[str, object], folder: Path, limits: Limits = ALONE) -> None:
+        self.store, self.results, self.limits = store, ResultStore(folder), limits
+        self.measured = MeasuredSession(folder / "measured")
+        self.study = ParameterStudy()
+        self.fresh = KEY not in store  # nothing was typed or opened so far
+        self.document = self._kept()
+        self._known: dict[str, weakref.ref[xr.Dataset]] = {}
+        self.results_of: dict[str, xr.Dataset] = {}  # those that are drawn, by identifier
+        self.undone: list[Document] = []
+        self.steps: list[Document] = []
+        self.views: list[PageView] = []
+        self.job: Job | None = None
+        self.fitting: FitJob | None = None  # the last fit of the measured curve
+        self._last = ("", 0.0)
+        self._seen = time.monotonic()
+        self._saving: asyncio.TimerHandle | None = None
+        self._writing = threading.Lock()
+        self._keeping = asyncio.Lock()
+        self.unkept = ""  # why what is typed is not kept
+        self.person: str | None = None  # the name of a guest of a class; None: whose server it is
+
+    def edit(self, document: Document, *, name: str = "", anew: bool = False) -> None:
+        """Take a new document as one step of undo; quick edits of one `name` are one step together."""
+        # an edit changes what is typed; results and how they are drawn stay
+        document = self._with_looks(document)
+        if document == self.document:
+            if anew:  # what is opened is shown, and what was typed halfway goes
+                self._take(document, anew)
+            return
+        together = name and self._last[0] == name and time.monotonic() - self._last[1] < TOGETHER
+        if not together:
+            self.steps = [*self.steps[-MOST_STEPS + 1 :], self.document]
+        self._last = (name, time.monotonic())
+        self.undone.clear()
+        self._take(document, anew)
+
+    def look(self, document: Document) -> None:
+        """Take a document whose case is the same: what is drawn, and how. Nothing is computed, and it is no step of undo."""
+        self.document = document
+        self.save_soon()
+        for view in tuple(self.views):
+            view.show_anew()
+
+    def hide_kept(self) -> None:
+        """Draw none of the results kept; they stay in the list."""
+        if any(kept.shown for kept in self.document.results):
+            hidden = tuple(dataclasses.replace(kept, shown=False) for kept in self.document.results)
+            self.look(dataclasses.replace(self.document, results=hidden))
+
+    def undo(self) -> None:
+        """Go back a step."""
+        if self.steps:
+            self.undone.append(self.document)
+            self._back_to(self.steps.pop())
+
+    def redo(self) -> None:
+        """Take an undone step again."""
+        if self.undone:
+            self.steps.append(self.document)
+            self._back_to(self.undone.pop())
+
+    def _back_to(self, document: Document) -> None:
+        self._last = ("", 0.0)
+        # results are computed, not typed: no step back loses them, nor how they are drawn
+        self._take(self._with_looks(document), anew=True)
+
+    def _with_looks(self, document: Document) -> Document:
+        return dataclasses.replace(document, **{name: getattr(self.document, name) for name in LOOKS})
+
+    def _take(self, document: Document, anew: bool) -> None:
+        self.fresh = False
+        self.document = document
+        self.save_soon()
+        for view in tuple(self.views):
+            view.show(anew)
+
+    async def run(self, document: Document) -> None:
+        """Run a document's case once no other run of the session is under way, and keep its result; partial ones too.
+
+        A run that had to wait is not begun when it has been done, or another case is typed by then. A result is shown
+        where the document still holds its case; else it is in the list, and not drawn.
+
+        Raises
+        ------
+        ParameterError
+            When what is typed is not a case, or asks for more than the limits allow.
+        """
+        case = self.limits.check(document.case())
+        while self.job is not None and self.job.busy:
+            await asyncio.sleep(LOOKED_EVERY)
+            if self.job.is_of(document) or not document.same_case(self.document):
+                return
+        job = self.job = Job(case, self.limits.seconds, document)
+        await job.go(self.look_at_jobs, LOOKED_EVERY)
+        if job.result is not None:
+            try:
+                # one that was stopped before there was anything is not kept
+                if (job.result["status"] != df.Status.NOT_COMPUTED).any():
+                    await self.keep(job.result, shown=job.is_of(self.document))
+            except df.ResultError as error:
+                job.error = f"this result could not be kept: {error}"
+            if job.is_of(self.document):
+                for view in tuple(self.views):
+                    view.show_result(job.result)
+        self.look_at_jobs()
+
+    async def keep(self, result: xr.Dataset, shown: bool = True) -> None:
+        """Keep a result in the store and in the list; the oldest ones go where the store is full."""
+        async with self._keeping:  # else the list of the later one leaves out what is still being written
+            await self._keep(result, shown)
+
+    async def _keep(self, result: xr.Dataset, shown: bool) -> None:
+        last = self.document.results[-1].id if self.document.results else ""
+
+        def shelve() -> tuple[str, set[str], xr.Dataset | None]:
+            before = self.results.take(last) if last in self.results.names() else None
+            return self.results.keep(result), set(self.results.names()), before
+
+        identifier, here, before = await asyncio.to_thread(shelve)
+        others = [kept for kept in self.document.results if kept.id in here]
+        name = compare.name_of(result, before, [kept.name for kept in others])
+        self._known[identifier] = weakref.ref(result)
+        if shown:
+            self.results_of[identifier] = result
+        entry = KeptResult(identifier, name, compare.color_of(others), shown)
+        self.look(dataclasses.replace(self.document, results=(*others, entry)))
+
+    async def take_result(self, document: Document, result: xr.Dataset) -> None:
+        """Take a result and the document of its case in place of what is shown.
+
+        Raises
+        ------
+        ResultError
+            When the result cannot be written; nothing has changed then.
+        """
+        await self.keep(result)
+        self.edit(document, anew=True)
+
+    async def take_project(self, document: Document, results: dict[str, xr.Dataset]) -> None:
+        """Take a project in place of what is shown; results kept before stay in the list, hidden.
+
+        Raises
+        ------
+        ResultError
+            When a result cannot be written; nothing has changed then.
+        CaseError
+            When the document cannot be shown; nothing has changed then.
+        """
+        async with self._keeping:
+            await self._take_project(document, results)
+
+    async def _take_project(self, document: Document, results: dict[str, xr.Dataset]) -> None:
+        names: dict[str, str] = {}
+        before, steps = self.document, self.steps
+        try:
+            for identifier, result in results.items():
+                store = self.results if identifier in {kept.id for kept in document.results} else self.measured.results
+                names[identifier] = await asyncio.to_thread(store.keep, result)
+            here = set(self.results.names())
+            taken = [dataclasses.replace(kept, id=names[kept.id]) for kept in document.results]
+            others = [dataclasses.replace(kept, shown=False) for kept in self.document.results if kept.id in here]
+            measured = document.measured
+            if measured is not None:
+                measured = dataclasses.replace(measured, id=names[measured.id], fit=names.get(measured.fit, ""))
+            looks = {name: getattr(document, name) for name in LOOKS}
+            looks |= {"results": (*others, *taken), "measured": measured}
+            self.document = dataclasses.replace(self.document, **looks)
+            self.edit(document, anew=True)
+        except Exception as error:
+            for store in (self.results, self.measured.results):
+                for name in set(names.values()) & set(store.names()):
+                    store.drop(name)
+            self.steps = steps
+            self._take(before, anew=True)
+            if isinstance(error, df.DForceError):
+                raise
+            raise df.CaseError("this project contains a case that cannot be shown") from error
+        self.look(self.document)
+        await self.measured.tidy(self.document)
+
+    def kept_as(self, result: xr.Dataset | None) -> KeptResult | None:
+        """Return the entry of a result in the list; None for one that is not kept."""
+        same = (identifier for identifier, known in self._known.items() if known() is result and result is not None)
+        identifier = next(same, "")
+        return next((kept for kept in self.document.results if kept.id == identifier), None)
+
+    async def drop(self, identifier: str) -> None:
+        """Forget a result."""
+        results = tuple(kept for kept in self.document.results if kept.id != identifier)
+        self.look(dataclasses.replace(self.document, results=results))
+        self.results_of.pop(identifier, None)
+        with contextlib.suppress(df.ResultError):  # another page was quicker
+            await asyncio.to_thread(self.results.drop, identifier)
+
+    async def load_shown(self) -> None:
+        """Have the results that are drawn in memory, and no others."""
+        wanted = {kept.id for kept in self.document.results if kept.shown}
+        for identifier in set(self.results_of) - wanted:
+            del self.results_of[identifier]
+        for identifier in wanted - set(self.results_of):
+            with contextlib.suppress(df.ResultError):  # its file has gone; the list says so by drawing nothing
+                known = self._known.get(identifier, lambda: None)()
+                result = known if known is not None else await asyncio.to_thread(self.results.take, identifier)
+                self.results_of[identifier] = result
+                self._known[identifier] = weakref.ref(result)
+
+    async def take_measured(self, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> None:
+        """Take a measured curve in place of an earlier one.
+
+        Raises
+        ------
+        ResultError
+            When it cannot be written; nothing has changed then.
+        """
+        self.stop_fit()
+        self.fitting = None
+        self.look(await self.measured.keep(self.document, raw, name, settings))
+        await self.measured.tidy(self.document)
+
+    async def take_fit(self, fit: xr.Dataset) -> None:
+        """Take a fit that was opened, and the measured curve in it.
+
+        Raises
+        ------
+        ResultError
+            When they cannot be written.
+        """
+        await self.take_measured(*curve_in(fit))
+        self.look(await self.measured.keep_fit(self.document, fit))
+
+    async def drop_measured(self) -> None:
+        """Forget the measured curve and its fit."""
+        self.stop_fit()
+        self.fitting = None
+        self.look(dataclasses.replace(self.document, measured=None))
+        await self.measured.tidy(self.document)
+
+    async def fit(self, document: Document) -> None:
+        """Fit the parameters that a document names to its measured curve, and keep the fit; one that is stopped, too.
+
+        Raises
+        ------
+        ParameterError
+            When what is typed is not a case, or asks for more than the limits allow; and where lever and tip are not
+            confirmed for the curve.
+        """
+        if self.measured.curve is None or (self.fitting is not None and self.fitting.busy):
+            return
+        case = self.limits.check(document.case())
+        if not is_confirmed(document, lever_and_tip(case)):
+            raise df.ParameterError(UNCONFIRMED)
+        job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.measured.curve)
+        await job.go(self.look_at_jobs, LOOKED_EVERY)
+        measured, now = document.measured, self.document.measured
+        if job.result is not None and measured is not None and now is not None and now.id == measured.id:
+            try:
+                self.look(await self.measured.keep_fit(self.document, job.result))
+                await self.measured.tidy(self.document)
+            except df.ResultError as error:
+                job.state, job.error = "failed", f"this fit could not be kept: {error}"
+        self.look_at_jobs()
+
+    def stop_fit(self) -> None:
+        """Stop the fit under way; the best so far is kept."""
+        if self.fitting is not None:
+            self.fitting.stopping.set()
+
+    def stop(self) -> None:
+        """Stop the run under way; what it has computed is kept."""
+        if self.job is not None:
+            self.job.stopping.set()
+
+    def look_at_jobs(self) -> None:
+        """Have pages show how far everything is."""
+        for view in tuple(self.views):
+            view.show_job()
+
+    def save_soon(self, seconds: float = SAVED_AFTER) -> None:
+        """Keep the document, at most twice a second while it changes."""
+        if self._saving is None:
+            self._saving = asyncio.get_running_loop().call_later(seconds, self._save)
+
+    def _save(self) -> None:
+        self._saving = None
+        asyncio.get_running_loop().run_in_executor(None, self._write).add_done_callback(self._saved)
+
+    def _write(self) -> None:
+        """Write the document as it is now. Blocking."""
+        with self._writing:
+            self.store[KEY] = self.document.to_plain()
+
+    def _saved(self, written: asyncio.Future[None]) -> None:
+        """Say whether the document was written, and try again where it was not."""
+        if written.cancelled():
+            return
+        error = written.exception()
+        if error is not None and not isinstance(error, df.ResultError):
+            log.error("your input could not be kept", exc_info=error)
+        unkept = "" if error is None else f"Your input is not kept: {error}. Save the case (menu File)."
+        if error is not None:
+            self.save_soon(TRIED_AGAIN)
+        if unkept != self.unkept:
+            self.unkept = unkept
+            for view in tuple(self.views):
+                view.show_unkept()
+
+    def idle(self, seconds: float) -> bool:
+        """Return whether no page has shown the session for so long and nothing runs."""
+        jobs = (job for job in (self.job, self.fitting, self.study.job) if job is not None)
+        busy = bool(self.views) or self._saving is not None or any(job.busy for job in jobs)
+        if busy:
+            self._seen = time.monotonic()
+        return time.monotonic() - self._seen > seconds
+
+    def close(self) -> None:
+        """Stop what runs and keep the document; the server ends."""
+        self.stop()
+        self.stop_fit()
+        self.study.stop()
+        if self._saving is not None:
+            self._saving.cancel()
+            try:
+                self._write()
+            except df.ResultError as error:
+                log.error("the last input could not be kept: %s", error)
+
+    def _kept(self) -> Document:
+        try:
+            return Document.from_plain(self.store[KEY]) if KEY in self.store else Document.first()
+        except df.CaseError:
+            with contextlib.suppress(df.ResultError):  # said as soon as something is typed
+                self.store[UNREAD] = self.store[KEY]  # what is typed from now on must not write over it
+            return Document.first()

@@ -1,0 +1,347 @@
+"""The menu File: open and save cases, projects, results, figures and the script; and files dropped onto the window."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import re
+import tempfile
+import threading
+import weakref
+from collections.abc import Awaitable, Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nicegui import events, ui
+
+import dforce as df
+from dforce.core.errors import shorten
+from dforce.gui.curves.figures import Layer
+from dforce.gui.curves.plots import Plots
+from dforce.gui.document.document import Document
+from dforce.gui.files import project, uploads
+from dforce.gui.files.saving import ask, choice, text
+from dforce.gui.measured import reading, tune
+from dforce.gui.measured.overlay import shows
+from dforce.gui.measured.table_form import ask_table
+from dforce.gui.study.explore import is_explorable
+from dforce.gui.study.parameter_study import Over, with_approach
+from dforce.gui.window.error_messages import as_sentence, say, telling
+from dforce.gui.window.menus import menu
+from dforce.gui.window.view import View
+from dforce.inverse.readers import endings
+from dforce.results.curves import Picture
+from dforce.results.kinds import is_kind
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ENDING = ".dforce"  # of a project
+ACCEPTED = ",".join((".toml", ".nc", ENDING, *endings()))
+DPI = 300.0
+WIDTH = "85 mm"  # of a figure: one column of a journal
+RESULTS = {".nc": "netCDF, with everything, to open again", ".csv": "CSV, a table for a spreadsheet"}
+TOO_LARGE = (
+    "The result over parameters is too large for the project file. It is not saved in it; its own file is unchanged."
+)
+NOTHING = "No result yet; press Run."
+UNSAVED = "the file could not be made"
+UNSENT = "The file did not arrive: the server of the window has no room, or cannot be reached."
+REFUSED = (
+    f"Only a case (.toml), a result (.nc), a measured curve ({', '.join(endings())}) or a project ({ENDING}) of at most "
+    f"{uploads.MOST_BYTES // 1_000_000} MB can be opened."
+)
+DRAWING = threading.Lock()  # matplotlib's settings belong to the whole process
+SCRIPT = Path(__file__).with_name("drop.js")
+
+
+class FileMenu:
+    """Opens and saves files for one page; the menu's button is made in the container that is open.
+
+    Attributes
+    ----------
+    plots
+        What the page draws; set once the page has it.
+    """
+
+    plots: Plots
+
+    def __init__(self, view: View, new: Callable[[], None]) -> None:
+        self.view = view
+        with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
+            made = menu(
+                (
+                    ("New", "begin with a question, a lever and a sample", new),
+                    ("Open ...", "a case, a result, a measured curve, a project; or drop it here", lambda: None),
+                    ("Save project", "the case, all results kept, the measured curve", self.save_project),
+                    ("Save case", "for this window, the command line and Python", self.save_case),
+                    ("Save result ...", "the numbers, as netCDF or CSV", self.result_dialog),
+                    ("Save figure ...", "the picture, as PNG, SVG or PDF at the width of a page", self.figure_dialog),
+                    ("Save Python script", "the same computation in Python", self.save_script),
+                )
+            )
+        _, first, *_ = (item for item in made.descendants() if isinstance(item, ui.menu_item))
+        # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
+        first.on("click", js_handler="() => window.dforceFiles.pick()")
+        # the web framework keeps the element's route, and what it holds, after the page has gone
+        uploaded = weakref.WeakMethod(self._uploaded)
+
+        async def take(event: events.UploadEventArguments) -> None:
+            if (there := uploaded()) is not None:
+                await there(event)
+
+        self.upload = ui.upload(auto_upload=True, on_upload=take, max_file_size=uploads.MOST_BYTES)
+        self.upload.props(f'accept="{ACCEPTED}"').classes("df-upload")
+        self.upload.on_rejected(lambda: say(REFUSED))
+        self.upload.on("failed", lambda: say(UNSENT))
+        ui.add_body_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
+
+    async def _uploaded(self, event: events.UploadEventArguments) -> None:
+        if event.file.size() > uploads.MOST_BYTES:
+            with self.upload:
+                say(REFUSED)
+            return
+        data, name = await event.file.read(), event.file.name
+        await self._attempt("the file could not be opened", lambda: self.open(data, name))
+
+    async def open(self, data: bytes, name: str = "") -> None:
+        """Open a file by its content.
+
+        Raises
+        ------
+        DForceError
+            With one sentence, and nothing has changed.
+        """
+        session = self.view.session
+        kind = uploads.kind_of(data, name)
+        if kind == "measured":
+            settings = self.view.document.value(("data",)) or {}
+            await self.open_measured(data, name, {key: settings[key] for key in reading.SETTINGS if key in settings})
+        elif kind == "case":
+            self.view.open(await asyncio.to_thread(uploads.document_from, data))
+        elif kind == "result":
+            await self._open_result(
+                await asyncio.to_thread(uploads.opened_from, data, session.results.folder), data, name
+            )
+        else:
+            opened = await asyncio.to_thread(project.unpacked, data, session.results.folder)
+            await session.take_project(opened.document, opened.results)
+            if opened.over is not None:
+                session.study.take(opened.over)
+                self.plots.explorer.open()
+
+    async def _open_result(self, result: xr.Dataset, data: bytes, name: str) -> None:
+        """Open a result of any kind that the window shows."""
+        session = self.view.session
+        if is_kind(result, "measured"):
+            await self.open_measured(data, name, {})
+            return
+        stored = str(result.attrs["start_case" if is_kind(result, "fit") else "case"])
+        case = session.limits.check(uploads.case_of(stored))
+        if is_kind(result, "fit"):
+            self.view.open(Document.of(with_approach(case.replace(data=None))))
+            await session.take_fit(result)
+            self.plots.show_measured()
+        elif is_explorable(result):
+            self.view.open(Document.of(with_approach(case)))
+            session.study.take(Over(result))
+            self.plots.explorer.open()
+        else:
+            if is_kind(result, "reconstruction"):  # of a measured curve, whose case needs no experiment
+                case = with_approach(case.replace(data=None))
+            await session.take_result(Document.of(case), result)
+            self.view.show_result(result)
+
+    async def open_measured(self, data: bytes, name: str, settings: Mapping[str, object]) -> None:
+        """Show a measured curve under that of the model; what its file does not tell is asked for.
+
+        Raises
+        ------
+        DForceError
+            With one sentence, when it holds no curve; nothing has changed then.
+        """
+        view = self.view
+        case: df.Case | None = None
+        with contextlib.suppress(df.DForceError, TypeError):  # a case that is being typed
+            case = view.document.case()
+        try:
+            raw = await asyncio.to_thread(reading.curve_from, data, name, settings, case, view.session.results.folder)
+        except reading.SpectrumFound:
+            await self._open_spectrum(data, name, {})
+            return
+        except reading.Question as question:
+            self._ask(question, str(question), data, name, settings)
+            return
+        await view.session.take_measured(raw, name, settings)
+        self.plots.show_measured()
+
+    def _ask(
+        self, question: reading.Question, sentence: str, data: bytes, name: str, settings: Mapping[str, object]
+    ) -> None:
+        """Ask what a file does not tell, and once more, with what is wrong, where an answer does not do."""
+
+        async def answered(told: dict[str, object]) -> None:
+            async def read() -> None:
+                try:
+                    await self.open_measured(data, name, told)
+                except df.DForceError as error:
+                    self._ask(question, str(error), data, name, told)
+
+            await self._attempt("the file could not be opened", read)
+
+        ask_table(f"Read {shorten(name, 60)}", as_sentence(sentence), question.head, settings, question.asked, answered)
+
+    async def _open_spectrum(self, data: bytes, name: str, answers: dict[str, str]) -> None:
+        """Show f0, k and Q of a thermal spectrum, and take them for the lever when a person says so."""
+        folder = self.view.session.results.folder
+        try:
+            found = await asyncio.to_thread(tune.tune_from, data, name, answers, folder)
+        except df.ParameterError as error:
+            fields, why = tune.questions(str(error), answers), as_sentence(str(error))
+            if not fields:
+                raise
+        else:
+            fields, why = tune.questions("", answers), tune.in_words(found)
+        shown = dict(fields)
+
+        async def answered(*given: str) -> None:
+            told = answers | {key: text for key, text in zip(shown, given, strict=True) if text.strip()}
+
+            async def take() -> None:
+                found = await asyncio.to_thread(tune.tune_from, data, name, told, folder)
+                self.view.edit(tune.with_lever(self.view.document, found), anew=True)
+                ui.notify(f"The lever has now {tune.in_words(found)}", type="positive")
+
+            await self._attempt("the spectrum could not be used", take)
+
+        ask(f"Thermal tune {shorten(name, 60)}", list(shown.values()), answered, why=why, button="Take for the lever")
+
+    async def save_project(self) -> None:
+        """Save the document with all its results."""
+        session, over = self.view.session, self.view.session.study.over
+
+        async def save() -> None:
+            data = await asyncio.to_thread(
+                project.packed, self.view.document, session.results, session.measured.results, over
+            )
+            if over is not None and not project.has_room(over):
+                say(TOO_LARGE)
+            ui.download.content(data, self._name(ENDING), "application/zip")
+
+        await self._attempt(UNSAVED, save)
+
+    async def save_case(self) -> None:
+        """Save the case as a TOML file."""
+
+        async def save() -> None:
+            ui.download.content(self.view.document.case().to_toml(), self._name(".toml"), "application/toml")
+
+        await self._attempt(UNSAVED, save)
+
+    async def save_script(self) -> None:
+        """Save the script that does the same."""
+
+        async def save() -> None:
+            ui.download.content(script_of(self.view.document), self._name(".py"), "text/x-python")
+
+        await self._attempt(UNSAVED, save)
+
+    def result_dialog(self) -> None:
+        """Ask which result to save, and how."""
+        names = self.plots.kept.names(self.view.result)
+        if names:
+            ask("Save a result", [choice("Result", names), choice("Format", RESULTS)], self.save_result)
+        else:
+            say(NOTHING)
+
+    async def save_result(self, identifier: str, ending: str) -> None:
+        """Save a result of the list, or the one that follows the fields."""
+
+        async def save() -> None:
+            result = await self.plots.kept.take(identifier)
+            data = await asyncio.to_thread(written, lambda path: df.write(result, path), ending)
+            ui.download.content(data, f"{stem(str(result.attrs.get('title', '')))}{ending}")
+
+        await self._attempt(UNSAVED, save)
+
+    def figure_dialog(self) -> None:
+        """Ask for the format and the width of the figure."""
+        formats = {ending: ending[1:].upper() for ending in df.plot.FORMATS}
+        if self.plots.kept.layers(self.view.result):
+            ask("Save the figure", [choice("Format", formats), text("Width", WIDTH)], self.save_figure)
+        else:
+            say(NOTHING)
+
+    async def save_figure(self, ending: str, width: str) -> None:
+        """Save what is drawn, as the command line draws it."""
+        layers, wanted = self.plots.kept.layers(self.view.result), self.plots.shown
+        beside = self.plots.measured.beside()
+        points = None if beside is None or wanted is None or not shows(wanted) else beside.moved()
+
+        async def save() -> None:
+            data = await asyncio.to_thread(figure_file, layers, wanted, ending, width, points)
+            ui.download.content(data, self._name(ending))
+
+        await self._attempt(UNSAVED, save)
+
+    async def _attempt(self, what: str, work: Callable[[], Awaitable[None]]) -> None:
+        """Do what may fail, and say in a sentence why it did."""
+        with self.upload, telling(what):  # a dialog that asked for it is gone by now
+            await work()
+
+    def _title(self) -> str:
+        return self.view.document.title
+
+    def _name(self, ending: str) -> str:
+        return f"{stem(self._title())}{ending}"
+
+
+def script_of(document: Document) -> str:
+    """Return the script that computes what a document says, and draws its measured curve under an approach.
+
+    Raises
+    ------
+    ParameterError
+        When what is typed is not a case.
+    """
+    case, name = document.case(), stem(document.title)
+    text = case.to_python(name)
+    if document.measured is not None and case.sweep is None and getattr(case.experiment, "kind", "") == "approach":
+        fits = f"{name}-fit.png" if document.measured.fit and case.fit is not None and case.fit.free else ""
+        text += reading.script_of(document.measured, f"{name}-measured.png", fits)
+    return text
+
+
+def figure_file(
+    layers: list[Layer], wanted: Picture | None, ending: str, width: str, points: xr.Dataset | None = None
+) -> bytes:
+    """Return the file of a figure, with the points of a measured curve where one is given. Blocking.
+
+    Raises
+    ------
+    DForceError
+        When it cannot be drawn, or the width is none.
+    """
+    results = {layer.name: layer.result for layer in layers}
+    with DRAWING:
+        try:
+            drawn = layers[0].result if len(layers) == 1 else results
+            axes = df.plot.draw(drawn, wanted, df.plot.Sheet(), points)
+            return written(lambda path: df.plot.save(axes, path, DPI, width), ending)
+        except (ValueError, KeyError) as error:
+            if isinstance(error, df.DForceError):
+                raise
+            raise df.ResultError("a figure of this result cannot be drawn") from error
+
+
+def written(write: Callable[[Path], object], ending: str) -> bytes:
+    """Return what is written to a file with an ending. Blocking."""
+    with tempfile.TemporaryDirectory(prefix="dforce-") as place:
+        path = Path(place) / f"file{ending}"
+        write(path)
+        return path.read_bytes()
+
+
+def stem(title: str) -> str:
+    """Return a file's name, without its ending, that every system takes."""
+    return re.sub(r"[^A-Za-z0-9]+", "-", title)[:60].strip("-").lower() or "dforce"

@@ -1,0 +1,1 @@
+"""Measured curves: how they are read, confirmed, drawn, fitted and reconstructed."""

@@ -1,0 +1,16 @@
+// The fit of one parameter, at its field: whether it is fitted, what was found, and what is known beforehand.
+export default {
+  template: `
+    <div class="df-fit-at" role="group" :aria-label="'fit of ' + label">
+      <label class="df-check"><input type="checkbox" :checked="free" :disabled="busy" :aria-label="'fit ' + label"
+          @change="$emit('free', $event.target.checked)" /> fit</label>
+      <span v-if="found" class="df-found" :class="{behind: stale}">{{ found }}</span>
+      <input v-if="free" class="df-box" :value="prior" maxlength="60" :aria-label="'prior of ' + label" :placeholder="'prior: ' + example"
+             title="Known beforehand: value and error, such as 180(4)" @change="$emit('prior', $event.target.value)" />
+      <span v-if="note" class="df-advice">{{ note }}</span>
+    </div>`,
+  props: {
+    label: { default: "" }, free: Boolean, busy: Boolean, found: { default: "" }, stale: Boolean, note: { default: "" },
+    prior: { default: "" }, example: { default: "" },
+  },
+};

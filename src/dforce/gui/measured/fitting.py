@@ -1,0 +1,194 @@
+"""A fit of the measured curve: which parameters can be free, what a fit says of each, and its values for the case."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import dforce as df
+from dforce.core.units import show
+from dforce.gui.case.parameters import ParameterRow, rows_of
+from dforce.gui.case.words import field_at, label_of
+from dforce.gui.document.compute import Job, duration
+from dforce.gui.document.document import LONGEST_NAME, NAMING, Document, Path, path_of
+from dforce.gui.measured.confirming import holds_for
+from dforce.gui.measured.reading import CALIBRATED
+from dforce.inverse.fitting.result import data_of
+from dforce.inverse.fitting.typed import shown
+from dforce.results.provenance import provenance
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIGITS = 6  # of values that are taken over
+SECTIONS = ("sample", "contact", "tip", "medium", "cantilever")
+FREE = ("fit", "free")
+NUISANCE = {
+    "zc_offset": "Offset of the heights",
+    "A0": "Free amplitude",
+    "phase_offset": "Offset of the phase",
+    "amplitude_scale": "Scale of the amplitude",
+}
+BESIDE = (*NAMING, "experiment", "solver")  # sections that a fit does not depend on
+NOT_SEEN = "Not constrained by these data."
+PRODUCT = "Only a product is constrained"
+
+
+@dataclass
+class FitJob(Job):
+    """A fit under way."""
+
+    data: xr.Dataset | None = None
+    told: bool = False  # to stop, which is said once: what comes after it describes the best so far
+
+    def compute(self) -> xr.Dataset:
+        """Fit; when it is stopped, the best so far."""
+        return df.fit(self.case, self.data, progress=self._watch)
+
+    def _watch(self, done: int, total: int, note: str) -> None:
+        if self.told:
+            return
+        try:
+            super()._watch(done, total, note)
+        except KeyboardInterrupt:
+            self.told = True
+            raise
+
+    def words(self) -> str:
+        """Say in words how far it is."""
+        if self.state == "running":
+            left = self.time_left()
+            return self.note.replace("chi2", "χ² =") + (f", about {duration(left)} left" if left is not None else "")
+        if self.state == "stopped" and not self.error:
+            return "stopped"
+        return super().words() if self.state == "queued" else ""
+
+
+def rows(document: Document) -> list[ParameterRow]:
+    """Return the parameters of a document that a fit may find, those of the forces and the sample first."""
+    found = rows_of(document, SECTIONS)
+    known = {row.path for row in found}
+    others = [name for name in free_names(document) if path_of(document, name) not in known]
+    return [*found, *(ParameterRow(name, path_of(document, name), name, "", "") for name in others)]
+
+
+def free_names(document: Document) -> list[str]:
+    """Return the names of the parameters that are to be fitted."""
+    given = document.value(FREE)
+    return [str(name) for name in given] if isinstance(given, list | tuple) else []
+
+
+def with_free(document: Document, row: ParameterRow, free: bool) -> Document:
+    """Return a document in which a parameter is to be fitted, or no longer."""
+    names = [name for name in free_names(document) if name != row.name and path_of(document, name) != row.path]
+    return document.put(FREE, [*names, row.name] if free else names)
+
+
+def found(fit: xr.Dataset, name: str) -> str:
+    """Return value and error of a parameter of a fit as text; empty where it was not fitted or cannot be known."""
+    one = _one(fit, name)
+    if one is None or not bool(one["seen"]) or math.isinf(float(one["error"])):
+        return ""
+    value, error, unit = shown(float(one["value"]), float(one["error"]), str(one["unit"].values))
+    return f"{value} ± {error} {unit}".replace("none", "?").strip()
+
+
+def found_for(fit: xr.Dataset, name: str) -> str:
+    """Return value and error of a parameter of a fit, and for which k and R they hold; empty as :func:`found`."""
+    text = found(fit, name)
+    given = holds_for(str(fit.attrs.get("case", "")), tuple(map(str, fit["parameter"].values)))
+    return f"{text} {given}".strip() if text else ""
+
+
+def note(fit: xr.Dataset, name: str) -> str:
+    """Return why a parameter of a fit cannot be known; empty where it is."""
+    one = _one(fit, name)
+    if one is None:
+        return ""
+    if not bool(one["seen"]):
+        return NOT_SEEN
+    if math.isinf(float(one["error"])):
+        products = [line for line in str(fit.attrs.get("products", "")).splitlines() if name in line]
+        return f"{PRODUCT}{': ' if products else '.'}{'; '.join(products)}"
+    return "The value lies at its bound." if bool(one["at_bound"]) else ""
+
+
+def others(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:
+    """Return what was fitted beside the rows of a list, as text."""
+    paths = {row.path for row in listed}
+    names = [name for name in map(str, fit["parameter"].values) if _path(document, name) not in paths]
+    return [f"{_label(document, name)}: {found(fit, name) or note(fit, name)}" for name in names]
+
+
+def name_in(fit: xr.Dataset, row: ParameterRow, document: Document) -> str:
+    """Return the name that a row has in a fit; empty where it was not fitted."""
+    return next((name for name in map(str, fit["parameter"].values) if path_of(document, name) == row.path), "")
+
+
+def taken_over(document: Document, fit: xr.Dataset) -> Document:
+    """Return a document with the values of a fit; what the data do not see stays as it is."""
+    for name, unit, value, seen in zip(
+        fit["parameter"].values, fit["unit"].values, fit["value"].values, fit["seen"].values, strict=True
+    ):
+        path = _path(document, str(name))
+        if path and seen:
+            document = document.put(path, show(float(value), str(unit), DIGITS) if str(unit) != "1" else float(value))
+    return document
+
+
+def offsets(fit: xr.Dataset) -> tuple[float | None, float]:
+    """Return by how much a fit shifts the heights (m; None: not fitted) and turns the phases (degrees)."""
+    shift, turn = _one(fit, "zc_offset"), _one(fit, "phase_offset")
+    return (None if shift is None else float(shift["value"]), 0.0 if turn is None else float(turn["value"]))
+
+
+def curve_in(fit: xr.Dataset) -> tuple[xr.Dataset, str, dict[str, Any]]:
+    """Return the measured curve that a fit was made of, calibrated as it was, what it is called, and no settings."""
+    curve = data_of(fit)
+    if "direction" not in curve.coords:
+        curve = curve.assign_coords(direction=("point", ["approach"] * curve.sizes["point"]))
+    curve = curve.assign_attrs(provenance("", "") | {"phase_convention": "lag", CALIBRATED: 0.0} | curve.attrs)
+    return curve, str(curve.attrs.get("source", "the fitted curve"))[:LONGEST_NAME], {}
+
+
+def is_of(fit: xr.Dataset, document: Document) -> bool:
+    """Return whether a fit is of the case of a document, whatever the values of what was fitted."""
+    try:
+        now = tomllib.loads(document.case().to_toml(complete=True))
+        start = tomllib.loads(str(fit.attrs["start_case"]))
+    except (df.DForceError, TypeError, ValueError, KeyError):
+        return False
+    return _rest(now, fit) == _rest(start, fit)
+
+
+def _rest(table: dict[str, Any], fit: xr.Dataset) -> dict[str, Any]:
+    """Return the tables of a case that a fit depends on, without what was fitted, or took its given value."""
+    document = Document({name: part for name, part in table.items() if name not in BESIDE})
+    given = table.get("fit", {}).get("given", {})
+    for name in map(str, [*fit["parameter"].values, *given]):
+        if path := _path(document, name):
+            document = document.put(path, "fitted")
+    return dict(document.table)
+
+
+def _path(document: Document, name: str) -> Path:
+    """Return where a parameter of a fit stands in a document; () for what is only of the measurement."""
+    base, _, tone = name.partition("_2")
+    if base == "A0":
+        tones = document.value(("drive", "tones"))
+        return ("drive", "tones", 1 if tone == "" and name != base else 0, "A0") if tones else ("drive", "A0")
+    return () if base in NUISANCE else path_of(document, name)
+
+
+def _label(document: Document, name: str) -> str:
+    base = name.removesuffix("_2")
+    if base in NUISANCE:
+        return f"{NUISANCE[base]}{', tone 2' if base != name else ''}"
+    path = path_of(document, name)
+    return label_of(document, path) if field_at(document, path) is not None else name
+
+
+def _one(fit: xr.Dataset, name: str) -> xr.Dataset | None:
+    return fit.sel(parameter=name) if name in fit["parameter"].values else None

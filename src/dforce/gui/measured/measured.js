@@ -1,0 +1,99 @@
+// A measured curve beside the plots: what it is, its shift, and a fit of parameters to it.
+export default {
+  template: `
+    <aside class="df-motion df-measured" aria-label="measured curve">
+      <div class="df-motion-head"><h2>{{ name }}</h2></div>
+      <p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
+      <ul class="df-facts"><li v-for="fact in facts" :key="fact">{{ fact }}</li></ul>
+      <p v-if="hint" class="df-motion-note">{{ hint }}</p>
+      <label v-if="ready" class="df-shift"><span>Heights are shifted by
+          <input class="df-box number" type="number" step="0.01" :value="at" aria-label="shift of the heights in nm"
+                 @change="shift($event.target)" /> nm</span>
+        <input type="range" :min="low" :max="high" step="0.01" :value="at" aria-label="shift of the heights"
+               @input="shift($event.target)" /></label>
+      <div class="df-measured-buttons">
+        <button v-if="ready" type="button" class="df-plain" :title="match" @click="$emit('match')">Match the experiment</button>
+        <button type="button" class="df-plain" @click="$emit('remove')">Remove the curve</button></div>
+      <details v-if="history.length" class="df-folded"><summary>What was done with it</summary>
+        <ul class="df-facts"><li v-for="line in history" :key="line">{{ line }}</li></ul></details>
+      <template v-if="ready">
+        <h3>Which lever and tip?</h3>
+        <div class="df-lever">
+          <label class="df-lever-name">Lever of the library
+            <input class="df-box" list="df-levers" :disabled="busy" placeholder="type to search"
+                   @change="$emit('library', $event.target.value); $event.target.value = ''" /></label>
+          <datalist id="df-levers"><option v-for="one in levers" :key="one" :value="one"></option></datalist>
+          <label v-for="one in typed" :key="one.name"><i>{{ one.name }}</i>
+            <input class="df-box" :value="drafts[one.name] ?? one.text" maxlength="40" :disabled="busy"
+                   :aria-label="one.name + ' of lever and tip'" :placeholder="'type ' + one.name"
+                   @input="drafts[one.name] = $event.target.value" @change="typed_in(one.name)" /></label></div>
+        <p v-if="missing" class="df-motion-note" role="status">{{ missing }}</p>
+        <template v-if="unconfirmed">
+          <p class="df-motion-note" id="df-unconfirmed">{{ unconfirmed }}</p>
+          <div class="df-measured-buttons"><button type="button" class="df-plain" :disabled="!lever"
+              @click="$emit('confirm')">They are those of this curve</button></div>
+        </template>
+        <p v-else class="df-text">Confirmed for this curve: {{ lever }}.</p>
+        <h3>Fit</h3>
+        <p class="df-text">Parameters to find; the fit begins at the values in the forms.</p>
+        <div class="df-fit-rows" role="group" aria-label="parameters to fit">
+          <template v-for="row in rows" :key="row.name">
+            <label class="df-check"><input type="checkbox" :checked="row.free" :disabled="busy"
+                @change="$emit('free', {name: row.name, free: $event.target.checked})" />
+              <span>{{ row.label }} <span class="df-symbol" v-html="row.symbol"></span></span>
+              <span class="df-check-unit">{{ row.value }}</span></label>
+            <p v-if="row.found" class="df-found" :class="{behind: stale}">{{ row.found }}</p>
+            <p v-if="row.note" class="df-advice">{{ row.note }}</p>
+          </template></div>
+        <div class="df-measured-buttons">
+          <button v-if="!busy" type="button" class="df-plain df-main-button" @click="$emit('fit')"
+                  :disabled="!!unconfirmed || !rows.some((row) => row.free)"
+                  :aria-describedby="unconfirmed ? 'df-unconfirmed' : undefined">Fit</button>
+          <button v-else type="button" class="df-plain" @click="$emit('stop')">Stop</button>
+          <progress v-if="busy" max="1" :value="share || undefined" aria-label="progress of the fit"></progress>
+          <span class="df-text" role="status">{{ words }}</span></div>
+        <p v-if="failed" class="df-motion-note wrong" role="alert">{{ failed }}</p>
+        <template v-if="report">
+          <p v-if="stale" class="df-motion-note">This fit is of another case than the one in the forms.</p>
+          <p v-for="note in notes" :key="note" class="df-motion-note">{{ note }}</p>
+          <ul class="df-facts df-answers" role="status"><li v-for="one in answers" :key="one">{{ one }}</li></ul>
+          <p class="df-text">{{ summary }}</p>
+          <ul class="df-facts"><li v-for="one in others" :key="one">{{ one }}</li></ul>
+          <div class="df-measured-buttons">
+            <button type="button" class="df-plain" @click="$emit('take')">Take over these values</button>
+            <button type="button" class="df-plain" @click="$emit('report')">Save the report</button></div>
+          <details class="df-folded"><summary>Report</summary><pre class="df-report">{{ report }}</pre></details>
+          <h3>Safe settings for this sample</h3>
+          <div class="df-measured-buttons">
+            <label class="df-text">Peak force at {{ set_point }} below
+              <input class="df-box number df-limit" v-model="wanted" maxlength="40" aria-label="largest peak force" /></label>
+            <button v-if="!finding" type="button" class="df-plain" @click="$emit('safe', wanted)">Find safe settings</button>
+            <button v-else type="button" class="df-plain" @click="$emit('unsafe')">Stop</button>
+            <progress v-if="finding" aria-label="progress of the safe settings"></progress></div>
+          <p v-if="unsafe" class="df-motion-note wrong" role="alert">{{ unsafe }}</p>
+          <ul v-if="findings.length" class="df-facts df-findings" role="status"><li v-for="one in findings" :key="one">{{ one }}</li></ul>
+        </template>
+      </template>
+    </aside>`,
+  props: {
+    name: { default: "" }, wrong: { default: "" }, facts: { default: () => [] }, hint: { default: "" }, ready: Boolean,
+    low: { default: -5 }, high: { default: 5 }, at: { default: 0 }, match: { default: "" }, history: { default: () => [] },
+    lever: { default: "" }, unconfirmed: { default: "" }, levers: { default: () => [] }, typed: { default: () => [] },
+    missing: { default: "" }, findings: { default: () => [] }, finding: Boolean, unsafe: { default: "" }, limit: { default: "" },
+    set_point: { default: "" },
+    rows: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
+    report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, answers: { default: () => [] }, others: { default: () => [] },
+  },
+  data() {
+    return { wanted: this.limit || "1 nN", drafts: {} }; // drafts: no update from the server overwrites what is being typed
+  },
+  methods: {
+    typed_in(name) {
+      this.$emit("lever", { name, text: this.drafts[name] });
+      delete this.drafts[name];
+    },
+    shift(field) {
+      if (Number.isFinite(field.valueAsNumber)) this.$emit("shift", field.valueAsNumber);
+    },
+  },
+};

@@ -1,0 +1,214 @@
+"""A measured curve in a figure of curves: its points under the lines of the model, the best fit, and what that leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core.arrays import Array
+from dforce.core.notation import html_symbol
+from dforce.gui.curves.chart import packed
+from dforce.gui.curves.figures import Drawn, Figure, name_of_axis
+from dforce.results.curves import Picture
+from dforce.results.measured import QUANTITIES, by_model, moved
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_POINTS = 4000  # of a curve that are drawn; more are not seen
+SYMBOLS = {"approach": "circle", "retract": "circle-open"}
+SHARE = 0.17  # of the height, for each frame of residuals
+GAP = 0.05
+SIGMAS = 2.0  # standard deviations: the band of residuals
+BRANCHES = (1, -1)  # from free motion, and behind a jump
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A measured curve as it is drawn.
+
+    Attributes
+    ----------
+    curve
+        What :func:`dforce.calibrate` returned.
+    shift
+        What is added to its heights (m).
+    turn
+        What is taken off its phases (degrees).
+    fit
+        The fit of it, where there is one.
+    """
+
+    curve: xr.Dataset
+    shift: float = 0.0
+    turn: float = 0.0
+    fit: xr.Dataset | None = None
+
+    def moved(self) -> xr.Dataset:
+        """Return the curve with heights that are average distances, and phases as the model counts them."""
+        return moved(self.curve, self.shift, self.turn)
+
+
+def shows(wanted: Picture) -> bool:
+    """Return whether a picture has room for a measured curve."""
+    return wanted.x in QUANTITIES and bool({*QUANTITIES} & {*wanted.y}) and not wanted.logarithmic
+
+
+def with_measured(drawn: Drawn, wanted: Picture, beside: Beside) -> Drawn:
+    """Return a figure with the points of a measured curve under its lines, and with its fit where there is one.
+
+    Only quantities that were measured get points; a picture of others stays as it is.
+    """
+    there = by_model(beside.moved())
+    names = [name for name in wanted.y if name in there and name in drawn.places]
+    if wanted.x not in there or not names or wanted.logarithmic:
+        return drawn
+    below, above = list(_points(drawn, wanted, beside, there, names)), list[Figure]()
+    layout = dict(drawn.figure["layout"])
+    if beside.fit is not None and wanted.x == "zc":
+        above += _lines(drawn, beside.fit, beside, names)
+        if not wanted.together:
+            extra, layout = _residuals(drawn, beside.fit, beside, names)
+            above += extra
+    layout["showlegend"] = True
+    data = [*below, *drawn.figure["data"], *above]
+    traces = (*(None,) * len(below), *drawn.traces, *(None,) * len(above))
+    return replace(drawn, figure={**drawn.figure, "data": data, "layout": layout}, traces=traces)
+
+
+def _points(
+    drawn: Drawn, wanted: Picture, beside: Beside, there: Mapping[str, list[Array]], names: list[str]
+) -> Iterator[Figure]:
+    """Give the measured points, a trace for each quantity, tone and direction."""
+    directions = beside.curve["direction"].values.astype(str)
+    step = -(-len(directions) // MOST_POINTS)
+    named: set[str] = set()
+    for name in names:
+        x_axis, y_axis, scale = drawn.places[name]
+        for tone, values in enumerate(there[name]):
+            across = there[wanted.x][min(tone, len(there[wanted.x]) - 1)]
+            for word, symbol in SYMBOLS.items():
+                rows = np.flatnonzero(directions == word)[::step]
+                if not len(rows):
+                    continue
+                words = f"measured, {word}"
+                yield {
+                    "x": packed(across[rows] / drawn.x_scale),
+                    "y": packed(values[rows] / scale),
+                    "xaxis": x_axis,
+                    "yaxis": y_axis,
+                    "type": "scatter",
+                    "mode": "markers",
+                    "meta": f"measured {name}",
+                    "name": words,
+                    "marker": {"symbol": symbol, "size": 5, "color": 1},
+                    "showlegend": words not in named,
+                    "hovertemplate": "%{x:.4g}, %{y:.4g}<extra>measured</extra>",
+                }
+                named.add(words)
+
+
+def _lines(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) -> Iterator[Figure]:
+    """Give the curves of the best fit."""
+    first = True
+    for name in names:
+        if f"{name}_fit" not in fit:
+            continue
+        x_axis, y_axis, scale = drawn.places[name]
+        for tone in range(fit.sizes["tone"]):
+            x, y = along(fit, fit[f"{name}_fit"].values[:, tone])
+            turn = beside.turn if name == "phase" and not tone else 0.0
+            yield {
+                "x": packed((x + beside.shift) / drawn.x_scale),
+                "y": packed((y - turn) / scale),
+                "xaxis": x_axis,
+                "yaxis": y_axis,
+                "type": "scatter",
+                "mode": "lines",
+                "meta": f"fit {name}",
+                "name": "best fit",
+                "line": {"color": "ink", "width": 1.4, "dash": "solid"},
+                "showlegend": first,
+                "hoverinfo": "skip",
+            }
+            first = False
+
+
+def along(fit: xr.Dataset, values: Array) -> tuple[Array, Array]:
+    """Return the heights and values of the points that a fit used, branch by branch, with gaps between them."""
+    height, branch, used = (fit[name].values for name in ("height", "branch", "used"))
+    xs, ys = list[Array](), list[Array]()
+    for kind in BRANCHES:
+        rows = np.flatnonzero(used & (branch == kind))
+        rows = rows[np.argsort(height[rows], kind="stable")]
+        xs += [height[rows], np.array([np.nan])]
+        ys += [values[rows], np.array([np.nan])]
+    return np.concatenate(xs), np.concatenate(ys)
+
+
+def _residuals(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) -> tuple[list[Figure], Figure]:
+    """Return the residuals in frames below those of the curves, and the layout with room for them."""
+    names = [name for name in names if f"{name}_residual" in fit]
+    layout: Figure = dict(drawn.figure["layout"])
+    room = len(names) * SHARE + GAP / 2.0
+    across = dict[str, Any]()
+    for key, axis in drawn.figure["layout"].items():
+        if key.startswith("yaxis") and "domain" in axis:
+            layout[key] = axis | {"domain": [room + (1.0 - room) * end for end in axis["domain"]]}
+        if key.startswith("xaxis") and "title" in axis:
+            across = axis["title"]
+            layout[key] = {word: value for word, value in axis.items() if word != "title"} | {"showticklabels": False}
+    tag = max(int(key[5:] or 1) for key in layout if key.startswith("yaxis"))
+    shapes, traces = list(layout.get("shapes", [])), list[Figure]()
+    used = fit["used"].values
+    for number, name in enumerate(names):
+        bottom = (len(names) - 1 - number) * SHARE
+        x_axis, y_axis = name_of_axis("x", tag + number), name_of_axis("y", tag + number)
+        last = number == len(names) - 1
+        layout[name_of_axis("xaxis", tag + number)] = {"anchor": y_axis, "matches": "x", "showticklabels": last} | (
+            {"title": across} if last else {}
+        )
+        layout[name_of_axis("yaxis", tag + number)] = {
+            "anchor": x_axis,
+            "domain": [bottom, bottom + SHARE - GAP],
+            "zeroline": True,
+            "nticks": 4,
+            "title": {"text": f"Δ<i>{html_symbol(str(fit[name].attrs.get('symbol', '')))}</i> / σ"},
+        }
+        shapes.append(
+            {
+                "type": "rect",
+                "xref": f"{x_axis} domain",
+                "yref": y_axis,
+                "x0": 0,
+                "x1": 1,
+                "y0": -SIGMAS,
+                "y1": SIGMAS,
+                "layer": "below",
+                "line": {"width": 0},
+                "fillcolor": "rgba(128,128,128,0.14)",
+            }
+        )
+        for tone in range(fit.sizes["tone"]):
+            x = fit["height"].values[used] + beside.shift
+            y = fit[f"{name}_residual"].values[used, tone]
+            traces.append(
+                {
+                    "x": packed(x / drawn.x_scale),
+                    "y": packed(y),
+                    "xaxis": x_axis,
+                    "yaxis": y_axis,
+                    "type": "scatter",
+                    "mode": "markers",
+                    "meta": f"residual {name}",
+                    "name": "residual",
+                    "showlegend": False,
+                    "marker": {"symbol": "circle", "size": 4, "color": 2 * tone},
+                    "hovertemplate": "%{x:.4g}, %{y:.3g} standard deviations<extra></extra>",
+                }
+            )
+    layout |= {"shapes": shapes, "uirevision": f"{layout.get('uirevision')} fit"}
+    return traces, layout

@@ -1,0 +1,288 @@
+"""The measured curve of one page: a button, and a panel beside the plots with its facts, its shift and its fit."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+import dforce as df
+from dforce.core.units import show
+from dforce.gui.case.words import in_words, with_labels
+from dforce.gui.curves.panel import Panel, Scene
+from dforce.gui.document.document import Document, MeasuredData, path_of
+from dforce.gui.measured import confirming, fitting, overlay
+from dforce.gui.measured.foreseen import Foreseen
+from dforce.gui.measured.safe import LIMIT, SafeJob
+from dforce.gui.window.error_messages import as_sentence, say, telling
+from dforce.gui.window.view import View
+from dforce.validity import advice_in
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NM = 1e-9
+FEWEST, MOST, EVERY = 51, 501, 0.1e-9  # points of an experiment over the measured heights, and about how far apart
+BETWEEN = 0.05  # s between two messages of the shift that is dragged
+NONE = "Drop a measured curve anywhere onto the window: it is drawn under the curve of the model, and fitted here."
+MATCH = "An approach over the measured distances, with the measured free amplitude"
+NOT_HERE = "This picture has no measured quantity; choose amplitude and phase against the distance."
+NO_MODEL = "The case has no curve against the distance; press Match the experiment."
+
+
+class MeasuredPanel(ui.element, component="measured.js"):
+    """What the panel shows."""
+
+    def show(self, **changed: Any) -> None:
+        """Show other words; nothing is sent where nothing changed."""
+        if any(self.props.get(key) != value for key, value in changed.items()):
+            self.props.update(changed)
+            self.update()
+
+
+class MeasuredCurve(Panel):
+    """The measured curve of one page, and its fit."""
+
+    title = "Fit"
+
+    def __init__(self, view: View) -> None:
+        super().__init__(view)
+        self.foreseen = Foreseen(self.show)
+        self.safe: SafeJob | None = None
+
+    @property
+    def label(self) -> str:
+        """The title, with the reduced chi2 of a fit."""
+        fit = self.view.session.measured.fit if self.view.document.measured is not None else None
+        if fit is None or not fit.attrs["degrees_of_freedom"]:
+            return self.title
+        return f"{self.title} {fit.attrs['chi2'] / fit.attrs['degrees_of_freedom']:.2g}"
+
+    def make(self) -> None:
+        """Make the panel, in the container that is open."""
+        with ui.element("div").classes("df-none") as self.none:
+            ui.label(NONE).classes("df-text")
+            with ui.element("button").classes("df-plain").props('type="button"') as button:
+                ui.label("Open a measured curve")
+            # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
+            button.on("click", js_handler="() => window.dforceFiles.pick()")
+        element = self.element = MeasuredPanel()
+        element.on("shift", self._shift, throttle=BETWEEN)
+        element.on("match", self._match)
+        element.on("remove", self._remove)
+        element.on("free", self._free)
+        element.on("confirm", self._confirm)
+        element.on("library", self._library)
+        element.on("lever", self._lever)
+        element.on("safe", self._safe)
+        element.on("unsafe", self._stop_safe)
+        element.on("report", self._report)
+        element.on("fit", self._fit)
+        element.on("stop", self.view.session.stop_fit)
+        element.on("take", self._take)
+        self.view.on_job.append(self.show)
+        self.view.on_show.append(lambda anew: self.show())
+
+    def beside(self) -> overlay.Beside | None:
+        """Return the curve as it is drawn beside that of the model; None where there is none."""
+        kept, measured = self.view.session.measured, self.view.document.measured
+        if measured is None or kept.curve is None:
+            return None
+        return overlay.Beside(kept.curve, measured.shift, measured.turn, kept.fit)
+
+    def show(self, scene: Scene | None = None) -> None:
+        """Show the curve of the document, and how far its fit is."""
+        measured, kept = self.view.document.measured, self.view.session.measured
+        self.element.set_visibility(measured is not None)
+        self.none.set_visibility(measured is None)
+        if measured is None or not self.in_sight:
+            return
+        curve = kept.curve
+        facts = [] if curve is None else _facts(curve, measured)
+        shown = dict[str, Any](name=measured.name, wrong=as_sentence(kept.wrong) if kept.wrong else "", facts=facts)
+        shown |= {"hint": self._hint(), "ready": curve is not None, "match": MATCH}
+        if curve is not None:
+            reach = max(3.0, 2.0 * abs(measured.shift) / NM)
+            shown |= {"at": round(measured.shift / NM, 3), "low": -round(reach), "high": round(reach)}
+            shown |= {"history": [str(line) for line in curve.attrs.get("history", [])]}
+        self.element.show(**shown, **self._of_fit())
+
+    def _hint(self) -> str:
+        """Say why the curve cannot be seen where it cannot."""
+        result, wanted = self.view.result, self.view.picture()
+        if result is None or wanted is None or self.view.session.measured.curve is None:
+            return ""
+        if "zc" not in result.dims:
+            return NO_MODEL
+        return "" if overlay.shows(wanted) else NOT_HERE
+
+    def _of_fit(self) -> dict[str, Any]:
+        """Return what the panel shows of a fit."""
+        document, session = self.view.document, self.view.session
+        job, fit = session.fitting, session.measured.fit
+        rows = fitting.rows(document)
+        chosen = {path_of(document, name) for name in fitting.free_names(document)}
+        failed = "" if job is None or job.state != "failed" else job.error
+        shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[], answers=[])
+        values = confirming.asked(document)
+        confirmed = confirming.is_confirmed(document, values)
+        shown |= {"lever": confirming.in_words(values), "unconfirmed": "" if confirmed else confirming.UNCONFIRMED}
+        missing = "" if values else as_sentence(in_words(document, confirming.missing(document)))
+        shown |= {"typed": confirming.typed(document), "levers": list(df.cantilevers()), "missing": missing}
+        if session.measured.curve is not None:
+            self.foreseen.ask(document, session.measured.curve)
+        foreseen = {path_of(document, name): text for name, text in self.foreseen.sentences.items()}
+        for row in rows:
+            name = "" if fit is None else fitting.name_in(fit, row, document)
+            about = as_sentence(with_labels(document, failed)) if row.name in failed else ""
+            said = fitting.note(fit, name) if fit is not None and name else ""
+            before = with_labels(document, foreseen.get(row.path, "")) if not name else ""
+            shown["rows"].append(
+                {
+                    "name": row.name,
+                    "label": row.label,
+                    "symbol": row.symbol,
+                    "value": row.value,
+                    "free": row.path in chosen,
+                    "found": fitting.found_for(fit, name) if fit is not None and name else "",
+                    "note": about or said or before,
+                }
+            )
+        if failed and not any(row.name in failed for row in rows):
+            shown["failed"] = as_sentence(in_words(document, failed))
+        busy = job is not None and job.busy
+        shown |= {
+            "busy": busy,
+            "share": job.share if job is not None else 0.0,
+            "words": job.words() if job is not None else "",
+        }
+        if fit is not None:
+            shown |= {
+                "answers": [f"{row['label']}: {row['found']}" for row in shown["rows"] if row["found"]],
+                "report": df.fit_report(fit),
+                "stale": not fitting.is_of(fit, document),
+                "notes": [with_labels(document, one.text) for one in advice_in(fit) if one.name != "reduced_chi2"],
+                "summary": _summary(fit),
+                "others": fitting.others(fit, rows, document),
+            }
+        safe = self.safe
+        shown |= {
+            "findings": [] if safe is None else safe.sentences(),
+            "finding": safe is not None and safe.busy,
+            "unsafe": as_sentence(safe.error) if safe is not None and safe.error else "",
+            "limit": LIMIT if safe is None else safe.limit,
+            "set_point": f"{100.0 * document.set_point:.3g} %",
+        }
+        return shown
+
+    def _change(self, **changes: Any) -> None:
+        """Look at the curve in another way."""
+        document = self.view.document
+        if document.measured is not None:
+            measured = dataclasses.replace(document.measured, **changes)
+            self.view.session.look(dataclasses.replace(document, measured=measured))
+
+    def _shift(self, event: GenericEventArguments) -> None:
+        self._change(shift=max(-1.0, min(1.0, float(event.args) * NM)))
+
+    def _match(self) -> None:
+        curve, measured = self.view.session.measured.curve, self.view.document.measured
+        if curve is not None and measured is not None:
+            self.view.edit(matched(self.view.document, curve, measured.shift), anew=True)
+
+    async def _remove(self) -> None:
+        await self.view.session.drop_measured()
+
+    def _free(self, event: GenericEventArguments) -> None:
+        document = self.view.document
+        row = next((row for row in fitting.rows(document) if row.name == event.args["name"]), None)
+        if row is not None:
+            self.view.edit(fitting.with_free(document, row, bool(event.args["free"])), name="fit")
+
+    def _confirm(self) -> None:
+        self._change(confirmed=confirming.asked(self.view.document))
+
+    def _library(self, event: GenericEventArguments) -> None:
+        self.view.edit(confirming.with_library(self.view.document, str(event.args)), anew=True)
+
+    def _lever(self, event: GenericEventArguments) -> None:
+        name, text = str(event.args["name"]), str(event.args["text"])
+        self.view.edit(confirming.with_value(self.view.document, name, text), anew=True)
+
+    async def _safe(self, event: GenericEventArguments) -> None:
+        """Find the safe settings for the sample of the fit."""
+        fit = self.view.session.measured.fit
+        if fit is None or (self.safe is not None and self.safe.busy):
+            return
+        with telling("the safe settings could not be found"):
+            case = self.view.session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
+            limit, share = str(event.args)[: confirming.LONGEST], self.view.document.set_point
+            self.safe = SafeJob(case, self.view.session.limits.seconds, limit=limit, share=share)
+            await self.safe.go(self.show)
+
+    def _stop_safe(self) -> None:
+        if self.safe is not None:
+            self.safe.stopping.set()
+
+    def _report(self) -> None:
+        fit = self.view.session.measured.fit
+        if fit is not None:
+            text = f"{df.fit_report(fit)}\n\n{df.chi2_in_words(fit)}\n"
+            ui.download.content(text, f"{Path(str(fit.attrs.get('data_source', 'curve'))).stem}-fit.txt", "text/plain")
+
+    async def _fit(self) -> None:
+        self.safe = None
+        with telling("the fit could not be made"):
+            try:
+                await self.view.session.fit(self.view.document)
+            except (df.DForceError, TypeError) as error:
+                say(f"Nothing was fitted. {as_sentence(in_words(self.view.document, str(error)))}")
+
+    def _take(self) -> None:
+        fit = self.view.session.measured.fit
+        if fit is None:
+            return
+        shift, turn = fitting.offsets(fit)
+        self.view.edit(fitting.taken_over(self.view.document, fit), anew=True)
+        self._change(turn=turn, **({} if shift is None else {"shift": shift}))
+
+
+def matched(document: Document, curve: xr.Dataset, shift: float) -> Document:
+    """Return a document whose experiment goes over the heights of a curve, with its free amplitude."""
+    heights = curve["height"].values + shift
+    start, stop = float(heights.max()), float(heights.min())
+    points = min(MOST, max(FEWEST, round((start - stop) / EVERY) + 1))
+    distances = {"start": show(round(start, 12), "m"), "stop": show(round(stop, 12), "m"), "points": points}
+    experiment = {"kind": "approach", "zc": distances, "direction": "both"}
+    document = document.choose(("experiment",), str(document.value(("experiment", "kind")) or ""), "", None)
+    document = document.put(("experiment",), experiment)
+    if "free_amplitude" in curve.attrs:
+        path = ("drive", "tones", 0, "A0") if document.value(("drive", "tones")) else ("drive", "A0")
+        document = document.put(path, show(float(curve.attrs["free_amplitude"]), "m", 5))
+    return document
+
+
+def _facts(curve: xr.Dataset, measured: MeasuredData) -> list[str]:
+    """Return in words what a curve is."""
+    ways = [word for word in ("approach", "retract") if (curve["direction"].values == word).any()]
+    found = [f"{curve.sizes['point']} points, {' and '.join(ways)}"]
+    if "free_amplitude" in curve.attrs:
+        found.append(f"Free amplitude {show(float(curve.attrs['free_amplitude']), 'm', 4)}")
+    noise = [f"{show(float(curve.attrs['amplitude_error']), 'm', 2)}"] if "amplitude_error" in curve.attrs else []
+    noise += [f"{float(curve.attrs['phase_error']):.2g}°"] if "phase_error" in curve.attrs else []
+    if noise:
+        found.append(f"Noise of a point: {' and '.join(noise)}")
+    if measured.turn:
+        found.append(f"Phases shifted by {-measured.turn:.2f}°, from the fit")
+    return found
+
+
+def _summary(fit: xr.Dataset) -> str:
+    """Return how good a fit is."""
+    text = df.chi2_in_words(fit)
+    lost = int(fit.attrs["lost_points"])
+    stopped = " The fit was stopped: these are the best values so far." if fit.attrs.get("interrupted") else ""
+    return f"{text}{f' {lost} points are lost.' if lost else ''}{stopped}"

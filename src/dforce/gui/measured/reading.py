@@ -1,0 +1,212 @@
+"""Measured curves from outside: a file is read and calibrated, and what it does not tell is put into questions."""
+
+from __future__ import annotations
+
+import copy
+import re
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import dforce as df
+from dforce.core.files import in_quotes
+from dforce.gui.document.document import MeasuredData
+from dforce.gui.files.saving import Field, text
+from dforce.inverse.fitting.load import known_settings
+from dforce.inverse.heads import SPECTRUM, FileHead, head_of
+from dforce.inverse.readers import tables_in
+from dforce.results import hdf5
+from dforce.results.files import is_sealed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CALIBRATED = "neighbor_correlation"  # an attribute that calibration leaves
+MOST_BYTES = 10_000_000  # of a file; reading text holds up everybody at the server
+SETTINGS = ("columns", "units", "phase_convention", "read", "calibrate")  # of [data], without the file
+PHASES = {
+    "lag": "lag behind the drive: they rise when the tip is attracted",
+    "lead": "they fall when the tip is attracted",
+    "lag-90": "0° when free, and they rise when the tip is attracted",
+    "90-lag": "0° when free, and they fall when the tip is attracted",
+}
+AMPLITUDES = {"peak": "zero to peak", "rms": "root mean square (rms)"}
+HEIGHTS = {"toward": "nearer to the sample", "away": "farther from the sample"}
+UNITS = {"height": "nm", "phase": "deg"}
+# what the table of columns answers
+OF_THE_TABLE = re.compile(
+    r"no column|several columns|has no unit|cannot be both|units: |the unit of|"
+    r"(sensitivity|amplitude_is|height_grows|phase_convention) ="
+)
+CURVES = re.compile(r"choose one with curve = 1 to (\d+)")
+NOISELESS = re.compile(r"write errors = \{'(\w+)'")
+# how a function is called: here there is a form
+ADVICE = re.compile(r"[;:,] (?:write|pass|name it|choose) .*", re.DOTALL)
+
+Place = tuple[str, ...]  # of an answer in the table [data]
+
+
+class Question(df.ParameterError):
+    """A file does not tell all.
+
+    Attributes
+    ----------
+    head
+        The head of the file, over which columns, units and signs are chosen.
+    asked
+        The other questions, by where their answers belong in a table `[data]`.
+    """
+
+    def __init__(self, sentence: str, head: FileHead, asked: Mapping[Place, Field]) -> None:
+        super().__init__(sentence)
+        self.head, self.asked = head, dict(asked)
+
+
+class SpectrumFound(df.ResultError):
+    """A file is a thermal spectrum, not a curve."""
+
+
+def curve_from(
+    data: bytes, name: str, settings: Mapping[str, object], case: df.Case | None, folder: Path
+) -> xr.Dataset:
+    """Return the measured curve in the bytes of a file, before its calibration. Blocking.
+
+    Parameters
+    ----------
+    data, name
+        The file, and what it is called.
+    settings
+        How it is read and calibrated: the keys of a table `[data]`.
+    case
+        The instrument, where there is one.
+    folder
+        Where the file may lie while it is read.
+
+    Raises
+    ------
+    Question
+        When something must be told that the file does not.
+    DForceError
+        When it holds no curve.
+    """
+    if len(data) > MOST_BYTES:
+        raise df.ResultError(f"{name} has more than {MOST_BYTES // 1_000_000} MB, too many for a curve")
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
+        path = Path(place) / "curve"
+        path.write_bytes(data)
+        if is_sealed(data):  # of dForce itself: any other HDF5 is read by a process of its own
+            hdf5.look(data, "result")
+        try:
+            raw = df.read_measured(path, **_reading(settings))
+            calibrated(raw, settings, case)
+        except df.DForceError as error:
+            sentence = str(error).replace(in_quotes(path), name)
+            head = _head(data, name)
+            if head is not None and head.kind == SPECTRUM:
+                raise SpectrumFound(sentence) from None
+            asked = dict(_questions(sentence, case)) if isinstance(error, df.ParameterError) else {}
+            if head is not None and (asked or OF_THE_TABLE.search(sentence)):
+                raise Question(ADVICE.sub("", sentence), head, asked) from None
+            raise type(error)(sentence) from None
+    return raw.assign_attrs(source=name)
+
+
+def calibrated(raw: xr.Dataset, settings: Mapping[str, Any], case: df.Case | None) -> xr.Dataset:
+    """Return a curve calibrated for an instrument; one that is already stays as it is.
+
+    Raises
+    ------
+    ParameterError
+        When something must be given that the curve does not tell.
+    """
+    if CALIBRATED in raw.attrs:
+        return raw
+    return df.calibrate(raw, case, **known_settings(df.calibrate, {}, settings.get("calibrate", {}), "calibrate"))
+
+
+def script_of(curve: MeasuredData, picture: str, fits: str = "") -> str:
+    """Return the lines of a script that draw a curve under the `result` of a `case`; none for a curve of dForce's own files.
+
+    `fits` names a picture of the fit where the script fits the curve, too.
+
+    Raises
+    ------
+    ParameterError
+        When a setting is none of those that reading or calibrating takes: none becomes code.
+    """
+    if Path(curve.name).suffix == ".nc":
+        return ""
+    read = _reading(curve.settings)
+    settings = known_settings(df.calibrate, {}, curve.settings.get("calibrate", {}), "calibrate")
+    more = "".join(f", {key}={value!r}" for key, value in settings.items())
+    called = ", ".join([repr(curve.name), *(f"{key}={value!r}" for key, value in read.items())])
+    lines = [f"measured = df.calibrate(df.read_measured({called}), case{more})"]
+    if fits:
+        lines += [
+            "fit = df.fit(case, measured)",
+            "print(df.fit_report(fit))",
+            "print(df.chi2_in_words(fit))",
+            f"df.plot.save(df.plot.fit(fit), {fits!r})",
+        ]
+    lines += [f'measured["height"] += {curve.shift!r}  # m'] * bool(curve.shift)
+    if curve.turn:
+        lines += [
+            'for name in {"phase", "phase_2"} & set(measured):',
+            f"    measured[name] -= {curve.turn!r}  # degrees",
+        ]
+    lines += [f"df.plot.save(df.plot.amplitude_phase(result, measured=measured), {picture!r})"]
+    return "\n".join([*lines, ""])
+
+
+def with_answers(settings: Mapping[str, object], places: Sequence[Place], answers: Sequence[str]) -> dict[str, Any]:
+    """Return settings with answers; one that is empty says nothing."""
+    found: dict[str, Any] = copy.deepcopy(dict(settings))
+    for place, answer in zip(places, answers, strict=True):
+        if not answer.strip():
+            continue
+        *tables, key = place
+        table = found
+        for name in tables:
+            table = table.setdefault(name, {})
+        table[key] = int(answer) if key == "curve" and answer.isdecimal() else answer.strip()
+    return found
+
+
+def _reading(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what reading is called with."""
+    named = {name: settings.get(name) or None for name in SETTINGS[:3]}
+    return known_settings(df.read_measured, named, settings.get("read", {}), "read")
+
+
+def _head(data: bytes, name: str) -> FileHead | None:
+    """Return the head of a file; None for one that is no table."""
+    try:
+        return head_of(tables_in(data, name), name)
+    except df.ResultError:
+        return None
+
+
+def _questions(sentence: str, case: df.Case | None) -> Iterator[tuple[Place, Field]]:
+    """Give the questions beside those of the table that a sentence of reader or calibration comes to."""
+    if (several := CURVES.search(sentence)) is not None:
+        yield ("read", "curve"), text(f"Which curve, 1 to {several[1]}", "1")
+    else:
+        yield from _of_calibration(sentence, case)
+
+
+def _of_calibration(sentence: str, case: df.Case | None) -> Iterator[tuple[Place, Field]]:
+    """Give what calibrating a curve asks for."""
+    noises = {"amplitude": "0.1 nm", "phase": "0.5 deg"}
+    if "no free part" in sentence:
+        amplitude = df.show(case.problem.tones[0].A0, "m") if case is not None else "10 nm"
+        if "free_amplitude" in sentence:
+            yield ("calibrate", "free_amplitude"), text("Free amplitude", amplitude)
+        if "free_phase" in sentence:
+            yield ("calibrate", "free_phase"), text("Phase of the free motion", "90 deg")
+        for name, usual in noises.items():
+            if f"errors of {name}" in sentence:
+                yield ("calibrate", "errors", name), text(f"Noise of the {name}", usual)
+    elif (noiseless := NOISELESS.search(sentence)) is not None:
+        yield ("calibrate", "errors", noiseless[1]), text(f"Noise of the {noiseless[1]}", noises.get(noiseless[1], ""))

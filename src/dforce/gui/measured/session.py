@@ -1,0 +1,115 @@
+"""The measured curve of a session: read, calibrated for the case that is typed, and its last fit."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import dforce as df
+from dforce.gui.document.document import Document, MeasuredData
+from dforce.gui.document.results import ResultStore
+from dforce.gui.measured.reading import calibrated
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+INSTRUMENT = ("cantilever", "drive", "medium", "readout")  # sections that a calibration depends on
+
+
+class MeasuredSession:
+    """Holds the measured curve that the document names.
+
+    Parameters
+    ----------
+    folder
+        Where curve and fit are kept; it is made when the first one comes.
+
+    Attributes
+    ----------
+    curve
+        The calibrated curve; None while there is none.
+    fit
+        Its last fit.
+    wrong
+        Why there is no curve although the document names one.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.results = ResultStore(folder)
+        self.curve: xr.Dataset | None = None
+        self.fit: xr.Dataset | None = None
+        self.wrong = ""
+        self._loaded: Any = None
+        self._loading = asyncio.Lock()
+
+    async def load(self, document: Document) -> None:
+        """Have the document's curve and fit in memory, calibrated for its instrument."""
+        async with self._loading:
+            await self._load(document)
+
+    async def _load(self, document: Document) -> None:
+        measured = document.measured
+        instrument = [document.value((name,)) for name in INSTRUMENT]
+        wanted = None if measured is None else (measured.id, measured.fit, measured.settings, instrument)
+        if wanted == self._loaded:
+            return
+        self._loaded = wanted
+        if measured is None:
+            self.curve, self.fit, self.wrong = None, None, ""
+        else:
+            self.curve, self.fit, self.wrong = await asyncio.to_thread(self._take, measured, document)
+
+    def _take(self, measured: MeasuredData, document: Document) -> tuple[xr.Dataset | None, xr.Dataset | None, str]:
+        """Return the curve, calibrated, its fit, and what is wrong. Blocking."""
+        case: df.Case | None = None
+        with contextlib.suppress(df.DForceError, TypeError):  # a case that is being typed
+            case = document.case()
+        fit = None
+        try:
+            curve = calibrated(self.results.take(measured.id), measured.settings, case)
+        except df.DForceError as error:
+            return None, None, str(error)
+        with contextlib.suppress(df.ResultError):  # a fit that has gone can be done again
+            fit = self.results.take(measured.fit) if measured.fit else None
+        return curve, fit, ""
+
+    async def keep(self, document: Document, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> Document:
+        """Keep a curve that was read, and return the document with it in place of an earlier one.
+
+        Raises
+        ------
+        ResultError
+            When it cannot be written.
+        """
+        identifier = await asyncio.to_thread(self.results.keep, raw)
+        offset = calibrated(raw, settings, None).attrs.get("height_offset", 0.0)
+        return dataclasses.replace(document, measured=MeasuredData(identifier, name, dict(settings), float(offset)))
+
+    async def keep_fit(self, document: Document, fit: xr.Dataset) -> Document:
+        """Keep a fit of the document's curve, and return the document with it.
+
+        Raises
+        ------
+        ResultError
+            When it cannot be written.
+        """
+        if document.measured is None:
+            return document
+        identifier = await asyncio.to_thread(self.results.keep, fit)
+        return dataclasses.replace(document, measured=dataclasses.replace(document.measured, fit=identifier))
+
+    async def tidy(self, document: Document) -> None:
+        """Remove the files of curves and fits that the document no longer names."""
+        measured = document.measured
+        named = set() if measured is None else {measured.id, measured.fit}
+
+        def remove() -> None:
+            for name in set(self.results.names()) - named:
+                with contextlib.suppress(df.ResultError):  # another page was quicker
+                    self.results.drop(name)
+
+        await asyncio.to_thread(remove)

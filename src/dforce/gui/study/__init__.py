@@ -1,0 +1,1 @@
+"""Results over parameters: maps, plans, sweeps and states against one parameter."""

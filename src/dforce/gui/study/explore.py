@@ -1,0 +1,205 @@
+"""Results over parameters: which quantities can be looked at, along which parameters, and at which places."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dforce.core.arrays import Array
+from dforce.findings.set_point import without_states
+from dforce.gui.curves.figures import Figure, title, unit_of
+from dforce.results.dataset import COLUMN_DIMS, reader_unit
+from dforce.results.kinds import kind_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+OVER = ("over", "plan_over", "map_over")  # attributes that name the parameters of a result
+STATES = ("crossing", "state")  # dimensions of the states at one setting
+FIRST = (  # asked for first; the window folds the others
+    "limit_hit",
+    "peak_force",
+    "min_force",
+    "max_indentation",
+    "contact_time",
+    "amplitude",
+    "phase",
+    "total_dissipated_energy",
+    "mean_force",
+    "zc",
+)
+WORDS = {"limit_hit": "which limit fails", "regime": "regime"}  # quantities that are words
+LEFT_OUT = ("status", "motion", "component")
+MOST = 300  # values along an axis that are drawn; of more some are left out
+EVEN = 1e-6
+MOST_BYTES = 20_000_000  # of a quantity that is read for a sentence
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What is looked at: a quantity along `x`, and along `y` unless that is empty, at places along other dimensions."""
+
+    quantity: str = ""
+    x: str = ""
+    y: str = ""
+    places: Mapping[str, int] = field(default_factory=dict)
+
+
+def paths_of(result: xr.Dataset) -> dict[str, str]:
+    """Return the paths of the parameters of a result, by their dimensions; none for a result of one case."""
+    names = next((str(result.attrs[key]).split() for key in OVER if result.attrs.get(key)), [])
+    pairs = ((name, path) for path in names for name in (path, path.rpartition(".")[2]))
+    return {name: path for name, path in pairs if name in result.dims}
+
+
+def is_explorable(result: xr.Dataset) -> bool:
+    """Return whether a result goes over parameters, so that it is looked at along them."""
+    kind = kind_of(result)
+    return kind is not None and kind.panel in ("curves", "parameters") and bool(paths_of(result))
+
+
+def quantities(result: xr.Dataset) -> list[str]:
+    """Return the quantities that can be looked at, those that are asked for first at the beginning."""
+    kinds = {name: variable.dtype.kind for name, variable in result.variables.items()}
+    numbers = [str(name) for name in (*result.data_vars, "zc") if kinds.get(name) == "f" and name not in result.dims]
+    words = [name for name in WORDS if name in result.variables]
+    names = [name for name in dict.fromkeys([*FIRST, *words, *numbers]) if name in (*numbers, *words)]
+    fewest = dict.fromkeys(words, 2)  # words are drawn as colors of a map, numbers as lines as well
+    return [name for name in names if name not in LEFT_OUT and len(axes_of(result, name)) >= fewest.get(name, 1)]
+
+
+def axes_of(result: xr.Dataset, quantity: str) -> list[str]:
+    """Return the dimensions along which a quantity can be drawn, the parameters first."""
+    dims = [str(dim) for dim in result[quantity].dims if dim not in (*COLUMN_DIMS, *STATES)]
+    numbers = [dim for dim in dims if dim in result.coords and result[dim].dtype.kind == "f" and result.sizes[dim] > 1]
+    return sorted(numbers, key=lambda dim: dim not in paths_of(result))
+
+
+def fitting(result: xr.Dataset, wanted: Choice) -> Choice:
+    """Return a choice that a result has, as near as may be to one that is wanted.
+
+    Raises
+    ------
+    ValueError
+        When there is nothing to look at.
+    """
+    names = quantities(result)
+    if not names:
+        raise ValueError("no quantity along a parameter")
+    quantity = wanted.quantity if wanted.quantity in names else names[0]
+    axes = axes_of(result, quantity)
+    x = wanted.x if wanted.x in axes else axes[0]
+    others = [axis for axis in axes if axis != x]
+    y = wanted.y if wanted.y in others or (wanted.y == "" and wanted.quantity) else next(iter(others), "")
+    if quantity in WORDS and others and not y:
+        y = others[0]
+    rest = sliced(result, Choice(quantity, x, y))
+    places = {dim: min(max(wanted.places.get(dim, _first(result, dim)), 0), result.sizes[dim] - 1) for dim in rest}
+    return Choice(quantity, x, y, places)
+
+
+def _first(result: xr.Dataset, dim: str) -> int:
+    """Return the place along a dimension that is looked at first: of numbers that in the middle."""
+    return result.sizes[dim] // 2 if dim in result.coords and result[dim].dtype.kind == "f" else 0
+
+
+def sliced(result: xr.Dataset, choice: Choice) -> list[str]:
+    """Return the dimensions along which one place is looked at; lines show all states, and so does what limits do."""
+    dims = [str(dim) for dim in result[choice.quantity].dims]
+    all_states = not choice.y or choice.quantity == "limit_hit"
+    return [dim for dim in dims if dim not in (choice.x, choice.y) and not (all_states and dim in STATES)]
+
+
+def places_of(result: xr.Dataset, dim: str) -> list[str]:
+    """Return the places along a dimension in words."""
+    if dim not in result.coords:
+        return [str(number + 1) for number in range(result.sizes[dim])]
+    axis = result[dim]
+    if axis.dtype.kind != "f":
+        return [str(value) for value in axis.values]
+    scale, unit = unit_of(axis)
+    return [f"{value / scale:.5g}{'' if unit == '1' else f' {unit}'}" for value in axis.values]
+
+
+def label_of(result: xr.Dataset, name: str) -> str:
+    """Return a quantity or a dimension in words."""
+    words = str(result[name].attrs.get("long_name", "")) if name in result.variables else ""
+    return WORDS.get(name) or words.partition(";")[0] or name.replace("_", " ")
+
+
+def cut(result: xr.Dataset, name: str, choice: Choice) -> xr.DataArray:
+    """Return a variable at the places of a choice, with no more values than are drawn."""
+    variable = result[name].reset_coords(drop=True)
+    steps = {dim: slice(None, None, -(-result.sizes[dim] // MOST)) for dim in (choice.x, choice.y) if dim}
+    at = {dim: place for dim, place in choice.places.items() if dim in variable.dims}
+    return variable.isel(at | {dim: step for dim, step in steps.items() if dim in variable.dims})
+
+
+def axis_of(result: xr.Dataset, dim: str) -> tuple[Array, Figure]:
+    """Return the values along a dimension as they are shown, and the axis."""
+    step = -(-result.sizes[dim] // MOST)
+    scale, unit = unit_of(result[dim])
+    values = np.asarray(result[dim].values[::step], dtype=float) / scale
+    words = result[dim].assign_attrs(long_name=label_of(result, dim))
+    axis: Figure = {"title": {"text": title(words, unit)}}
+    if len(values) > 2 and (values > 0.0).all() and np.ptp(np.diff(np.log(values))) < EVEN:
+        axis["type"] = "log"
+    return values, axis
+
+
+def picked(result: xr.Dataset, choice: Choice, x: float, y: float) -> Choice:
+    """Return a choice whose places are those of a point that was clicked, given as it is shown."""
+    places = dict(choice.places)
+    for dim, value in ((choice.x, x), (choice.y, y)):
+        if dim:
+            shown = result[dim].values / unit_of(result[dim])[0]
+            places[dim] = int(np.argmin(np.abs(shown - value)))
+    return replace(choice, places=places)
+
+
+def settings_at(result: xr.Dataset, choice: Choice) -> dict[str, tuple[float, str]]:
+    """Return the parameters and the set point of a clicked point with their SI units, by path."""
+    known = paths_of(result) | ({"set_point": "set_point"} if "set_point" in result.dims else {})
+    return {
+        path: (float(result[dim].values[choice.places[dim]]), str(result[dim].attrs.get("units", "1")))
+        for dim, path in known.items()
+        if dim in choice.places and result[dim].dtype.kind == "f"
+    }
+
+
+def gaps_of(result: xr.Dataset, quantity: str) -> str:
+    """Return in a sentence at which values of its parameters a result has no state; empty where it has one everywhere.
+
+    Of a large result, such as a store, nothing is said: only what is looked at is read.
+    """
+    name = quantity if quantity in result.data_vars and result[quantity].dtype.kind == "f" else "peak_force"
+    if name not in result.data_vars or not set(STATES) & {*result[name].dims} or result[name].nbytes > MOST_BYTES:
+        return ""
+    if not paths_of(result):
+        return ""
+    missing = without_states(result[[name]])
+    count, several = int(missing.sum()), [str(dim) for dim in missing.dims if missing.sizes[dim] > 1]
+    if not count:
+        return ""
+    if len(several) > 1:
+        return f"No state meets the set point at {count} of {missing.size} settings."
+    dim = several[0] if several else str(missing.dims[0])
+    flat = missing.any([other for other in missing.dims if other != dim]).values
+    places, words = np.flatnonzero(flat), places_of(result, dim)
+    runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+    said = [words[run[0]] if len(run) == 1 else f"{words[run[0]]} to {words[run[-1]]}" for run in runs]
+    return f"No state meets the set point at these values of {label_of(result, dim)}: {', '.join(said)}."
+
+
+def words_of(settings: Mapping[str, tuple[float, str]], labels: Mapping[str, str]) -> str:
+    """Return settings in words."""
+    import xarray as xr
+
+    found = []
+    for path, (value, unit) in settings.items():
+        scale, name = reader_unit(xr.DataArray([value], attrs={"units": unit}))
+        found.append(f"{labels.get(path, path)} {value / scale:.4g}{'' if name == '1' else f' {name}'}")
+    return ", ".join(found)

@@ -1,0 +1,15 @@
+// The state of the page in its address: a link opens the case again.
+const dforceAddress = {
+  opened: location.hash, // a link that was followed; a page that is loaded anew shows what the server keeps
+  first() {
+    const how = performance.getEntriesByType("navigation")[0]?.type;
+    const link = how === "navigate" || how === undefined ? this.opened : "";
+    this.opened = "";
+    return link;
+  },
+  show(text) {
+    history.replaceState(history.state, "", "#" + text);
+  },
+};
+window.dforceAddress = dforceAddress;
+window.addEventListener("hashchange", () => emitEvent("dforce-link", location.hash));

@@ -1,0 +1,129 @@
+"""A class at one server: a short address for guests, what they may ask for, and the teacher's page of who is there."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from nicegui import app, ui
+from starlette.requests import Request
+
+from dforce.core.errors import shorten
+from dforce.gui.document.compute import duration
+from dforce.gui.document.link import to_link
+from dforce.gui.document.session import Session
+from dforce.gui.window.limits import Limits
+from dforce.gui.window.security import GUEST
+
+LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"  # none that is mistaken for another when it is read from a wall
+LENGTH = 8  # letters of a code: 8e11 of them
+LONGEST = 60  # characters of a person's name
+LOOKED_EVERY = 2.0  # s between two looks of the teacher's page
+PAGE = "/class"
+FOR_TEACHERS = "This page is for the teacher. Open the address that dForce printed first."
+
+
+def new_code() -> str:
+    """Return the end of a short address, which nobody guesses."""
+    return "".join(secrets.choice(LETTERS) for _ in range(LENGTH))
+
+
+def told(limits: Limits) -> str:
+    """Return in words what each guest may ask for."""
+    return (
+        f"A run may take {duration(limits.seconds)} and have {limits.count:.0f} points. "
+        "Cases cannot read files of this server. Your input and results stay here for you alone; the teacher sees your case."
+    )
+
+
+@dataclass(frozen=True)
+class Classroom:
+    """A class: the address that guests type or scan, and what each may ask for.
+
+    Attributes
+    ----------
+    address
+        The short address.
+    limits
+        Those of each guest.
+    """
+
+    address: str
+    limits: Limits
+
+    def welcome(self, session: Session) -> None:
+        """Tell a guest the limits before anything is computed, and ask for a name; the name is kept for the next visit."""
+        session.person = str(app.storage.user.get("person", ""))
+        if session.person:
+            return
+        with ui.element("section").classes("df-class-bar").props('aria-label="class"') as bar:
+            ui.label(f"You are in a class. {told(self.limits)}").classes("df-text")
+            name = ui.input("Your name", value=session.person).props(f"dense outlined maxlength={LONGEST}")
+
+            def take() -> None:
+                session.person = app.storage.user["person"] = shorten(str(name.value or "").strip(), LONGEST)
+                bar.delete()
+
+            name.on("keydown.enter", take)
+            ui.button("Join", on_click=take, color=None).props("flat dense no-caps").classes("df-button")
+
+    def register(self, sessions: Mapping[str, Session], dress: Callable[[], object]) -> None:
+        """Make the teacher's page known; `dress` gives a page the looks of the window."""
+
+        @ui.page(PAGE, title="Class: dForce")
+        def page(request: Request) -> None:
+            dress()
+            if request.scope.get(GUEST, True):
+                ui.label(FOR_TEACHERS).classes("df-text").props('role="alert"')
+            else:
+                self._page(sessions)
+
+    def _page(self, sessions: Mapping[str, Session]) -> None:
+        import segno
+
+        with ui.element("main").classes("df-class"):
+            with ui.element("section").props('aria-label="how to join"'):
+                ui.label("Join the class").classes("df-class-title").props('role="heading" aria-level="1"')
+                ui.html(segno.make(self.address).svg_inline(scale=6, dark="#000", light="#fff"), sanitize=False).props(
+                    f'role="img" aria-label="QR code of {self.address}"'
+                )
+                ui.label(self.address).classes("df-class-address")
+                ui.label(told(self.limits)).classes("df-text")
+            with ui.element("section").props('aria-label="who is there"'):
+                count = ui.label().classes("df-class-title").props('role="heading" aria-level="2"')
+                rows = ui.element("div").classes("df-class-people").props('role="list"')
+        shown: list[tuple[str, str, str, str]] = []
+
+        def look() -> None:
+            now = people(sessions)
+            if now == shown and count.text:
+                return
+            shown[:] = now
+            count.set_text(f"{len(now)} here" if now else "Nobody is here yet")
+            rows.clear()
+            with rows:
+                for name, title, state, link in now:
+                    with ui.element("div").classes("df-class-person").props('role="listitem"'):
+                        ui.label(name).classes("df-class-name")
+                        ui.label(title)
+                        ui.label(state).classes("df-text")
+                        ui.link("Open this case", f"/#{link}", new_tab=True).props(
+                            f'aria-label="open the case of {name}"'
+                        )
+
+        look()
+        ui.timer(LOOKED_EVERY, look)
+
+
+def people(sessions: Mapping[str, Session]) -> list[tuple[str, str, str, str]]:
+    """Return of each guest whose page is open: name, title of the case, state, and the case as the end of a link."""
+    found = []
+    for number, session in enumerate(list(sessions.values()), 1):
+        if not session.views or session.person is None:
+            continue
+        busy = session.job is not None and session.job.busy
+        name = session.person or f"Guest {number}"
+        title = session.document.title or "Untitled"
+        found.append((name, title, "computing" if busy else "", to_link(session.document)))
+    return sorted(found)

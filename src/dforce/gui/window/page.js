@@ -1,0 +1,61 @@
+// What was typed and has not reached the server is kept, so that a cut connection or a restart of the server loses nothing.
+const dforceUnsent = {
+  KEY: "dforce-unsent",
+  OLDEST: 3600e3, // ms
+  number: 0,
+  all() {
+    try {
+      return JSON.parse(sessionStorage.getItem(this.KEY)) ?? {};
+    } catch {
+      return {};
+    }
+  },
+  save(all) {
+    sessionStorage.setItem(this.KEY, JSON.stringify(all));
+  },
+  put(name, text, unit) {
+    this.number = Math.max(this.number + 1, Date.now()); // none that a page before this one used
+    this.save({ ...this.all(), [name]: { text, unit, number: this.number, time: Date.now() } });
+    return this.number;
+  },
+  arrived(name, number) {
+    const all = this.all();
+    if (all[name]?.number !== number) return;
+    delete all[name];
+    this.save(all);
+  },
+  // Called by the server once a page is there: what the page before could not send. It stays until the server has it.
+  left() {
+    return Object.entries(this.all())
+      .filter(([, one]) => Date.now() - one.time < this.OLDEST)
+      .map(([name, one]) => [name, one.text, one.unit, one.number]);
+  },
+};
+window.dforceUnsent = dforceUnsent;
+// Shows, below the forms, the sentence about the field that is in use or under the pointer.
+for (const kind of ["focusin", "mouseover"]) {
+  document.addEventListener(kind, (event) => {
+    const entry = event.target.closest?.(".df-entry");
+    const help = document.getElementById("df-help");
+    if (!entry || !help) return;
+    help.replaceChildren();
+    const name = document.createElement("code");
+    name.textContent = entry.dataset.name;
+    help.append(name, " " + entry.dataset.help);
+  });
+}
+// A file dropped beside a place that takes it must not replace the page.
+for (const kind of ["dragover", "drop"]) {
+  document.addEventListener(kind, (event) => {
+    if (!event.target.closest?.(".q-uploader, .df-drop")) event.preventDefault();
+  });
+}
+// Arrow keys go through an open menu.
+document.addEventListener("keydown", (event) => {
+  const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+  const items = [...(event.target.closest?.('.q-menu, [role="menu"]')?.querySelectorAll('[role="menuitem"]') ?? [])];
+  if (!step || !items.length) return;
+  event.preventDefault();
+  const here = items.indexOf(event.target);
+  items[here < 0 && step < 0 ? items.length - 1 : (here + step + items.length) % items.length].focus();
+});

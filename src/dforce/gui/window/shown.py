@@ -1,0 +1,85 @@
+"""Which document each part of a page shows, and which parts no longer follow what is typed."""
+
+from __future__ import annotations
+
+import asyncio
+import enum
+import time
+from collections import defaultdict
+from collections.abc import Callable
+
+from dforce.gui.document.document import Document
+
+
+class PagePart(enum.Enum):
+    """A part of a page that shows what was computed; its value: seconds that it may be behind before it is marked.
+
+    While something is dragged, what stands beside the curves comes twice a second, and the advice at the end.
+    """
+
+    CURVES = "curves", 0.3
+    BESIDE = "the table at the set point, the numbers and the differences", 0.8
+    MOTION = "the motion", 0.8
+    FORCE = "the force curve", 0.8
+    ADVICE = "the advice", 0.8
+
+    @property
+    def patience(self) -> float:
+        """The seconds that it may be behind."""
+        return self.value[1]
+
+
+class ShownParts:
+    """Knows of which document each part of a page is; a part of another case than the one that is typed is behind.
+
+    Parameters
+    ----------
+    current
+        Returns the document that is typed.
+    """
+
+    def __init__(self, current: Callable[[], Document]) -> None:
+        self._current = current
+        self._of: dict[PagePart, Document] = {}
+        self._since: dict[PagePart, float] = {}  # when those that are behind began to be
+        self._marked: set[PagePart] = set()
+        self._marks: defaultdict[PagePart, list[Callable[[bool], object]]] = defaultdict(list)
+        self._timer: asyncio.TimerHandle | None = None
+
+    def mark(self, part: PagePart, mark: Callable[[bool], object]) -> None:
+        """Have a function called with True when a part is behind for too long, and with False when it is no more."""
+        self._marks[part].append(mark)
+
+    def of(self, part: PagePart) -> Document | None:
+        """Return the document of what a part shows, None where it shows nothing."""
+        return self._of.get(part)
+
+    def show(self, part: PagePart, document: Document | None) -> None:
+        """Take note that a part now shows something of a document; None: nothing, or nothing that follows one."""
+        self._since.pop(part, None)
+        self._of.pop(part, None)
+        if document is not None:
+            self._of[part] = document
+        self.look()
+
+    def look(self) -> None:
+        """Mark the parts that are behind for too long, and look again when the next one may be."""
+        now, current = time.monotonic(), self._current()
+        behind = [part for part, document in self._of.items() if not document.same_case(current)]
+        self._since = {part: self._since.get(part, now) for part in behind}
+        left = {part: since + part.patience - now for part, since in self._since.items()}
+        marked = {part for part in behind if left[part] <= 0.0}
+        changed, self._marked = marked ^ self._marked, marked
+        self.end()
+        waiting = [left[part] for part in behind if part not in marked]
+        if waiting:
+            self._timer = asyncio.get_running_loop().call_later(min(waiting), self.look)
+        for part in changed:
+            for mark in self._marks[part]:
+                mark(part in marked)
+
+    def end(self) -> None:
+        """Look no more by itself."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None

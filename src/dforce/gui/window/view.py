@@ -1,0 +1,416 @@
+"""One page of a session: what is typed goes to the document, the document to errors, advice, live curve and run bar."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import dataclasses
+import logging
+import time
+from collections.abc import Awaitable, Callable, Iterator
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from nicegui import background_tasks
+
+import dforce as df
+from dforce.gui.case.words import in_words, with_labels
+from dforce.gui.curves import figures
+from dforce.gui.curves.chart import Chart
+from dforce.gui.curves.force_figure import force_distance
+from dforce.gui.document.compute import LIVE, Latest, in_thread, live_curve
+from dforce.gui.document.document import Document, Path, path_of
+from dforce.gui.document.session import Session
+from dforce.gui.window.shown import PagePart, ShownParts
+from dforce.results.curves import Picture
+from dforce.validity import advice_in
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+T = TypeVar("T")
+
+log = logging.getLogger("dforce.gui")
+
+TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
+BESIDE_EVERY = 0.5  # s between two looks of what stands beside the curves, while something is dragged
+SAY_AFTER = 1.0  # s after which a word says why nothing follows
+COMPUTING = "Computing ..."
+TOO_LONG = "This curve takes too long for live drawing; press Run."
+STOPPED = "Stopped: the finished points are shown."
+UNKNOWN = "an error inside dForce, please report it"
+STANDING = (TOO_LONG, STOPPED, UNKNOWN)  # after which nothing is under way
+NOTHING = "No result yet."
+WAITING = "Another run is in progress; this run begins after it."
+
+
+@dataclasses.dataclass(frozen=True)
+class Said:
+    """What is said about a document: what is wrong, where, and the advice on its case."""
+
+    wrong: str = ""
+    where: Path = ()
+    advice: tuple[tuple[Path, str], ...] = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Waiting:
+    """What an empty chart says: a sentence, and the share that is done (0 before it is known, None: nothing is under way)."""
+
+    text: str = ""
+    share: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class DrawnResult:
+    """A result, and the document whose case it is of."""
+
+    document: Document
+    result: xr.Dataset
+
+
+@dataclasses.dataclass(frozen=True)
+class WantedResult:
+    """What a page is to show: the curve that follows a document, or a result of its case.
+
+    Attributes
+    ----------
+    run
+        Whether it is run where a live curve takes too long.
+    again
+        Whether it was given up before.
+    """
+
+    document: Document
+    result: xr.Dataset | None = None
+    run: bool = False
+    again: bool = False
+
+
+class View:
+    """Ties a session to the elements of one page.
+
+    The page sets the attributes `main` and `force` (charts) and the hooks below, then calls :meth:`begin` once the browser
+    is there.
+
+    Attributes
+    ----------
+    shown
+        Of which document each part of the page is; what is behind is marked.
+    curve
+        What the main chart is to show beside the results kept; None while there is nothing.
+    on_show
+        Hooks called as ``hook(anew)`` when the document has changed: forms, sliders, title.
+    on_said
+        Hooks called with a :class:`Said` when errors and advice are known.
+    on_status
+        Hooks called when there is another sentence about the live curve (`status`); empty when all is well.
+    on_job
+        Hooks called while a run goes on and when it ends.
+    on_anew
+        Hooks called when results are drawn in another way: others, or other quantities of them.
+    on_unkept
+        Hooks called with a sentence when what is typed cannot be kept; empty when it is again.
+    compose
+        Makes the figure of the main chart from the result that it shows.
+    picture
+        Returns what the main chart shows; None for a map, or nothing.
+    on_beside
+        Hooks called when the browser has drawn the main chart: they show what stands beside it, and while something is
+        dragged they wait for a pause, so that the curves come first.
+    """
+
+    main: Chart
+    force: Chart
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.on_show: list[Callable[[bool], None]] = []
+        self.on_said: list[Callable[[Said], None]] = []
+        self.on_status: list[Callable[[], None]] = []
+        self.on_job: list[Callable[[], None]] = []
+        self.on_anew: list[Callable[[], None]] = []
+        self.on_unkept: list[Callable[[str], None]] = []
+        self.on_beside: list[Callable[[], None]] = []
+        self.compose: Callable[[xr.Dataset | None], figures.Figure] = lambda result: figures.empty("")
+        self.picture: Callable[[], Picture | None] = lambda: None
+        self.shown = ShownParts(lambda: self.document)
+        self.shown.mark(PagePart.CURVES, self._mark_curves)
+        self.shown.mark(PagePart.FORCE, lambda behind: self.force.dim(behind))
+        self.curve: DrawnResult | None = None
+        self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
+        self.said, self._told = Said(), ""
+        self._drawing = asyncio.Lock()
+        self._latest = Latest(self._safely(self._follow))
+        self._beside = Latest(self._safely(self._show_beside))
+        self._beside_at = -BESIDE_EVERY
+
+    @property
+    def document(self) -> Document:
+        """The session's document."""
+        return self.session.document
+
+    @property
+    def result(self) -> xr.Dataset | None:
+        """The result that the main chart is to show beside those kept."""
+        return None if self.curve is None else self.curve.result
+
+    @property
+    def status(self) -> str:
+        """The sentence about the live curve; of a case that is none nothing is waited for."""
+        return "" if self.said.wrong else self._told
+
+    @property
+    def waiting(self) -> Waiting:
+        """What is waited for: nothing once there is a mistake, else what was last said, else the run of this case."""
+        job = self.session.job
+        if self.said.wrong:
+            return Waiting(NOTHING)
+        if self.status:
+            return Waiting(self.status, None if self.status in STANDING else 0.0)
+        if job is not None and job.busy and job.is_of(self.document):
+            return Waiting(f"Running: {job.words()}", job.share)
+        return Waiting()
+
+    def begin(self) -> None:
+        """Show everything once the browser is there, also after a connection was cut."""
+        if self not in self.session.views:
+            self.session.views.append(self)
+        if self.curve is not None or any(kept.shown for kept in self.document.results):
+            self.show_anew()
+        self.show(anew=False)
+        self.show_job()
+        self.show_unkept()
+
+    def end(self) -> None:
+        """Let go of the session when the page is gone."""
+        if self in self.session.views:
+            self.session.views.remove(self)
+        self.shown.end()
+
+    def edit(self, document: Document, name: str = "", anew: bool = False) -> None:
+        """Take a new document; see :meth:`Session.edit`."""
+        self.session.edit(document, name=name, anew=anew)
+
+    def open(self, document: Document) -> None:
+        """Show a document from elsewhere; where its curve takes long, it is run at once."""
+        self.edit(document, anew=True)
+        self._latest.ask(WantedResult(self.document, run=True))
+
+    def show(self, anew: bool) -> None:
+        """Show the session's document, and ask for its curve."""
+        self.shown.look()
+        for hook in self.on_show:
+            hook(anew)
+        if self._told or self.said.wrong:  # what is under way may take long: a mistake is said at once
+            with self._saying_what_is_wrong(self.document):
+                self.document.case()
+                if self.said.wrong:
+                    self._say(Said(), self.document)
+        self._latest.ask(WantedResult(self.document))
+
+    def show_job(self) -> None:
+        """Show how far the session's run is."""
+        job = self.session.job
+        if self.status == WAITING and job is not None and job.is_of(self.document):
+            self._status("")
+        for hook in self.on_job:
+            hook()
+
+    def show_anew(self) -> None:
+        """Draw what is shown in another way; nothing is computed."""
+        for hook in self.on_anew:
+            hook()
+
+    def show_unkept(self) -> None:
+        """Show whether what is typed is kept."""
+        for hook in self.on_unkept:
+            hook(self.session.unkept)
+
+    def show_result(self, result: xr.Dataset) -> None:
+        """Show a result of the document's case in the main chart."""
+        self._latest.ask(WantedResult(self.document, result))
+
+    async def run(self) -> str:
+        """Run the case as it stands; where it is none, nothing is run, and what is wrong is returned."""
+        document = self.document
+        if self.session.job is not None and self.session.job.busy:
+            self._status(WAITING)
+        try:
+            await self.session.run(document)
+        except (df.DForceError, TypeError) as error:
+            self._say(_wrong(document, error), document)
+            return self.said.wrong
+        return ""
+
+    async def _follow(self, wanted: WantedResult) -> None:
+        """Draw the curve of a document, and ask for what stands beside it."""
+        with self._saying_what_is_wrong(wanted.document, curves=True):
+            case = self.session.limits.check(wanted.document.case())
+            if case.experiment is None:
+                raise df.ParameterError("experiment is missing; choose one under Experiment")
+            if self.said.wrong:
+                self._say(Said(), wanted.document)
+            result = wanted.result if wanted.result is not None else self._there(wanted.document)
+            if result is None:
+                result = await self._live(case, wanted)
+            if wanted.document.opened != self.document.opened:  # what is computed belongs under another title
+                return
+            if result is not None:
+                self._status(STOPPED if result is wanted.result and result.attrs.get("interrupted") else "")
+                self.curve = DrawnResult(wanted.document, result)
+                await self.draw()
+            self._beside.ask(Followed(wanted.document, case, result))
+
+    def _there(self, document: Document) -> xr.Dataset | None:
+        """Return the result of a document's case that need not be computed: the one shown, or that of the last run."""
+        job = self.session.job
+        if self.curve is not None and self.curve.document.same_case(document):
+            return self.curve.result
+        return job.result if job is not None and job.state == "done" and job.is_of(document) else None
+
+    async def _show_beside(self, followed: Followed) -> None:
+        """Show what stands beside the curves, the force, and at last the advice."""
+        await self.main.drawn()
+        await self._latest.rest(self._beside_at + BESIDE_EVERY - time.monotonic())
+        if self._beside.overtaken or self.said.wrong:  # of a later document, which asks for nothing beside
+            return
+        self._beside_at = time.monotonic()
+        self.show_beside()
+        with self._saying_what_is_wrong(followed.document):
+            await self.force.draw(await in_thread(LIVE, lambda: _force(followed.case)))
+            self.shown.show(PagePart.FORCE, followed.document)
+            if self._latest.busy or self._beside.overtaken or self.said.wrong:
+                return
+            advice = df.advice(followed.case) if followed.result is None else advice_in(followed.result)
+            self._say(Said(advice=_places(followed.document, advice)), followed.document)
+
+    def show_beside(self) -> None:
+        """Show what stands beside the curves."""
+        for hook in self.on_beside:
+            hook()
+        self.shown.show(PagePart.BESIDE, self.shown.of(PagePart.CURVES))
+
+    def _safely(self, work: Callable[[T], Awaitable[None]]) -> Callable[[T], Awaitable[None]]:
+        """Return work after which, whatever happens, the next edit finds a page that follows it."""
+
+        async def safe(thing: T) -> None:
+            try:
+                await work(thing)
+            except Exception:
+                log.exception("the page could not be updated")
+                self._status(UNKNOWN)
+
+        return safe
+
+    @contextlib.contextmanager
+    def _saying_what_is_wrong(self, document: Document, curves: bool = False) -> Iterator[None]:
+        """Show what is wrong with a document; no `curves` of it are computed then."""
+        try:
+            yield
+        except (df.DForceError, TypeError) as error:
+            self._say(_wrong(document, error), document)
+            if curves:
+                self._status("")
+
+    async def _live(self, case: df.Case, wanted: WantedResult) -> xr.Dataset | None:
+        """Return the live curve; None, with a word on why, when it takes too long: it is run then, or tried again."""
+        key = (case.experiment, case.solver)
+        if self.slow[0] != key or time.monotonic() - self.slow[1] >= TRIED_AGAIN:
+            late = asyncio.get_running_loop().create_task(self._say_when_late())
+            try:
+                say = self._status_from_thread()
+                live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
+            finally:
+                late.cancel()
+            if not live.gave_up:
+                return live.result
+            if self._latest.overtaken:
+                return None
+            if live.compiled:  # and perhaps waited for: what is compiled by now costs no time
+                self._latest.ask(wanted)
+                return None
+            self.slow = (key, time.monotonic())
+        if wanted.run:
+            self._status("")
+            background_tasks.create(self.run(), name="run the opened case")
+            return None
+        self._status(TOO_LONG)
+        if not wanted.again:  # the machine may have been busy
+            asyncio.get_running_loop().call_later(TRIED_AGAIN, self._try_again, wanted)
+        return None
+
+    def _try_again(self, wanted: WantedResult) -> None:
+        """Ask once more for a curve that was given up, if it is still the one that is missing."""
+        if self in self.session.views and self.status == TOO_LONG and wanted.document.same_case(self.document):
+            self._latest.ask(dataclasses.replace(wanted, again=True))
+
+    async def draw(self) -> None:
+        """Draw what is to be shown when the turn comes, with the results kept; one drawing after the other."""
+        async with self._drawing:
+            await self.session.load_shown()
+            await self.session.measured.load(self.document)
+            curve = self.curve
+            await self.main.draw(self.compose(self.result))
+            self.shown.show(PagePart.CURVES, None if curve is None else curve.document)
+
+    def _mark_curves(self, behind: bool) -> None:
+        """Dim curves that are behind; those of another case than the one that was opened are taken away."""
+        self.main.dim(behind)
+        if behind and self.curve is not None and self.curve.document.opened != self.document.opened:
+            self.curve = None
+            self.show_anew()
+
+    async def _say_when_late(self) -> None:
+        """Say that a curve takes a while when it does."""
+        await asyncio.sleep(SAY_AFTER)
+        if not self.status:
+            self._status(COMPUTING)
+
+    def _status_from_thread(self) -> Callable[[str], None]:
+        loop = asyncio.get_running_loop()
+
+        def say(text: str) -> None:
+            loop.call_soon_threadsafe(self._status, text)
+
+        return say
+
+    def _status(self, text: str) -> None:
+        self._told = text
+        for hook in self.on_status:
+            hook()
+
+    def _say(self, said: Said, document: Document) -> None:
+        """Show errors and advice on a document."""
+        self.said = said
+        self.shown.show(PagePart.ADVICE, document if said.advice else None)
+        for hook in self.on_said:
+            hook(said)
+
+
+@dataclasses.dataclass(frozen=True)
+class Followed:
+    """A document whose live curve was computed: its case, and its result unless that takes too long."""
+
+    document: Document
+    case: df.Case
+    result: xr.Dataset | None
+
+
+def _force(case: df.Case) -> figures.Figure:
+    """Return the figure of the force of a case, with its parts."""
+    curve = df.force_curve(case)
+    return force_distance(curve, df.force_parts(curve))
+
+
+def _wrong(document: Document, error: Exception) -> Said:
+    """Return what is wrong with a document in the words of its forms, and where that is."""
+    return Said(in_words(document, str(error)), path_of(document, str(error)))
+
+
+def _places(document: Document, advice: list[df.Advice]) -> tuple[tuple[Path, str], ...]:
+    """Return each piece of advice with the path of the first field that it is about."""
+    found = []
+    for piece in advice:
+        about = [path for path in (path_of(document, name) for name in piece.about) if path]
+        found.append((about[0] if about else (), with_labels(document, piece.text)))
+    return tuple(found)

@@ -1,0 +1,163 @@
+"""`df.safe_settings`: the free amplitudes that press a sample by less than a limit, at one set point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dforce.case import Case
+from dforce.core.arrays import Bools, Indices
+from dforce.core.errors import ParameterError, UnitError, checked, shorten
+from dforce.core.units import parse, parse_share, show
+from dforce.experiments import Approach
+from dforce.experiments.base import Progress
+from dforce.maps import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AMPLITUDES = 13  # from an eighth of the free amplitude to all of it, evenly in its logarithm
+SMALLEST = 1.0 / 8.0
+FARTHEST, POINTS = 1.15, 121  # distances as shares of the free amplitude
+BELOW, DEEPEST = 0.3, -1.5  # nearest distances: a share below the set point, and for a sample that the tip sinks into
+DIGITS = 3
+
+
+@checked
+def safe_settings(
+    result: xr.Dataset | Case,
+    limit: float | str = "1 nN",
+    set_point: float | str = 0.8,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset:
+    """Return peak force and indentation at a set point against the free amplitude, and the amplitudes that keep a limit.
+
+    The states are those on approach and retract; of several, the hardest counts. :func:`plan` varies other settings, too.
+
+    Parameters
+    ----------
+    result
+        A fit, whose best case is taken, or a case.
+    limit
+        Largest peak force (N).
+    set_point
+        The share :math:`A / A_0`: 0.8 or ``"80 %"``.
+    progress
+        True for a bar, or a function called as ``progress(done, total, note)``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `A0` (m), from an eighth of the free amplitude of the case: `peak_force` (N) and `max_indentation` (m) of the
+        hardest state, `states` (number of regimes), `allowed`. The attribute `findings` lists sentences.
+
+    Raises
+    ------
+    ParameterError
+        For a result that is neither a fit nor a case, a limit that is no force above 0, and a drive without a free amplitude.
+    """
+    import xarray as xr
+
+    case, share, most = _case(result), parse_share(set_point, "set_point"), _limit(limit)
+    path = "drive.tones.1.A0" if case.drive.tones else "drive.A0"
+    A0 = case.drive.tones[0].A0 if case.drive.tones else case.drive.A0
+    if A0 is None:
+        raise ParameterError("the drive has no free amplitude (drive.A0), which safe settings vary")
+    amplitudes = np.geomspace(SMALLEST * A0, A0, AMPLITUDES)
+    bare = case.model_copy(update={"fit": None, "data": None, "sweep": None})
+    force, depth = np.full((2, AMPLITUDES), np.nan)
+    states = np.zeros(AMPLITUDES, dtype=int)
+    for nearest_share in (max(share - BELOW, 0.0), DEEPEST):
+        rows = np.flatnonzero(~np.isfinite(force))
+        if not len(rows):
+            break
+        grid = {"of": "drive.A0", "start": FARTHEST, "stop": nearest_share, "points": POINTS}
+        approach = bare.replace(experiment=Approach(zc=grid, direction="both"))
+        found = sweep(approach, {path: amplitudes[rows]}, at_set_point=share, progress=progress)
+        for row, place in enumerate(rows):
+            one = found.isel({found["peak_force"].dims[0]: row})
+            settled = np.flatnonzero(np.isfinite(one["peak_force"].values.ravel()))
+            if len(settled):
+                hardest = settled[np.argmax(one["peak_force"].values.ravel()[settled])]
+                force[place] = one["peak_force"].values.ravel()[hardest]
+                depth[place] = one["max_indentation"].values.ravel()[hardest]
+                states[place] = len(set(one["regime"].values.ravel()[settled]))
+    out = xr.Dataset(
+        {
+            "peak_force": ("A0", force, {"units": "N"}),
+            "max_indentation": ("A0", depth, {"units": "m"}),
+            "states": ("A0", states),
+            "allowed": ("A0", force < most),
+        },
+        {"A0": ("A0", amplitudes, {"units": "m"})},
+        {"kind": "safe_settings", "limit": most, "set_point": share},
+    )
+    out.attrs["findings"] = list(_sentences(out))
+    return out
+
+
+def _case(result: xr.Dataset | Case) -> Case:
+    """Return the case of a fit, or a case itself."""
+    if isinstance(result, Case):
+        return result
+    if result.attrs.get("kind") != "fit":
+        raise ParameterError("result is neither a fit nor a case; get a fit from df.fit(case, data, free=[...])")
+    return Case.from_toml(str(result.attrs["case"]))
+
+
+def _limit(given: float | str) -> float:
+    try:
+        value = parse(given, "N")
+    except UnitError as error:
+        raise UnitError(f"limit {error}") from None
+    if not value > 0.0:
+        raise ParameterError(f"limit = {shorten(given)} is not above 0 N")
+    return value
+
+
+def _sentences(found: xr.Dataset) -> Iterator[str]:
+    """Give what the tip does at the free amplitude of the case, and which amplitudes keep the limit."""
+    amplitudes, force = found["A0"].values, found["peak_force"].values
+    allowed = found["allowed"].values
+    limit, share = show(found.attrs["limit"], "N", DIGITS), f"{100.0 * found.attrs['set_point']:.3g} %"
+    yield _at(found, len(amplitudes) - 1, share)
+    known = np.flatnonzero(np.isfinite(force))
+    if not len(known):
+        return
+    if allowed[known].all():
+        ends = (show(float(amplitudes[place]), "m", DIGITS) for place in (known[0], known[-1]))
+        yield f"The peak force stays below {limit} at every free amplitude from {' to '.join(ends)}."
+        return
+    highest = _highest(allowed, known)
+    if highest is None:
+        yield (
+            f"No free amplitude from {show(float(amplitudes[known[0]]), 'm', DIGITS)} keeps the peak force below {limit}: "
+            "use a softer lever, or a higher set point."
+        )
+        return
+    yield f"The peak force stays below {limit} up to a free amplitude of {show(float(amplitudes[highest]), 'm', DIGITS)}."
+    yield _at(found, highest, share)
+
+
+def _highest(allowed: Bools, known: Indices) -> int | None:
+    """Return the largest amplitude up to which all are allowed; None where the smallest is not."""
+    good = allowed[known]
+    count = len(good) if good.all() else int(np.argmin(good))
+    return int(known[count - 1]) if count else None
+
+
+def _at(found: xr.Dataset, place: int, share: str) -> str:
+    """Return what the tip does at one free amplitude."""
+    one = found.isel(A0=place)
+    where = f"At {share} of A0 = {show(float(one['A0']), 'm', DIGITS)}"
+    force, depth = float(one["peak_force"]), float(one["max_indentation"])
+    if not np.isfinite(force):
+        return f"{where} no steady state was found."
+    if force <= 0.0:
+        said = "the force stays attractive"
+    else:
+        deep = f" and indents {show(depth, 'm', DIGITS)}" if depth > 0.0 else ""
+        said = f"the tip presses with {show(force, 'N', DIGITS)}{deep}"
+    return f"{where} {said}." + (" A second state exists." if int(one["states"]) > 1 else "")

@@ -1,0 +1,119 @@
+"""A student asks: why does the phase jump? Behind the curve are all states; the one that ends is seen, and its motion."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from playwright.sync_api import expect
+
+RANGES = """() => {
+    const layout = document.querySelector(".df-main .df-plot")._fullLayout;
+    return ["xaxis", "yaxis", "yaxis2"].map((one) => layout[one].range);
+}"""
+
+
+def number_of(window, meta, name):
+    """Wait for a trace of the chart, and return its number."""
+    return window.page.wait_for_function(
+        """([meta, name]) => {
+            const found = document.querySelector(".df-main .df-plot")._fullData ?? [];
+            const place = found.findIndex((trace) => trace.meta === meta && trace.name === name);
+            return place >= 0 ? String(place) : null;
+        }""",
+        arg=[meta, name],
+    ).json_value()
+
+
+def click_on(window, number, share):
+    """Click on a line at a share of its points that are seen."""
+    left, top = window.page.evaluate(
+        """([number, share]) => {
+            const plot = document.querySelector(".df-main .df-plot"), trace = plot._fullData[number];
+            const [x, y] = [trace.xaxis, trace.yaxis].map((name) => plot._fullLayout[name[0] + "axis" + name.slice(1)]);
+            const seen = [...trace.x.keys()].filter((n) => Number.isFinite(trace.y[n]));
+            const n = seen[Math.floor(share * (seen.length - 1))], box = plot.getBoundingClientRect();
+            return [box.left + x._offset + x.d2p(trace.x[n]), box.top + y._offset + y.d2p(trace.y[n])];
+        }""",
+        [int(number), share],
+    )
+    window.page.mouse.move(left, top)
+    window.page.locator(".df-main .hoverlayer .hovertext").first.wait_for()
+    window.page.mouse.click(left, top)
+
+
+def test_a_student_sees_the_state_that_ends_where_the_phase_jumps(visit):
+    window = visit()
+    page = window.page
+    window.start("hysteresis")
+    unstable = number_of(window, "states phase", "unstable states")
+    number_of(window, "states phase", "stable states")
+    phases = [trace["y"] for trace in window.traces() if trace["meta"] == "phase"]
+    assert max(abs(a - b) for line in phases for a, b in itertools.pairwise(line)) > 10.0  # the jump
+    click_on(window, unstable, 0.5)  # between both: what no experiment shows
+    motion = page.get_by_role("region", name="motion at a point")
+    expect(motion.get_by_text("it is unstable")).to_be_visible()
+    ring = page.evaluate(
+        "() => document.querySelector('.df-main .df-plot').layout.shapes.some((one) => one.name === 'clicked')"
+    )
+    assert ring
+    phase = next(n for n, trace in enumerate(window.traces()) if trace["meta"] == "phase")
+    click_on(window, phase, 0.9)
+    for part in ("van der Waals", "elastic contact"):
+        expect(motion.locator(".df-part-name").filter(has_text=part)).to_be_visible()
+
+
+def test_axes_stand_still_while_a_student_drags_and_a_ghost_shows_where_the_curve_was(visit):
+    window = visit()
+    page = window.page
+    window.start("hysteresis")
+    handle = page.locator('.df-slider[data-path="drive.A0"] input[type="range"]')
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    before, amplitude = page.evaluate(RANGES), window.lines("amplitude")[0]
+    low, high, value = (float(handle.evaluate(f"(one) => one.{name}")) for name in ("min", "max", "valueAsNumber"))
+    at = box["x"] + 8 + (box["width"] - 16) * (value - low) / (high - low)
+    page.mouse.move(at, box["y"] + box["height"] / 2)
+    page.mouse.down()
+    with window.redrawn():
+        page.mouse.move(at - 0.3 * box["width"], box["y"] + box["height"] / 2, steps=10)
+    page.wait_for_function(
+        "() => document.querySelector('.df-main .df-plot')._fullData.some((trace) => trace.meta === 'ghost')"
+    )
+    assert page.evaluate(RANGES) == [[pytest.approx(end) for end in axis] for axis in before]
+    assert window.lines("ghost")[0] == pytest.approx(amplitude)
+    assert window.lines("amplitude")[0] != pytest.approx(amplitude)
+    page.mouse.up()
+    page.wait_for_function(  # the hand is off: the axes follow again
+        "(before) => document.querySelector('.df-main .df-plot')._fullLayout.yaxis.range[1] < before - 1e-3",
+        arg=before[1][1],
+    )
+
+
+def test_a_slider_plays_and_stops(visit):
+    window = visit()
+    window.start("figure-4-soft")
+    window.page.get_by_role("button", name="play the slider: Free amplitude").click()
+    with window.redrawn():
+        pass
+    with window.redrawn():
+        pass
+    window.page.get_by_role("button", name="stop the slider: Free amplitude").click()
+    value = window.field("drive.A0").locator("input.df-box")
+    expect(value).not_to_have_value("10")
+
+
+def test_a_link_opens_the_case_for_another_person(visit):
+    window = visit()
+    window.start("figure-4-soft")
+    window.type("drive.A0", "8.5")
+    window.page.wait_for_function("() => location.hash.length > 100")
+    window.page.wait_for_timeout(1500)  # until the address has followed
+    link = window.page.url
+    other = visit()
+    with other.redrawn():
+        other.page.goto(link)
+    expect(other.field("drive.A0").locator("input.df-box")).to_have_value("8.5")
+    expect(other.page.get_by_label("title of the case")).to_have_value(
+        window.page.get_by_label("title of the case").input_value()
+    )

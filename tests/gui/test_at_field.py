@@ -1,0 +1,58 @@
+"""What stands at the field of a number: its slider, and the fit of a measured curve."""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+
+from simulated import element, send, until, window
+
+import dforce as df
+from dforce.gui.case.entry import SliderElement
+from dforce.gui.document.document import Document, MeasuredData
+from dforce.gui.measured.at_field import FitAtField
+
+
+def fits(user):
+    """Return the elements of the fit that can be seen, by their labels."""
+    with user.client:
+        found = [one for one in user.client.elements.values() if isinstance(one, FitAtField) and one.visible]
+    return {one.props["label"]: one for one in found}
+
+
+def test_every_number_of_the_active_forces_can_be_fitted_at_its_field_while_there_is_a_curve(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            assert fits(user) == {}
+            measured = MeasuredData("none", "curve.csv")
+            page.view.session.look(dataclasses.replace(page.view.document, measured=measured))
+            found = fits(user)
+            assert {"Hamaker constant", "Young's modulus of the sample"} & {*found} or len(found) > 3
+            label, one = next((label, one) for label, one in found.items() if "amaker" in label)
+            send(one, "free", True)
+            assert page.view.document.value(("fit", "free")) == ["forces.dmt.hamaker"], label
+            assert one.props["free"]
+            send(one, "prior", "2e-20(1e-21) J")
+            assert page.view.document.value(("fit", "priors")) == {"forces.dmt.hamaker": "2e-20(1e-21) J"}
+            assert one.props["prior"] == "2e-20(1e-21) J"
+            send(one, "prior", "")
+            assert not page.view.document.value(("fit", "priors"))
+            send(one, "free", False)
+            assert page.view.document.value(("fit", "free")) == []
+
+    asyncio.run(flow())
+
+
+def test_each_opening_has_a_slider_that_follows_what_is_typed_beyond_its_range(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            for name in ("hysteresis", "figure-4-soft"):
+                page.view.open(Document.of(df.example(name)))
+                slider = element(user, SliderElement)
+                assert slider.props["path"] == "drive.A0"
+                page.view.edit(page.view.document.put(("drive", "A0"), "90 nm"))
+                assert slider.props["given"] == slider.props["high"] == 90.0
+                page.view.session.undo()
+                await until(lambda: element(user, SliderElement).props["high"] < 90.0)
+
+    asyncio.run(flow())

@@ -1,0 +1,62 @@
+"""All states behind a curve: what is found once nothing changes, and how it is drawn."""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+
+import numpy as np
+import pytest
+from simulated import until, window
+
+import dforce as df
+from dforce.findings.coexisting import coexisting
+from dforce.gui.document.document import Document
+
+CASE = df.example("hysteresis").set("experiment.zc.points=41")
+
+
+def test_states_behind_an_approach_hold_those_that_the_approach_does_not_meet():
+    curve = df.approach(CASE, direction="approach")
+    states = coexisting(curve)
+    stable = states.isel(point=states["stable"].values)
+    zc, phase = stable["zc"].values, stable["phase"].values[:, 0]
+    near = np.abs(zc[:, None] - zc) < 0.3e-9
+    assert np.abs(phase[:, None] - phase)[near].max() > 15.0  # attractive and repulsive at one distance
+    assert not states["stable"].values.all()
+
+
+def test_states_behind_a_frequency_sweep_go_along_its_frequency():
+    case = df.example("hysteresis")
+    f0 = case.problem.modes[0].f0
+    sweep = df.frequency_sweep(case, zc="18 nm", frequency=np.linspace(0.98 * f0, 1.02 * f0, 21))
+    states = coexisting(sweep)
+    assert "frequency" in states.coords
+    assert states["frequency"].max() == pytest.approx(float(sweep["frequency"].max()), rel=1e-6)
+
+
+def test_a_dwell_has_no_states_behind_it():
+    with pytest.raises(df.ParameterError, match="no curve against"):
+        coexisting(df.dwell(CASE, zc="18 nm"))
+
+
+def test_faint_states_come_under_the_curve_once_nothing_changes(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            page.view.edit(Document.of(CASE), anew=True)
+            plots = page.plots
+            await until(lambda: plots.states.of(page.view.curve) is not None, 120.0)
+            await until(lambda: any("states" in str(trace.get("meta")) for trace in plots.drawn.figure["data"]))
+            drawn = plots.drawn
+            below = [n for n, trace in enumerate(drawn.figure["data"]) if str(trace.get("meta")).startswith("states")]
+            assert all(drawn.figure["data"][n]["zorder"] < 0 and drawn.traces[n] is None for n in below)
+            assert below == sorted(drawn.behind)  # behind the curves, whose numbers stay as they were
+            line = drawn.behind[below[0]]
+            place = int(np.flatnonzero(np.isfinite(line.y))[0])
+            plots._clicked({"curve": below[0], "index": place})
+            spot = plots.motion.spot
+            assert float(spot.result["zc"][spot.places["point"]]) == line.x[place]
+            page.view.edit(page.view.document.put(("drive", "A0"), "19 nm"), name="slide A0")
+            assert plots.states.of(dataclasses.replace(page.view.curve, document=page.view.document)) is None
+
+    asyncio.run(flow())

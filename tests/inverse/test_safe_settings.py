@@ -1,0 +1,59 @@
+"""After a fit: which free amplitudes press the sample by less than a limit."""
+
+from __future__ import annotations
+
+import fitted_curves as fc
+import numpy as np
+import pytest
+
+import dforce as df
+
+
+@pytest.fixture(scope="module")
+def stiff():
+    return df.safe_settings(fc.case_of("stiff"), "3 nN", "80 %")
+
+
+def test_the_hardest_state_is_that_of_an_independent_code(stiff):
+    # repulsive state at A0 = 30 nm and A/A0 = 0.8 of the reference: 5.011739 nN, 0.972551 nm
+    last = stiff.isel(A0=-1)
+    assert float(last["A0"]) == pytest.approx(30e-9)
+    assert float(last["peak_force"]) == pytest.approx(5.011739e-9, rel=1e-3)
+    assert float(last["max_indentation"]) == pytest.approx(0.972551e-9, rel=1e-3)
+    assert int(last["states"]) == 2 and not bool(last["allowed"])
+    assert stiff.attrs["findings"][0] == (
+        "At 80 % of A0 = 30 nm the tip presses with 5.01 nN and indents 0.973 nm. A second state exists."
+    )
+
+
+def test_an_amplitude_that_is_allowed_presses_less_than_the_limit(stiff):
+    amplitude = float(stiff["A0"][stiff["allowed"]].max())
+    A0 = df.show(amplitude, "m", 3)
+    assert f"up to a free amplitude of {A0}." in " ".join(stiff.attrs["findings"])
+    case = fc.case_of("stiff").replace("drive.A0", amplitude)
+    curve = df.approach(case, zc={"of": "drive.A0", "start": 1.15, "stop": 0.5, "points": 81}, direction="both")
+    assert float(df.at_set_point(curve, 0.8)["peak_force"].max()) < 3e-9
+
+
+def test_a_soft_sample_is_reached_below_the_range_of_a_stiff_one():
+    # reference (soft liquid, set point 0.8): 100 pN at A0 = 1.488972 nm, indentation 0.859803 nm
+    case = df.Case(
+        cantilever={"f0": 20e3, "k": 0.1, "Q": 3.0}, tip={"radius": 5e-9}, drive={"A0": 1.488972e-9},
+        sample={"youngs_modulus": 50e6, "poisson_ratio": 0.3},
+        forces=[df.forces.DMT(hamaker=1e-21), df.forces.KelvinVoigt(viscosity=5.0)],
+    )  # fmt: skip
+    last = df.safe_settings(case, "100.1 pN", 0.8).isel(A0=-1)
+    assert float(last["peak_force"]) == pytest.approx(100e-12, rel=1e-3)
+    assert float(last["max_indentation"]) == pytest.approx(0.859803e-9, rel=1e-3)
+
+
+def test_a_fit_gives_its_best_case():
+    fit = fc.result().assign_attrs(case=fc.case_of("air").to_toml(complete=True))
+    found = df.safe_settings(fit, "0.2 nN")
+    np.testing.assert_array_equal(found["peak_force"], df.safe_settings(fc.case_of("air"), "0.2 nN")["peak_force"])
+
+
+@pytest.mark.parametrize("limit", ["-1 nN", "1 nm", 0.0])
+def test_a_limit_is_a_force_above_zero(limit):
+    with pytest.raises(df.DForceError, match="limit"):
+        df.safe_settings(fc.case_of("air"), limit)
