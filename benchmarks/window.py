@@ -96,8 +96,9 @@ def slider(server: Server) -> None:
         window = Window(context.new_page(), server)
         begun = time.perf_counter()
         window.go()
-        window.page.locator(".df-main").first.wait_for()
+        window.page.locator(".df-start").wait_for()
         print(f"first page, from the server's word that it is ready: {time.perf_counter() - begun:.1f} s")
+        window.begin()
         window.drawn()
         print(f"first curve: {time.perf_counter() - begun:.1f} s")
         if not window.page.locator(".df-slider").count():

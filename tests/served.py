@@ -163,11 +163,15 @@ class Window:
     def open(self) -> None:
         """Open the window, and wait for the first curve."""
         self.go()
+        self.begin()
+        self.drawn()
+
+    def begin(self) -> None:
+        """Leave the first page, where it is shown, for the first example."""
         self.page.locator(".df-start, .df-main .df-chart").locator("visible=true").first.wait_for()
         if self.page.get_by_role("button", name="Two states and jumps").is_visible():
             self.page.get_by_role("button", name="Two states and jumps").click()
             self.page.get_by_role("button", name="Start", exact=True).click()
-        self.drawn()
 
     def revision(self, chart: str = ".df-main") -> int:
         """Return how often the server has had a chart drawn."""

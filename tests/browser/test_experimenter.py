@@ -89,6 +89,8 @@ def test_an_experimenter_reads_modulus_peak_force_and_safe_settings_from_a_curve
     page.get_by_role("button", name="Reconstruct the force").click()
     expect(page.locator(".df-gaps")).to_contain_text("force unknown", timeout=WAIT)
     expect(page.get_by_role("figure", name="force against distance, reconstructed")).to_be_visible()
+    # with all of that open, the window as a whole does not scroll
+    assert page.evaluate("() => document.scrollingElement.scrollHeight === innerHeight")
     # 6. the script repeats reading, fit and report
     with page.expect_download() as download:
         page.get_by_role("button", name="File").click()

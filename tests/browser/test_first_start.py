@@ -17,6 +17,7 @@ def test_the_first_start_says_in_the_empty_plot_what_it_waits_for_and_draws_by_i
         page.set_default_timeout(COLD)
         window = Window(page, server)
         window.go()
+        window.begin()
         words = page.locator(".df-waiting").get_by_text("Compiling")
         words.wait_for()
         assert page.locator(".df-waiting").get_by_role("progressbar").is_visible()

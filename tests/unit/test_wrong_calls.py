@@ -42,6 +42,7 @@ LONG = (
 # An allowed call of each function; each argument in turn is then replaced by something wrong.
 CALLS = {
     "advice": {"case": CASE, "result": CURVE},
+    "answer": {"result": CURVE},
     "validity:advice_in": {"result": CURVE},
     "approach": WAYS,
     "at_set_point": {"result": CURVE, "set_point": 0.8, "names": ["phase"]},

@@ -24,8 +24,8 @@ MOST_LINES = 3  # of a summary
 def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
     """Return a result in words.
 
-    Of a curve along the distance these are its stable states at a set point: the first one that an approach meets with its
-    peak force and indentation, then the others. Of any other result they are the first lines of :func:`dforce.summary`.
+    A curve along the distance gives its stable states at a set point, the approach first, with peak force and indentation.
+    Any other result gives the first lines of :func:`dforce.summary`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What one may begin with: a question with its shipped example, and the case for a lever, a medium and a sample."""
+"""The first page's questions: a question with its shipped example, and the case for a lever, a medium and a sample."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Question:
 QUESTIONS = (
     Question("curve", "Explain my curve", "Modulus and adhesion from a measured curve", "hysteresis", "Fit"),
     Question("safe", "Safe settings", "The amplitude that my sample tolerates", "figure-4-soft", "Against"),
-    Question("states", "Two states and jumps", "Where the motion jumps, and why", "hysteresis"),
-    Question("bimodal", "Bimodal contrast", "What the second mode shows", "figure-6"),
+    Question("states", "Two states and jumps", "Jumps of the motion, and their reason", "hysteresis"),
+    Question("bimodal", "Bimodal contrast", "Phase of the second mode", "figure-6"),
     Question("thermal", "Thermal tune of a lever", "f0, k and Q from thermal motion", "figure-3-air"),
     Question("class", "Teach a class", "One window for all students", "hysteresis"),
 )

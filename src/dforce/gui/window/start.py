@@ -1,4 +1,4 @@
-"""The first page: what a person wants to know, a lever, a medium and a sample; or a file that is dropped anywhere."""
+"""The first page: a question, a lever, a medium and a sample; or a file that is dropped anywhere."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dforce.gui.window.view import View
 
 MEDIA = {"": "as in the example", "air": "air", "water": "water", "vacuum": "vacuum"}
 DROP = "Drop a file anywhere: a measured curve, a thermal spectrum, a case or a project."
-KEPT = "Forces and free amplitude begin with those of the example."
+KEPT = "Forces and free amplitude are the values of the example."
 SHARED = "Start the window with dforce gui --host 0.0.0.0: it prints the address for your students."
 
 
@@ -36,7 +36,7 @@ class StartPage:
         self.chosen = QUESTIONS[0]
         self.buttons: dict[str, ui.element] = {}
         with ui.element("main").classes("df-start").props('aria-label="start"') as self.element:
-            ui.label("What do you want to know?").classes("df-start-title").props('role="heading" aria-level="2"')
+            ui.label("Choose your question").classes("df-start-title").props('role="heading" aria-level="2"')
             with ui.element("div").classes("df-questions").props('role="group" aria-label="questions"'):
                 for question in QUESTIONS:
                     self._picture(question)

@@ -1,0 +1,79 @@
+"""The chart has the stage whatever is open, and no text lies over another."""
+
+from __future__ import annotations
+
+import pytest
+
+LEAST = 320  # px, height of the chart at 1366 x 768
+TABS = ("Set point", "Fit", "Against", "Motion", "Numbers", "What differs", "Advice")
+# texts with the boxes of their lines, cut to what can be seen; glyphs fill about two thirds of a line
+OVERLAPS = """() => {
+    const boxes = [];
+    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    while (walker.nextNode()) {
+        const node = walker.currentNode, owner = node.parentElement;
+        if (!node.data.trim() || !owner.checkVisibility({visibilityProperty: true, opacityProperty: true})) continue;
+        if (owner.closest(".df-hidden, title, script, style, option, .q-tooltip, .hoverlayer")) continue;
+        const range = document.createRange();
+        range.selectNodeContents(node);
+        for (const one of range.getClientRects()) {
+            let [left, top, right, bottom] = [one.left, one.top + one.height / 6, one.right, one.bottom - one.height / 6];
+            for (let up = owner; up && up !== document.body; up = up.parentElement) {
+                if (up instanceof SVGElement || getComputedStyle(up).overflow === "visible") continue;
+                const box = up.getBoundingClientRect();
+                [left, top] = [Math.max(left, box.left), Math.max(top, box.top)];
+                [right, bottom] = [Math.min(right, box.right), Math.min(bottom, box.bottom)];
+            }
+            const text = node.data.trim().slice(0, 40);
+            if (right - left > 1 && bottom - top > 1) boxes.push({text, owner, left, top, right, bottom});
+        }
+    }
+    const found = [];
+    for (const [n, one] of boxes.entries()) for (const other of boxes.slice(n + 1)) {
+        const across = Math.min(one.right, other.right) - Math.max(one.left, other.left);
+        const up = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
+        if (across > 1.5 && up > 1.5 && one.owner !== other.owner) found.push(one.text + " | " + other.text);
+    }
+    return found;
+}"""
+SCROLLING = """() => [...document.querySelectorAll(".df-body *")].filter((one) => {
+    const scrolls = (it) =>
+        ["auto", "scroll"].includes(getComputedStyle(it).overflowY) && it.scrollHeight > it.clientHeight + 1;
+    const all = [one];
+    for (let up = one.parentElement; up; up = up.parentElement) all.push(up);
+    return scrolls(one) && all.slice(1).some(scrolls);
+}).map((one) => one.className)"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (1920, 1080), (800, 900)])
+def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, height):
+    window = visit(width=width, height=height)
+    page = window.page
+    keep = page.get_by_role("button", name="Keep", exact=True)
+    page.wait_for_function(
+        "() => document.querySelector('.df-chip') || !document.querySelector('.df-kept button').disabled"
+    )
+    if keep.is_enabled():  # else a busy machine has run the case, and kept it
+        keep.click()
+    page.locator(".df-chip").first.wait_for()
+    with window.redrawn():
+        window.type("drive.A0", "14")
+    for theme in ("light", "dark"):
+        for tab in TABS:
+            window.tab(tab)
+            page.get_by_role("tab", name=tab, selected=True).wait_for()
+            page.wait_for_timeout(300)  # the chart is fitted to its place
+            assert page.locator(".df-main").bounding_box()["height"] >= LEAST, tab
+            assert page.evaluate(OVERLAPS) == [], (theme, tab)
+            assert page.evaluate(SCROLLING) == [], (theme, tab)
+        stage, body = (page.locator(name).bounding_box() for name in (".df-stage", ".df-body"))
+        assert stage["width"] >= (2 / 3 if width > 900 else 0.95) * body["width"]
+        page.get_by_role("button", name="Light or dark").click()
+
+
+@pytest.mark.parametrize("width", [1366, 800])
+def test_no_text_of_the_first_page_lies_over_another(visit, width):
+    window = visit(width=width)
+    window.page.get_by_role("button", name="dForce").click()
+    window.page.locator(".df-start").wait_for()
+    assert window.page.evaluate(OVERLAPS) == []
