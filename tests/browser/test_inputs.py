@@ -124,7 +124,7 @@ def test_advice_stands_beside_the_field_that_it_is_about(window):
         for piece in df.advice(df.example("figure-3-air").replace("cantilever.Q", 1.2))
         if "cantilever.Q" in piece.about
     )
-    window.field("cantilever.Q").locator(".df-advice", has_text=piece.text).wait_for()
+    window.field("cantilever.Q").locator(".df-advice", has_text=piece.text.split(",")[0]).wait_for()
 
 
 def test_a_reload_keeps_what_was_typed_even_half_typed(window):
@@ -137,7 +137,6 @@ def test_a_reload_keeps_what_was_typed_even_half_typed(window):
 
 def test_a_force_is_found_by_its_words(window):
     page = window.page
-    window.tab("Forces")
     page.get_by_role("button", name="Add a force").click()
     page.get_by_role("dialog", name="add a force").wait_for()
     page.get_by_role("searchbox", name="search the forces").fill("cells gel")
@@ -151,7 +150,6 @@ def test_a_force_is_found_by_its_words(window):
 
 def test_the_force_of_an_own_law_follows_each_letter_and_enter_computes_with_it(window):
     page = window.page
-    window.tab("Forces")
     page.get_by_role("button", name="remove DMT").click()
     page.locator(".df-card").wait_for(state="detached")
     page.get_by_role("button", name="Add a force").click()

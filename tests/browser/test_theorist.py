@@ -13,7 +13,6 @@ def test_a_theorist_writes_a_law_sees_its_force_and_compares_it_with_dmt(visit):
     dmt = window.start("figure-3-air")
     page.get_by_role("button", name="Keep", exact=True).click()
     page.locator(".df-chip").first.wait_for()
-    window.tab("Forces") if page.get_by_role("tab", name="Forces").count() else None
     page.get_by_role("button", name="remove DMT").click()
     page.locator(".df-card").wait_for(state="detached")
 
