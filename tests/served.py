@@ -211,8 +211,15 @@ class Window:
         self.page.get_by_role("tab", name=name).click()
 
     def unfold(self) -> None:
-        """Open all that the form keeps behind "More"."""
-        self.page.evaluate("() => document.querySelectorAll('.df-form details').forEach((one) => { one.open = true; })")
+        """Open all that the form keeps behind "More", and what it draws anew, too."""
+        self.page.evaluate(
+            """() => {
+                const shut = ".df-form details:not([open])";
+                const open = () => document.querySelectorAll(shut).forEach((one) => { one.open = true; });
+                open();
+                new MutationObserver(open).observe(document.body, {childList: true, subtree: true});
+            }"""
+        )
 
     def type(self, path: str, text: str) -> None:
         """Type into a field, as fast as a person does."""
