@@ -172,6 +172,7 @@ class Window:
         if self.page.get_by_role("button", name="Two states and jumps").is_visible():
             self.page.get_by_role("button", name="Two states and jumps").click()
             self.page.get_by_role("button", name="Start", exact=True).click()
+        self.page.locator(".df-main .df-chart").first.wait_for()
 
     def revision(self, chart: str = ".df-main") -> int:
         """Return how often the server has had a chart drawn."""
