@@ -195,6 +195,7 @@ def test_a_thermal_spectrum_is_chosen_drawn_on_two_logarithmic_axes_and_told_in_
     assert 0 < near.sum() < len(density) == len(fitted)
     assert np.mean(density[near] / fitted[near]) == pytest.approx(1.0, abs=0.05)
     case = df.example("figure-3-air")
+    window.tab("Thermal tune")
     told = page.get_by_role("region", name="numbers of the fit")
     for finding in df.summary(df.thermal_spectrum(case, "1 s")):
         told.get_by_text(finding.text, exact=True).first.wait_for()
