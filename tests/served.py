@@ -282,14 +282,20 @@ class Window:
         self.page.get_by_role("button", name="Examples").click()
         self.page.get_by_role("menuitem").filter(has=self.page.get_by_text(title, exact=True)).click()
 
-    def start(self, name: str = "figure-3-air") -> df.Case:
-        """Open an example, and return its case once its curves are drawn."""
-        case = df.example(name)
+    @contextlib.contextmanager
+    def remade(self) -> Iterator[None]:
+        """Wait until the forms have been made anew after what is done inside."""
         self.page.evaluate(
             "() => document.querySelectorAll('.df-entry').forEach((one) => { one.dataset.before = true; })"
         )
-        self.example(name)
+        yield
         self.page.wait_for_function("() => !document.querySelector('.df-entry[data-before]')")
+
+    def start(self, name: str = "figure-3-air") -> df.Case:
+        """Open an example, and return its case once its curves are drawn."""
+        case = df.example(name)
+        with self.remade():
+            self.example(name)
         self.shows(case)
         return case
 

@@ -102,8 +102,10 @@ def test_each_force_model_brings_its_fields_with_units_and_goes_again(window):
 def test_a_force_that_is_switched_off_is_left_out_of_the_curves(window):
     both = df.example("figure-3-air")
     window.page.get_by_role("button", name="Add a force").click()
-    window.page.get_by_role("menuitem").filter(has=window.page.get_by_text("Kelvin–Voigt", exact=True)).click()
-    window.page.get_by_role("switch", name="Kelvin–Voigt takes part").click()
+    with window.remade():
+        window.page.get_by_role("menuitem").filter(has=window.page.get_by_text("Kelvin–Voigt", exact=True)).click()
+    with window.remade():
+        window.page.get_by_role("switch", name="Kelvin–Voigt takes part").click()
     window.shows(both)
 
 
