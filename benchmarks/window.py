@@ -1,4 +1,4 @@
-"""How quickly the window answers, and what it takes: a start, a slider in a real browser, a class at once, many visits.
+"""Speed and cost of the window: a start, a slider in a real browser, a class at once, many visits.
 
     python benchmarks/window.py [--people 30] [--seconds 60] [--visits 200]
 

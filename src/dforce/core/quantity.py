@@ -1,4 +1,4 @@
-"""What is said of a quantity in a result: symbol, units, one sentence, and the scale of its error."""
+"""The description of a quantity in a result: symbol, units, one sentence, and the scale of its error."""
 
 from __future__ import annotations
 

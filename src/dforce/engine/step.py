@@ -253,7 +253,7 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
 
 @compiled
 def swing_error(ratio: float, push: Any, tip: Any, swing: Any) -> float:
-    """Return the error over a step in the deflection at a frequency, from that of the force's Fourier sum, per unit of gain."""
+    """Return the error of the deflection at a frequency over a step, per unit of gain; the force's Fourier sum gives it."""
     for j in range(tip.shape[1]):
         s = 0.5 * ratio * tip[S, j]
         c, q = waves(s * s)  # of half of the angle, so that the tenth harmonic finds it small enough
@@ -282,7 +282,7 @@ def bend(lane: Any, h: float) -> Any:
 def inside(mode: Any, turn: Any, u: Any, moved: float, fast: float, h: float, s: float) -> Any:
     """Return scaled deflection and velocity a time s into the step that was tried, near enough to aim by.
 
-    The free motion and that without new forces are exact, and a cubic adds what the forces of the step do, see ``bend``.
+    The motion without new forces is exact. A cubic adds the effect of the step's forces, see ``bend``.
     """
     x, v = free_tip(turn, s)
     for n in range(mode.shape[0]):

@@ -78,7 +78,7 @@ def add_fourier(fourier: Any, push: Any, turn: Any, wave: Any, swing: Any, t: fl
 
 @compiled
 def add_sums(lane: Any, h: float, sums: Any) -> None:
-    """Add a step to what is summed over an interval."""
+    """Add a step to the sums over an interval."""
     numbers, state, push, stage = lane.numbers, lane.state, lane.push, lane.stage
     f, fz, fv, fastest = 0.0, 0.0, 0.0, max(abs(state[V0]), abs(state[V1]))
     for j in range(STAGES):

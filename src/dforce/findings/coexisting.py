@@ -1,4 +1,4 @@
-"""All steady states behind a curve: those that the curve's own walk does not come to, too."""
+"""All steady states behind a curve, with the states that its approach and retract do not reach."""
 
 from __future__ import annotations
 

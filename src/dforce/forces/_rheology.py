@@ -68,7 +68,7 @@ class StandardSolid(Force):
 
 
 class Viscoelastic(ViscoelasticSphere):
-    """What the contacts of a row of elements have in common: elements, the law and its arguments."""
+    """The common part of contacts with a row of elements: elements, law and arguments."""
 
     max_indentation: MaybeNumber = param(
         None,

@@ -83,7 +83,7 @@ class Forms:
 
     @contextlib.contextmanager
     def _fold(self, title: str) -> Iterator[None]:
-        """Put what is made inside behind a line that opens it."""
+        """Hide the elements made inside behind a line that opens them."""
         with ui.element("details").classes("df-folded") as fold:
             TextElement(tag="summary", text=title)
             self._folds.append(fold)
@@ -183,7 +183,7 @@ class Forms:
                     self._field((*path, field.key), field)
 
     def _unused(self, path: Path, model: type[Parameters]) -> list[Field]:
-        """Return the fields in which nothing is typed, except those that need a value."""
+        """Return the empty fields that need no value."""
         given = self.view.document.value(path) or {}
         return [field for field in fields(model) if not field.required and field.key not in given]
 

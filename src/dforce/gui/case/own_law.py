@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class OwnLaw(ui.element, component="own_law.js"):
     """A law in a field.
 
-    While it is typed, the plain Python law gives the small force curve, and nothing is compiled; what is wrong is said at once.
+    While one types, the plain Python law gives the small force curve, and mistakes are told at once. Nothing is compiled.
     With Enter it becomes part of the case.
     """
 
