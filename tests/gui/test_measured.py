@@ -20,10 +20,9 @@ from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.document.session import Session
 from dforce.gui.files import project, uploads
 from dforce.gui.files.file_menu import figure_file, script_of, stem, written
-from dforce.gui.files.saving import SaveForm
-from dforce.gui.measured import confirming, fitting, overlay, reading, table_form, tune
+from dforce.gui.measured import fitting, lever, overlay, reading, table_form
 from dforce.gui.measured.panel import MeasuredPanel, matched
-from dforce.gui.window.error_messages import as_sentence
+from dforce.gui.window.dialogs import SaveForm, as_sentence
 from dforce.results import hdf5
 from dforce.results.curves import Picture
 
@@ -566,9 +565,9 @@ def test_a_spectrum_in_volts_asks_for_its_sensitivity(tmp_path):
     rows = "".join(f"{f:.3f},{1e14 * s:.6e}\n" for f, s in zip(frequency, density, strict=True))
     data = f"frequency (Hz),PSD (V^2/Hz)\n{rows}".encode()
     with pytest.raises(df.ParameterError) as refused:
-        tune.tune_from(data, "volts.csv", {}, tmp_path)
-    assert "sensitivity" in tune.questions(str(refused.value), {})
-    found = tune.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
+        lever.tune_from(data, "volts.csv", {}, tmp_path)
+    assert "sensitivity" in lever.questions(str(refused.value), {})
+    found = lever.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
     assert found.k == pytest.approx(measured_curve.K, rel=0.1)
 
 
@@ -586,9 +585,9 @@ def test_a_confirmed_lever_is_kept_with_the_document():
 
 def test_a_value_of_a_fit_names_the_k_and_the_r_for_which_it_holds():
     case = fitted_curves.case_of("stiff").to_toml(complete=True)
-    assert confirming.holds_for(case) == "for k = 2.7 N/m, R = 8 nm"
-    assert confirming.holds_for(case, ("cantilever.k", "sample.youngs_modulus")) == "for R = 8 nm"
-    assert confirming.holds_for(case, ("tip.radius",)) == "for k = 2.7 N/m"
+    assert lever.holds_for(case) == "for k = 2.7 N/m, R = 8 nm"
+    assert lever.holds_for(case, ("cantilever.k", "sample.youngs_modulus")) == "for R = 8 nm"
+    assert lever.holds_for(case, ("tip.radius",)) == "for k = 2.7 N/m"
 
 
 @pytest.mark.slow

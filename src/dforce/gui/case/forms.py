@@ -15,13 +15,12 @@ from dforce.core.errors import shorten
 from dforce.core.notation import first_sentence, html_symbol
 from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS
-from dforce.gui.case import typed
+from dforce.gui.case import values
 from dforce.gui.case.entry import Caption, Entry
-from dforce.gui.case.fields import Field, Shape, carried, check, fields, name_of, spaced, start_of
-from dforce.gui.case.force_menu import choose_force
-from dforce.gui.case.own_law import OwnLaw
+from dforce.gui.case.fields import Field, Shape, carried, fields, name_of, spaced, start_of
+from dforce.gui.case.forces import OwnLaw, choose_force
 from dforce.gui.case.sliders import toggle
-from dforce.gui.case.values import read, shown, units_of
+from dforce.gui.case.values import check, read, shown, units_of
 from dforce.gui.document.document import Path
 from dforce.gui.window.view import Said, View
 
@@ -308,8 +307,8 @@ class Forms:
         if not text:
             self.shown[path][2].show(unit=unit)
             return
-        numbers = [typed.in_unit(part, old, unit, field.quantity.unit) for part in text.split("; ")]
-        parts = [typed.composed(number, unit) for number in numbers]
+        numbers = [values.in_unit(part, old, unit, field.quantity.unit) for part in text.split("; ")]
+        parts = [values.composed(number, unit) for number in numbers]
         self._put(path, parts if self.shown[path][1].kind == "numbers" else parts[0])
 
     def typed_elsewhere(self, name: str, text: str, unit: str) -> None:

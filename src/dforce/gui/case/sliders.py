@@ -11,7 +11,7 @@ from nicegui import ui
 import dforce as df
 from dforce.core import units
 from dforce.core.units import parse
-from dforce.gui.case import typed
+from dforce.gui.case import values
 from dforce.gui.case.entry import SliderElement
 from dforce.gui.case.fields import Field, name_of
 from dforce.gui.document.bounds import LARGEST, number
@@ -48,9 +48,9 @@ def number_at(view: View, path: Path, field: Field) -> tuple[float | None, str]:
         value = units.show(float(value), field.unit)
     if not isinstance(value, str):
         return None, ""
-    text, unit = typed.taken_apart(value, field.unit or "1")
+    text, unit = values.taken_apart(value, field.unit or "1")
     try:
-        return float(typed.with_point(text)), unit
+        return float(values.with_point(text)), unit
     except (ValueError, df.ParameterError):
         return None, ""
 
@@ -155,7 +155,7 @@ class Sliders:
     def _range(self, path: Path, field: Field, ends: Sequence[str]) -> None:
         unit = number_at(self.view, path, field)[1]
         try:
-            low, high = (number(float(typed.with_point(end)), -LARGEST, LARGEST) for end in ends)
+            low, high = (number(float(values.with_point(end)), -LARGEST, LARGEST) for end in ends)
         except (ValueError, df.ParameterError):
             ui.notify("The ends of a slider are two numbers.")
             low, high = next((s.low, s.high) for s in self.view.document.sliders if s.path == path)

@@ -19,17 +19,16 @@ from dforce.gui.curves import figures
 from dforce.gui.curves.advice import Advice
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.differences import Differences
-from dforce.gui.curves.fit_numbers import FitNumbers
 from dforce.gui.curves.kept import KeptResults
 from dforce.gui.curves.motion import MotionPanel
-from dforce.gui.curves.numbers import Numbers
+from dforce.gui.curves.numbers import FitNumbers, Numbers
 from dforce.gui.curves.panel import Pane, Scene
 from dforce.gui.curves.setpoint import SetPoint
 from dforce.gui.curves.states import CoexistingStates, with_states
 from dforce.gui.document.document import MOST_PLOTS
 from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.panel import MeasuredCurve
-from dforce.gui.measured.reconstructing import Reconstruction
+from dforce.gui.measured.reconstruction import Reconstruction
 from dforce.gui.study.panel import Explorer
 from dforce.gui.window.shown import PagePart
 from dforce.gui.window.view import View, Waiting

@@ -17,12 +17,12 @@ import dforce as df
 from dforce.gui.curves import compare
 from dforce.gui.document.compute import Job
 from dforce.gui.document.document import LOOKS, Document, KeptResult
-from dforce.gui.document.results import ResultStore
-from dforce.gui.measured.confirming import UNCONFIRMED, is_confirmed, lever_and_tip
+from dforce.gui.document.store import ResultStore
 from dforce.gui.measured.fitting import FitJob, curve_in
+from dforce.gui.measured.lever import UNCONFIRMED, is_confirmed, lever_and_tip
 from dforce.gui.measured.session import MeasuredSession
 from dforce.gui.study.parameter_study import ParameterStudy
-from dforce.gui.window.limits import ALONE, Limits
+from dforce.gui.window.security import ALONE, Limits
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.files import in_quotes
 from dforce.gui.document.document import MeasuredData
-from dforce.gui.files.saving import Field, text
+from dforce.gui.window.dialogs import Field, text
 from dforce.inverse.fitting.load import known_settings
 from dforce.inverse.heads import SPECTRUM, FileHead, head_of
 from dforce.inverse.readers import tables_in

@@ -10,8 +10,8 @@ import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
-from dforce.gui.files.saving import LONGEST, Field
 from dforce.gui.measured.reading import AMPLITUDES, HEIGHTS, PHASES, UNITS, Place, with_answers
+from dforce.gui.window.dialogs import LONGEST, Field
 from dforce.inverse.heads import FileHead, HeadColumn
 
 ROWS = 5  # of the head

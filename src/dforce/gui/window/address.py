@@ -12,7 +12,7 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.gui.document.link import from_link, to_link
-from dforce.gui.window.error_messages import as_sentence, say
+from dforce.gui.window.dialogs import as_sentence, say
 from dforce.gui.window.view import View
 
 AFTER = 0.6  # s without a change after which the address follows

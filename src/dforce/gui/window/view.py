@@ -16,7 +16,7 @@ import dforce as df
 from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
-from dforce.gui.curves.force_figure import force_distance
+from dforce.gui.curves.other_figures import force_distance
 from dforce.gui.document.compute import LIVE, Latest, in_thread, live_curve
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.document.session import Session
