@@ -16,7 +16,7 @@ import xarray as xr
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui.case.parameters import rows_of
+from dforce.gui.case.values import rows_of
 from dforce.gui.document.document import Document
 from dforce.gui.document.store import ResultStore
 from dforce.gui.files import file_menu, project, uploads

@@ -11,7 +11,7 @@ import pytest
 from simulated import window
 
 import dforce as df
-from dforce.gui.case.parameters import rows_of
+from dforce.gui.case.values import rows_of
 from dforce.gui.document.document import Document
 from dforce.gui.document.store import ResultStore
 from dforce.gui.files import file_menu, project, uploads

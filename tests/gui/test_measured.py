@@ -20,7 +20,7 @@ from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.document.session import Session
 from dforce.gui.files import project, uploads
 from dforce.gui.files.file_menu import figure_file, script_of, stem, written
-from dforce.gui.measured import fitting, lever, overlay, reading, table_form
+from dforce.gui.measured import fitting, lever, overlay, reading
 from dforce.gui.measured.panel import MeasuredPanel, matched
 from dforce.gui.window.dialogs import SaveForm, as_sentence
 from dforce.results import hdf5
@@ -99,7 +99,7 @@ def answer(roles=("height", "amplitude", "phase"), **more):
 def test_answers_let_a_file_be_read(tmp_path):
     data = csv(heading="one,two,three")
     question = asked(data, folder=tmp_path)
-    settings = table_form.told(question.head, {}, [], answer())
+    settings = reading.told(question.head, {}, [], answer())
     assert settings == LAG | {
         "columns": {"height": "one", "amplitude": "two", "phase": "three"},
         "units": {"height": "nm", "amplitude": "nm", "phase": "deg"},
@@ -111,10 +111,10 @@ def test_answers_let_a_file_be_read(tmp_path):
 
 def test_what_a_reader_does_by_itself_is_not_named(tmp_path):
     question = asked(csv(), folder=tmp_path)
-    assert table_form.told(question.head, {}, [], answer(convention="lead")) == {"phase_convention": "lead"}
+    assert reading.told(question.head, {}, [], answer(convention="lead")) == {"phase_convention": "lead"}
     volts = asked(csv(heading="height_nm,amplitude_V,phase_deg"), folder=tmp_path)
     more = answer(sensitivity="50 nm/V", amplitude="rms", grows="toward")
-    assert table_form.told(volts.head, {}, [], more) == LAG | {
+    assert reading.told(volts.head, {}, [], more) == LAG | {
         "read": {"sensitivity": "50 nm/V", "amplitude_is": "rms", "height_grows": "toward"}
     }
 
@@ -126,7 +126,7 @@ def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path)
     assert {place[:2] for place in question.asked} == {
         ("calibrate", "free_amplitude"), ("calibrate", "free_phase"), ("calibrate", "errors")}  # fmt: skip
     told = ["20 nm", "90 deg", "30 pm", "0.2 deg"]
-    settings = table_form.told(question.head, LAG, list(question.asked), answer(more=told))
+    settings = reading.told(question.head, LAG, list(question.asked), answer(more=told))
     assert reading.curve_from(near, "c.csv", settings, CASE, tmp_path).sizes["point"] == 61
 
 
@@ -239,7 +239,7 @@ def test_a_dropped_curve_is_drawn_kept_with_the_case_and_removed(tmp_path):
             assert len(of(figure, "measured amplitude")) == 1
             assert page.view.document.case().data.file == "curve.csv"
             again = Session(session.store, tmp_path)
-            session._write()
+            session.saving.write()
             again = Session(session.store, tmp_path)
             await again.measured.load(again.document)
             assert again.measured.curve.identical(session.measured.curve)
@@ -268,7 +268,7 @@ def test_what_is_not_clear_is_asked_in_the_window_and_then_read(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             await page.files.open(csv(), "curve.csv")
-            form = element(user, table_form.TableForm)
+            form = element(user, reading.TableForm)
             assert "sign of the phases" in form.props["why"] and "phase_convention" not in form.props["why"]
             assert [column["role"] for column in form.props["columns"]] == ["height", "amplitude", "phase"]
             assert page.view.document.measured is None
@@ -285,7 +285,7 @@ def test_an_answer_that_does_not_do_is_asked_for_again_with_what_is_wrong(tmp_pa
 
     def form_of(user):
         with user.client:
-            return [one for one in user.client.elements.values() if isinstance(one, table_form.TableForm)][-1]
+            return [one for one in user.client.elements.values() if isinstance(one, reading.TableForm)][-1]
 
     roles = ["height", "amplitude", "phase", "curve"]
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.gui.document.document import Document
-    from dforce.gui.window.view import DrawnResult
+    from dforce.gui.window.shown import DrawnResult
 
 PATIENCE = 10.0  # s; a motion that takes longer to settle is given up
 MOST_SAMPLES = 4000  # that are sent; more are not seen

@@ -30,8 +30,8 @@ from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.panel import MeasuredCurve
 from dforce.gui.measured.reconstruction import Reconstruction
 from dforce.gui.study.panel import Explorer
-from dforce.gui.window.shown import PagePart
-from dforce.gui.window.view import View, Waiting
+from dforce.gui.window.shown import PagePart, Waiting
+from dforce.gui.window.view import View
 from dforce.results.curves import Picture, drawable, pictures_of, row_of
 from dforce.results.kinds import is_kind, kind_of, loaded
 

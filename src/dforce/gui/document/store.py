@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import json
+import logging
 import re
 import secrets
+import threading
+from collections.abc import Callable, MutableMapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.files import write_whole
-from dforce.gui.document.document import MOST_RESULTS
+from dforce.gui.document.document import MOST_RESULTS, Document
 
 if TYPE_CHECKING:
     import xarray as xr
+
+log = logging.getLogger("dforce.gui")
+
+KEY = "document"
+SAVED_AFTER = 0.5  # s
+TRIED_AGAIN = 5.0  # s after which what could not be kept is written once more
 
 ASIDE = ".unread"  # ending of what could not be read; it is kept, for nothing typed is thrown away
 
@@ -72,6 +82,75 @@ def why(error: BaseException) -> str:
 
 IDENTIFIER = re.compile(r"[0-9a-f]{16}")
 MOST_BYTES = 500_000_000  # of a session
+
+
+class Saving:
+    """Keeps a document in a store, at most twice a second while it changes.
+
+    Parameters
+    ----------
+    store
+        Where it is kept, under :data:`KEY`.
+    current
+        Returns the document.
+    tell
+        Called when `unkept` has changed.
+
+    Attributes
+    ----------
+    unkept
+        Why the input is not kept; empty while it is.
+    """
+
+    def __init__(
+        self, store: MutableMapping[str, object], current: Callable[[], Document], tell: Callable[[], None]
+    ) -> None:
+        self._store, self._current, self._tell = store, current, tell
+        self._timer: asyncio.TimerHandle | None = None
+        self._writing = threading.Lock()
+        self.unkept = ""
+
+    @property
+    def waits(self) -> bool:
+        """Whether something is still to be written."""
+        return self._timer is not None
+
+    def soon(self, seconds: float = SAVED_AFTER) -> None:
+        """Write the document after a moment."""
+        if self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(seconds, self._save)
+
+    def write(self) -> None:
+        """Write the document as it is now. Blocking."""
+        with self._writing:
+            self._store[KEY] = self._current().to_plain()
+
+    def end(self) -> None:
+        """Write what waits, and nothing more: the server ends. Blocking."""
+        if self._timer is not None:
+            self._timer.cancel()
+            try:
+                self.write()
+            except df.ResultError as error:
+                log.error("the last input could not be kept: %s", error)
+
+    def _save(self) -> None:
+        self._timer = None
+        asyncio.get_running_loop().run_in_executor(None, self.write).add_done_callback(self._saved)
+
+    def _saved(self, written: asyncio.Future[None]) -> None:
+        """Say whether the document was written, and try again where it was not."""
+        if written.cancelled():
+            return
+        error = written.exception()
+        if error is not None and not isinstance(error, df.ResultError):
+            log.error("your input could not be kept", exc_info=error)
+        unkept = "" if error is None else f"Your input is not kept: {error}. Save the case (menu File)."
+        if error is not None:
+            self.soon(TRIED_AGAIN)
+        if unkept != self.unkept:
+            self.unkept = unkept
+            self._tell()
 
 
 class ResultStore:

@@ -22,7 +22,7 @@ from dforce.gui.document.document import Document
 from dforce.gui.files import project, uploads
 from dforce.gui.measured import lever, reading
 from dforce.gui.measured.overlay import shows
-from dforce.gui.measured.table_form import ask_table
+from dforce.gui.measured.reading import ask_table
 from dforce.gui.study.explore import is_explorable
 from dforce.gui.study.parameter_study import Over, with_approach
 from dforce.gui.window.dialogs import as_sentence, ask, choice, menu, say, telling, text

@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import ui
 
 from dforce.gui.case.fields import Field
-from dforce.gui.case.parameters import ParameterRow
+from dforce.gui.case.values import ParameterRow
 from dforce.gui.case.words import with_labels
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.measured import fitting

@@ -14,7 +14,7 @@ from nicegui import background_tasks
 
 import dforce as df
 from dforce.core.units import show
-from dforce.gui.case.parameters import ParameterRow, rows_of
+from dforce.gui.case.values import ParameterRow, rows_of
 from dforce.gui.case.words import field_at, label_of
 from dforce.gui.document.compute import Job, duration
 from dforce.gui.document.document import LONGEST_NAME, NAMING, Document, Path, path_of

@@ -15,7 +15,7 @@ import dforce as df
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
 from dforce.gui.case.fields import name_of
-from dforce.gui.case.parameters import ParameterRow
+from dforce.gui.case.values import ParameterRow
 from dforce.gui.case.words import KEY, in_words, with_labels
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.panel import Panel, Scene
