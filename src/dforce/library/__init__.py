@@ -45,7 +45,7 @@ class Examples(Shown, dict[str, Example]):
 
 @functools.cache
 def examples() -> Examples:
-    """Return the shipped cases by name, those of a folder together; a notebook draws the dict as a table."""
+    """Return the shipped cases by name, folder by folder; a notebook draws the dict as a table."""
     found = Examples()
     for folder in FOLDERS:
         files = (resources.files(__package__) / "examples" / folder).iterdir()

@@ -72,7 +72,9 @@ class LastFiles:
         try:
             return self._path(name).read_bytes()
         except OSError:
-            raise df.ResultError(f"the file '{shorten(name, 60)}' is no longer kept here; open it from your disk") from None
+            raise df.ResultError(
+                f"the file '{shorten(name, 60)}' is no longer kept here; open it from your disk"
+            ) from None
 
     def listed(self) -> list[LastFile]:
         """Return the files, the last one first."""

@@ -157,7 +157,7 @@ MEDIA = {"": "as in the example", "air": "air", "water": "water", "vacuum": "vac
 DROP = "Drop a file anywhere: a measured curve, a thermal spectrum, a case or a project."
 KEPT = "Forces and free amplitude are the values of the example."
 ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as for a silicon tip with its oxide."
-TWO_MODES = "The lever of the example has two modes: type those of yours at Cantilever."
+TWO_MODES = "This needs a lever with two modes: type your modes at Cantilever."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (
     "This window is for you alone. Type this command in a terminal. It opens a window for everyone in your network, with a "
