@@ -61,8 +61,8 @@ class Solved(NamedTuple):
 
     Attributes
     ----------
-    points, values
-        What was found at each visited value (SI).
+    points, became, values
+        Motion and status found at each visited value (SI).
     table
         Holds the points of an earlier result.
     begun, reached
@@ -74,6 +74,7 @@ class Solved(NamedTuple):
     """
 
     points: Points
+    became: np.ndarray[Any, np.dtype[np.int8]]
     values: Array
     table: Table
     begun: int
@@ -123,20 +124,21 @@ class PlannedCurve:
         total, done, assured = len(values), 0, 0
         often = AT_ONCE if block.is_smooth else CHUNK  # so that a stop need not wait for long
 
-        def assure_to(end: int) -> slice:
-            nonlocal assured
+        became = np.full(total, Status.NOT_COMPUTED, dtype=np.int8)
+
+        def judge(end: int) -> slice:
             found = slice(assured, end)
-            assure(block, values[None, found], solver.points[found])
-            assured = end
+            became[found] = statuses(solver.points[found], block, values[None, found])[0]
             return found
 
         def report_done(points: int) -> None:
-            nonlocal done
+            nonlocal done, assured
             done += points
             if done < total and done < assured + often:
                 return
-            found = assure_to(done)
-            if may_refine and (statuses(solver.points[found], block, values[None, found]) == Status.UNRESOLVED).any():
+            assure(block, values[None, assured:done], solver.points[assured:done])
+            found, assured = judge(done), done
+            if may_refine and (became[found] == Status.UNRESOLVED).any():
                 raise TooFewSamples
 
         def check_cancelled() -> None:
@@ -164,17 +166,17 @@ class PlannedCurve:
             progress(total, total, "")
         reached = int(solver.done[0])
         checked = assured + assure_in_grace(block, values[None, assured:reached], solver.points[assured:reached])
+        judge(reached)
         block.check_cancelled = never_cancelled
         period = solver.motions[0].period if isinstance(solver, Stepwise) else 0
         stopped_in = period if min(checked, reached) < total else None
-        return Solved(solver.points, values, table, begun, reached, kept + solver.jumps[0], stopped_in)
+        return Solved(solver.points, became, values, table, begun, reached, kept + solver.jumps[0], stopped_in)
 
     def _dataset(self, solved: Solved, earlier: xr.Dataset | None) -> xr.Dataset:
         """Return what was solved as a Dataset."""
         block, table, begun, reached = self.block, solved.table, solved.begun, solved.reached
-        table.put_points(self.plan.visits[begun:reached], solved.points, slice(begun, reached), block, solved.values)
-        for place in self.plan.visits[reached:]:
-            table.status[place] = Status.NOT_COMPUTED
+        new = slice(begun, reached)
+        table.put_points(self.plan.visits[new], solved.points, solved.became[new], new, block, solved.values)
         kept_motions = self._motions(solved.points, table, begun, reached, solved.values, earlier)
         data = table.dataset(self._jumps(solved.jumps) | kept_motions, components(block.batch.example))
         data.attrs |= {"samples_per_period": block.points, "protocol": actual(self.plan.protocol, block)}

@@ -79,16 +79,24 @@ class Table:
         self._write([place], columns, [status_of(found, problem)])
 
     def put_points(
-        self, places: Sequence[tuple[int, ...]], points: Points, which: slice, block: Block, values: Array
+        self,
+        places: Sequence[tuple[int, ...]],
+        points: Points,
+        became: AnyArray,
+        which: slice,
+        block: Block,
+        values: Array,
     ) -> None:
-        """Take some of the points of a block of one problem, found at values of its parameter, one for each place."""
+        """Take some of the points of a block of one problem, found at values of its parameter, one for each place.
+
+        `became` holds the status of each.
+        """
         if not len(places):
             return
         columns = {name: column[0, which] for name, column in points.columns(block, values[None]).items()}
-        became = statuses(points, block, values[None])[0, which]
         if block.settings.accuracy is not None:  # a run that was stopped knows the errors of its last points not yet
             unknown = (points.is_orbit & np.isnan(points.error))[0, which]
-            became[unknown & (became == Status.OK)] = Status.INACCURATE
+            became = np.where(unknown & (became == Status.OK), Status.INACCURATE, became)
         self._write(places, columns, became)
 
     def take_over(self, earlier: xr.Dataset, places: Sequence[tuple[int, ...]]) -> None:
@@ -124,7 +132,7 @@ class Table:
         counted = {dim: np.arange(1, size + 1) for dim, size in self.inner.items() if size and dim in used}
         return xr.Dataset(
             variables | {"status": (self.dims, self.status)} | dict(others or {}),
-            coords=self.coords | counted | dict(coords or {}),
+            coords=xr.Coordinates(self.coords | counted | dict(coords or {})),
         )
 
 
