@@ -242,7 +242,7 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
 
     _quantities: ClassVar[dict[str, ParameterQuantity]] = {}
     _shared: ClassVar[dict[str, str]] = {}
-    _keys: ClassVar[tuple[str, ...]] = ()
+    _keys: ClassVar[list[str]] = []
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -250,7 +250,7 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
         declared = {name: field.json_schema_extra for name, field in cls.model_fields.items()}
         cls._quantities = {name: one for name, one in declared.items() if isinstance(one, ParameterQuantity)}
         cls._shared = {name: one.path for name, one in declared.items() if isinstance(one, Shared)}
-        cls._keys = tuple(name for name in declared if name not in cls._shared)
+        cls._keys = [name for name in declared if name not in cls._shared]
         cls.__signature__ = signature_of({name: cls.model_fields[name] for name in cls.keys()})  # noqa: SIM118
 
     def __init__(self, *unnamed: Any, **data: Any) -> None:
@@ -312,7 +312,7 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
         return cls._shared
 
     @classmethod
-    def keys(cls) -> tuple[str, ...]:
+    def keys(cls) -> list[str]:
         """Return the names that a user may give."""
         return cls._keys
 
