@@ -10,7 +10,7 @@ from simulated import window
 import dforce as df
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
-from dforce.gui.window.questions import QUESTIONS, asks_for_q, case_for, lever_labels, sample_labels
+from dforce.gui.window.start import QUESTIONS, asks_for_q, case_for, lever_labels, sample_labels
 
 BY_KEY = {question.key: question for question in QUESTIONS}
 

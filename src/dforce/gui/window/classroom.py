@@ -11,10 +11,9 @@ from starlette.requests import Request
 
 from dforce.core.errors import shorten
 from dforce.gui.document.compute import duration
-from dforce.gui.document.link import to_link
 from dforce.gui.document.session import Session
-from dforce.gui.window.limits import Limits
-from dforce.gui.window.security import GUEST
+from dforce.gui.window.address import to_link
+from dforce.gui.window.security import GUEST, Limits
 
 LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"  # none that is mistaken for another when it is read from a wall
 LENGTH = 8  # letters of a code: 8e11 of them

@@ -27,13 +27,11 @@ from dforce.gui.study.parameter_study import Over
 from dforce.gui.window.address import Address
 from dforce.gui.window.classroom import PAGE as CLASS_PAGE
 from dforce.gui.window.classroom import Classroom
-from dforce.gui.window.error_messages import as_sentence, say
-from dforce.gui.window.limits import ALONE, Limits
-from dforce.gui.window.menus import menu
-from dforce.gui.window.security import GUEST
-from dforce.gui.window.shown import PagePart
+from dforce.gui.window.dialogs import as_sentence, menu, say
+from dforce.gui.window.security import ALONE, GUEST, Limits
+from dforce.gui.window.shown import PagePart, Said
 from dforce.gui.window.start import StartPage
-from dforce.gui.window.view import Said, View
+from dforce.gui.window.view import View
 
 if TYPE_CHECKING:
     import xarray as xr
