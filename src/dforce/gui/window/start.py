@@ -192,6 +192,7 @@ class StartPage:
     ) -> None:
         self.view, self.files, self.open_tab, self.turn, self.classroom = view, files, open_tab, turn, classroom
         self.chosen = QUESTIONS[0]
+        self.offered: Question | None = None
         self.buttons: dict[str, ui.element] = {}
         with ui.element("main").classes("df-start").props('aria-label="start"') as self.element:
             ui.label("Choose your question").classes("df-start-title").props('role="heading" aria-level="2"')
@@ -256,12 +257,18 @@ class StartPage:
         if question.key == "bimodal":
             self.lever.value = None
         self.lever.set_enabled(question.key != "bimodal")
+        if self.offered is not question:  # a button that is made anew loses a press
+            self._offer(question)
+        self._follow()
+
+    def _offer(self, question: Question) -> None:
+        """Offer the examples of a question."""
+        self.offered = question
         self.offers.clear()
         with self.offers:
             ui.label("Or open an example:")
             for name, title in question.offers().items():
                 quiet(title).on("click", partial(self.files.open_shipped, name))
-        self._follow()
 
     def _list_last(self) -> None:
         """Show the last files."""
