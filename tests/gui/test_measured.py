@@ -61,7 +61,7 @@ def test_a_text_or_a_file_of_an_instrument_is_a_measured_curve(name, data, kind)
 
 
 def asked(data, settings=None, case=CASE, name="curve.csv", folder=None):
-    with pytest.raises(reading.Question) as question:
+    with pytest.raises(reading.MissingAnswer) as question:
         reading.curve_from(data, name, settings or {}, case, folder)
     return question.value
 
@@ -133,7 +133,7 @@ def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path)
 def test_what_is_no_curve_is_refused_by_its_name(tmp_path):
     with pytest.raises(df.ResultError, match=r"^notes\.csv contains no table") as refused:
         reading.curve_from(b"a,b\nhello,there\n", "notes.csv", {}, CASE, tmp_path)
-    assert not isinstance(refused.value, reading.Question)
+    assert not isinstance(refused.value, reading.MissingAnswer)
     assert not list(tmp_path.glob("upload-*"))
 
 

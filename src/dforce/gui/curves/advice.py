@@ -10,7 +10,7 @@ from dforce.gui.window.shown import Said
 NONE = "No advice on this case."
 
 
-class Advice(Panel):
+class AdvicePanel(Panel):
     """The list; each piece stands at its field, too."""
 
     title = "Advice"

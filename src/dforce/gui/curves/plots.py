@@ -16,7 +16,7 @@ import dforce as df
 from dforce.core.notation import html_symbol, plain_math
 from dforce.gui.case.words import in_words
 from dforce.gui.curves import figures
-from dforce.gui.curves.advice import Advice
+from dforce.gui.curves.advice import AdvicePanel
 from dforce.gui.curves.chart import Chart, ring
 from dforce.gui.curves.differences import Differences
 from dforce.gui.curves.kept import KeptResults
@@ -102,7 +102,7 @@ class Plots:
             self.motion,
             self.numbers,
             self.differences,
-            Advice(view),
+            AdvicePanel(view),
         )
         self.pane = Pane(view, panels)
         self.states = CoexistingStates(view)

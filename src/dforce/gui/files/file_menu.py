@@ -203,14 +203,14 @@ class FileMenu:
         except reading.SpectrumFound:
             await self._open_spectrum(data, name, {})
             return
-        except reading.Question as question:
+        except reading.MissingAnswer as question:
             self._ask(question, str(question), data, name, settings)
             return
         await view.session.take_measured(raw, name, settings)
         self.plots.show_measured()
 
     def _ask(
-        self, question: reading.Question, sentence: str, data: bytes, name: str, settings: Mapping[str, object]
+        self, question: reading.MissingAnswer, sentence: str, data: bytes, name: str, settings: Mapping[str, object]
     ) -> None:
         """Ask what a file does not tell, and once more, with what is wrong, where an answer does not do."""
 

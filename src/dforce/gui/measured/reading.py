@@ -51,7 +51,7 @@ ADVICE = re.compile(r"[;:,] (?:write|pass|name it|choose) .*", re.DOTALL)
 Place = tuple[str, ...]  # of an answer in the table [data]
 
 
-class Question(df.ParameterError):
+class MissingAnswer(df.ParameterError):
     """A file does not tell all.
 
     Attributes
@@ -89,7 +89,7 @@ def curve_from(
 
     Raises
     ------
-    Question
+    MissingAnswer
         When something must be told that the file does not.
     DForceError
         When it holds no curve.
@@ -112,7 +112,7 @@ def curve_from(
                 raise SpectrumFound(sentence) from None
             asked = dict(_questions(sentence, case)) if isinstance(error, df.ParameterError) else {}
             if head is not None and (asked or OF_THE_TABLE.search(sentence)):
-                raise Question(ADVICE.sub("", sentence), head, asked) from None
+                raise MissingAnswer(ADVICE.sub("", sentence), head, asked) from None
             raise type(error)(sentence) from None
     return raw.assign_attrs(source=name)
 

@@ -52,7 +52,7 @@ class BranchPoints:
 
 
 @dataclass
-class Solved:
+class SolvedCurve:
     """What was found for some problems at all points.
 
     Attributes
@@ -133,7 +133,7 @@ class ModelBranches:
         block.predicted, block.wanted = PREDICTED, MOTION
         return block
 
-    def solve(self, problems: Sequence[Problem], offsets: Array, turns: Array) -> Solved:
+    def solve(self, problems: Sequence[Problem], offsets: Array, turns: Array) -> SolvedCurve:
         """Return the branches of some problems.
 
         Parameters
@@ -149,7 +149,7 @@ class ModelBranches:
             self._follow(block, stretch, offsets, turns, out, out.short[:, number])
         return out
 
-    def _empty(self, block: Block, problems: Sequence[Problem], offsets: Array) -> Solved:
+    def _empty(self, block: Block, problems: Sequence[Problem], offsets: Array) -> SolvedCurve:
         """Return room for what is found, with free motion where nothing is."""
         cases, points, size = len(problems), self.count, block.size
         values = np.empty((cases, points, self.columns))
@@ -157,7 +157,7 @@ class ModelBranches:
             at = [math.inf] if problem.heights is None else self._heights() + offsets[case]
             free = [free_response(problem.at_height(float(zc))) for zc in at]
             values[case] = np.concatenate([np.array(part)[:, : self.tones] for part in zip(*free, strict=True)], axis=1)
-        return Solved(
+        return SolvedCurve(
             values,
             np.ones((cases, points), bool),
             np.full((cases, len(self.stretches)), np.inf),
@@ -169,7 +169,7 @@ class ModelBranches:
         )
 
     def _follow(
-        self, block: Block, stretch: BranchPoints, offsets: Array, turns: Array, out: Solved, short: Array
+        self, block: Block, stretch: BranchPoints, offsets: Array, turns: Array, out: SolvedCurve, short: Array
     ) -> None:
         every = np.arange(len(offsets))
         values = stretch.heights + offsets[:, None]
@@ -214,7 +214,7 @@ class ModelBranches:
         i: int,
         values: Array,
         end: Array,
-        out: Solved,
+        out: SolvedCurve,
     ) -> bool:
         """Keep what was found of one problem's branch, and of its end where it ends before the last point.
 
@@ -251,7 +251,7 @@ class ModelBranches:
         above: Sequence[Problem],
         below: Sequence[Problem],
         shift: float,
-        solved: Solved,
+        solved: SolvedCurve,
         turns: Array,
         case: int = 0,
     ) -> Array:
@@ -275,11 +275,11 @@ class ModelBranches:
         values = find(beside, shifts, solved, turns, case)
         return difference(values[: len(above)], values[len(above) :])
 
-    def from_orbits(self, solved: Solved, case: int = 0) -> bool:
+    def from_orbits(self, solved: SolvedCurve, case: int = 0) -> bool:
         """Say whether derivatives follow from the orbits that were found; else curves beside them are followed anew."""
         return self.is_smooth and not bool(solved.lost[case].any())
 
-    def _beside(self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int) -> Array:
+    def _beside(self, beside: Sequence[Problem], shifts: Array, solved: SolvedCurve, turns: Array, case: int) -> Array:
         """Return what problems say one Newton step beside the orbits of one."""
         block, times = self._block(beside), (len(beside), 1)
         which = np.repeat(np.arange(len(beside)), self.count)
@@ -288,7 +288,7 @@ class ModelBranches:
         rows = block.remeasure(which, states, at, np.tile(solved.monodromy[case], (*times, 1)))
         return self.read(block, which, at, rows).reshape(len(beside), self.count, self.columns)
 
-    def _anew(self, beside: Sequence[Problem], shifts: Array, solved: Solved, turns: Array, case: int) -> Array:
+    def _anew(self, beside: Sequence[Problem], shifts: Array, solved: SolvedCurve, turns: Array, case: int) -> Array:
         """Return the same from curves that are followed anew."""
         offsets = solved.at[case] - self._heights()
         offset = float(np.nanmean(offsets)) if np.isfinite(offsets).any() else 0.0  # no point has a state there

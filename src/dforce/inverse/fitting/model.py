@@ -12,7 +12,7 @@ from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core.arrays import Array, Bools
 from dforce.core.errors import DForceError
-from dforce.inverse.fitting.curves import BranchPoints, ModelBranches, Solved, wrapped
+from dforce.inverse.fitting.curves import BranchPoints, ModelBranches, SolvedCurve, wrapped
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, SCALE, Unknown
 from dforce.problem import Problem
@@ -39,7 +39,7 @@ class Prediction:
     values: Array
     lost: Bools
     short: Array
-    solved: Solved
+    solved: SolvedCurve
 
 
 class CurveModel:
@@ -112,11 +112,11 @@ class CurveModel:
         solved = self.curves.solve(problems, offsets, self._turns(values[0]))
         return [self._prediction(solved, case, row) for case, row in enumerate(values)]
 
-    def _prediction(self, solved: Solved, case: int, values: Array) -> Prediction:
+    def _prediction(self, solved: SolvedCurve, case: int, values: Array) -> Prediction:
         out = solved.values[case].copy()
         out[:, : self.tones] *= self._scales(values)
         out[:, self.tones :] += self._turns(values)
-        alone = Solved(*(part[case : case + 1] for part in vars(solved).values()))
+        alone = SolvedCurve(*(part[case : case + 1] for part in vars(solved).values()))
         return Prediction(out, solved.lost[case], solved.short[case], alone)
 
     def _sum(self, kind: str, values: Array, tone: int = 0) -> float:
