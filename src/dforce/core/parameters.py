@@ -10,6 +10,7 @@ Forms, case files, schema, documentation and error messages are made from these 
 
 from __future__ import annotations
 
+import functools
 import math
 import operator
 import re
@@ -31,6 +32,7 @@ TOLD = 6  # digits of a number in a sentence
 # for a distance of 12. Each is far beyond what an instrument has.
 UTMOST = {"m": 1e-3, "rad": 2.0 * math.pi, "J": 1e-15, "J/m^2": 10.0, "N": 1e-3, "V": 1e3, "C/m^2": 10.0, "m/s": 1e3}
 NO_UNIT = re.compile(r"\s*[-+.\deE]+\s*")
+in_si = functools.cache(units.parse)  # bounds, with which each value is compared
 
 if TYPE_CHECKING:
     # What type checkers see of a field: what it is once it is read, and what may be given for it.
@@ -114,7 +116,7 @@ class ParameterQuantity:
         ):
             if bound is None:
                 continue
-            edge = units.parse(bound, self.unit)
+            edge = in_si(bound, self.unit)
             if broken(value, edge):
                 limit = bound if isinstance(bound, str) else units.show(bound, self.unit)
                 brief = units.show(value, self.unit, TOLD)
@@ -155,8 +157,8 @@ class ParameterQuantity:
         least = self.low if self.low is not None else self.above
         most = self.high if self.high is not None else self.below
         return (
-            -math.inf if least is None else units.parse(least, self.unit),
-            math.inf if most is None else units.parse(most, self.unit),
+            -math.inf if least is None else in_si(least, self.unit),
+            math.inf if most is None else in_si(most, self.unit),
         )
 
 
