@@ -122,7 +122,9 @@ class Solver:
             def at(case: int, zc: float, some: list[Problem] = some) -> tuple[Problem, float]:
                 return some[case], zc
 
-            block = block_type(self.case.solver)(ProblemBatch.of(some), at, self.case.solver, 1, samples, self.check_cancelled)
+            block = block_type(self.case.solver)(
+                ProblemBatch.of(some), at, self.case.solver, 1, samples, self.check_cancelled
+            )
             start = self._states(some, np.array([pairs[n][2] for n in numbers]))
             here = self._states(some, points.motions[own])
             begun = np.array([pairs[n][1] for n in numbers])

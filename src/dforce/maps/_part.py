@@ -181,7 +181,9 @@ class Part:
         def at(case: int, zc: float) -> tuple[Problem, float]:
             return self._problem(int(which[case])).at_height(zc), zc
 
-        block = block_type(self.settings)(batch, at, self.settings, self.experiment.harmonics, points, self.crew.check_cancelled)
+        block = block_type(self.settings)(
+            batch, at, self.settings, self.experiment.harmonics, points, self.crew.check_cancelled
+        )
         plan = self.plan
         solver = make_protocol(
             plan.protocol, block, zc, initial_motions(block, zc[:, 0], plan.start), report_done, plan.carry

@@ -139,7 +139,9 @@ class Starts:
     ) -> Indices:
         """Settle starts side by side; return those that have to be settled again."""
         batch = ProblemBatch.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
-        block = block_type(self.settings)(batch, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, check_cancelled)
+        block = block_type(self.settings)(
+            batch, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, check_cancelled
+        )
         values = np.full((len(which), 1), self.zc)
         starts = [motions[i] for i in which]
         if block.is_periodic:

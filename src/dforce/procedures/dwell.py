@@ -33,7 +33,9 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
     with until_stopped() as stop:
         report_progress(0, 1, "settling")
         for points, _ in sample_counts(plain.points, settings):
-            block = block_type(settings).of_one(problem, settings, harmonics, lambda: report_progress(0, 1, "settling"), points)
+            block = block_type(settings).of_one(
+                problem, settings, harmonics, lambda: report_progress(0, 1, "settling"), points
+            )
             [first] = initial_motions(block, np.array([zc]), plan.start)
             found = settle_at(block, first, zc)
             table.put((), found, problem)

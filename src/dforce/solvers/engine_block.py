@@ -18,16 +18,17 @@ from dforce.solvers.period_map import NOTHING, Slots
 from dforce.solvers.quasi_static import Branch
 from dforce.solvers.states import States
 
-MOTION, COLUMNS, HARMONIC = 0.3, 0.3, 0.1  # of the accuracy times a mode's damping: error of a step; see `limits`
+MOTION, COLUMNS, HARMONIC = 0.03, 0.003, 0.1  # of the accuracy times a mode's damping: error of a step; see `limits`
 ACCURACY = 1e-4  # where none is promised
 NEARBY = 1e-5  # of the free amplitude: Newton step behind which the next one is smaller than rounding
+STRAY = (
+    1e-3  # of the free amplitude: longest Newton step where the derivatives are kept: marches that are measured differ
+)
 ACCEPTED = 3e-3  # of the accuracy: Newton step, in free amplitudes, with which an orbit is accepted as it was marched
 LONG, CONTRACTS = 0.3, 0.5  # of the free amplitude: longest Newton step; of the step before: the next one
 MOST_STEPS, MOST_PASSES = 10, 6
 BESIDE = 1e-4  # of the free amplitude, or of the parameter's unit: neighbors, where differences give derivatives
 FINE = 0.01  # times the errors of steps, for such neighbors
-REPEATED, MOST_REPEATS = 1e-9, 200  # of its scale: change of a memory that repeats; periods that it gets for that
-AT_REST = 1e-6  # of its scale: change of the memory of an accepted orbit
 ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
 LONGEST = 16  # periods in one call, for the same reason
 FINER = 4.0  # errors of steps fall with this power of the samples that a finer block is asked for
@@ -69,9 +70,19 @@ class EngineBlock(Block):
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
         if self.late:
-            raise ParameterError('solver.integrator = "engine" takes no fluid with a memory; write integrator = "rk4" for it')
+            raise ParameterError(
+                'solver.integrator = "engine" takes no fluid with a memory; write integrator = "rk4" for it'
+            )
+        remembers = next((force for force in self.batch.example.forces if force.memory), None)
+        if remembers is not None:
+            raise ParameterError(
+                f'solver.integrator = "engine" finds no periodic orbit with the memory of {remembers.name}; '
+                'write integrator = "rk4", or method = "transient"'
+            )
         self._marcher = Marcher.of(self.batch.example)
-        self._places = np.unique(np.concatenate([self.batch.kinks, self.numbers[:, CONTACT : CONTACT + 1]], axis=1), axis=1)
+        self._places = np.unique(
+            np.concatenate([self.batch.kinks, self.numbers[:, CONTACT : CONTACT + 1]], axis=1), axis=1
+        )
         self._fineness = 1.0
 
     def finer(self, points: int) -> EngineBlock:
@@ -110,36 +121,17 @@ class EngineBlock(Block):
     ) -> tuple[Marched, Array]:
         """March over so many common periods; return the ends and the map's derivatives, (motions, size, size + 1).
 
-        The last column is by the parameter (per unit). Where a force has memory, it is carried on until it repeats: that is
-        the map which Newton's method solves.
+        The last column is by the parameter (per unit): by differences where all numbers change with it.
         """
         periods, unit = self.common * repeats, self.unit[which]
-        by_columns = len(self.memory_scale) == 0
-        out = self.marched(which, states, at, periods, harmonics=harmonics, unit=unit if by_columns else None)
-        if by_columns and self.parameter == DISTANCE and self.batch.levers is None:
+        out = self.marched(which, states, at, periods, harmonics=harmonics, unit=unit)
+        if self.parameter == DISTANCE and self.batch.levers is None:
             return out, out.columns
-        by: Array = np.empty((len(which), self.size, self.size + 1))
-        here = self._repeated(which, states, at, out, periods)
-        if by_columns:
-            by[:] = out.columns
-        else:
-            for k in range(self.size):
-                moved = states.copy()
-                moved.x[:, k] += BESIDE
-                by[:, :, k] = (self._repeated(which, moved, at, out, periods) - here) / BESIDE
-        by[:, :, -1] = (self._repeated(which, states, at + BESIDE * unit, out, periods) - here) / BESIDE
-        return out, by
-
-    def _repeated(self, which: Indices, states: States, at: Array, first: Marched, periods: int) -> Array:
-        """Return where motions end once the forces' memory repeats, which begins as it was left."""
-        memory, branch = first.memory, first.branch
-        for _ in range(MOST_REPEATS if len(self.memory_scale) else 1):
-            out = self.marched(which, States(states.x, memory, branch), at, periods, share=FINE)
-            change = np.abs(out.memory - memory) / self.memory_scale
-            memory, branch = out.memory, out.branch
-            if not change.max(initial=0.0) > REPEATED:
-                break
-        return out.path[:, -1]
+        ends = [
+            self.marched(which, states, value, periods, share=FINE).path[:, -1] for value in (at, at + BESIDE * unit)
+        ]
+        out.columns[:, :, -1] = (ends[1] - ends[0]) / BESIDE
+        return out, out.columns
 
     def newton(
         self,
@@ -177,7 +169,6 @@ class EngineBlock(Block):
         )
         state, before = States(found.x, found.memory, found.branch), np.full(count, np.inf)
         going, near = np.arange(count), [np.empty(0, np.int64)]
-        with_memory = len(self.memory_scale) > 0
         for turn in range(MOST_STEPS):
             if not len(going):
                 break
@@ -197,16 +188,16 @@ class EngineBlock(Block):
             state.memory[going], state.branch[going] = out.memory[fine], out.branch[fine]
             before[going] = np.where(part == 1.0, length, np.inf)
             close = length < NEARBY
-            done = close & ~wanted[going] & (not with_memory)
+            done = close & ~wanted[going]
             if measured is not None:
                 found.rows[going] = out.rows[fine]
-                done = (length < accepted) & (not with_memory)
+                done = length < accepted
             found.good[going[done]] = True
             near.append(going[close & ~done])
             going = going[~close]
         going = np.concatenate(near)
         before[:] = np.inf
-        for _ in range(MOST_REPEATS if with_memory else MOST_PASSES):
+        for _ in range(MOST_PASSES):
             if not len(going):
                 break
             out = self.marched(which[going], state.take(going), found.value[going], periods, harmonics=harmonics)
@@ -214,13 +205,12 @@ class EngineBlock(Block):
             by = np.concatenate([found.monodromy[going], found.by_parameter[going, :, None]], axis=2)
             step, _ = bordered(by, normal[going], miss)
             length = np.abs(step[:, :size]).max(axis=1)
-            rest = (np.abs(out.memory - state.memory[going]) / self.memory_scale).max(axis=1, initial=0.0)
-            rest = np.where((out.branch == state.branch[going]).all(axis=1), rest, np.inf)
-            found.residual[going] = np.maximum(np.abs(miss).max(axis=1), rest)
+            same = (out.branch == state.branch[going]).all(axis=1)
+            found.residual[going] = np.where(same, np.abs(miss).max(axis=1), np.inf)
             if harmonics is not None:
                 found.rows[going] = out.rows
-            lost = ~(length < NEARBY) | ((length > CONTRACTS * before[going]) & (rest < AT_REST))
-            done = (length < accepted) & (rest < AT_REST)
+            lost = ~(length < STRAY) | ((length > CONTRACTS * before[going]) & same)
+            done = (length < accepted) & same
             kept = ~lost
             state.x[going[kept]] += step[kept, :size]
             found.value[going[kept]] += step[kept, size] * self.unit[which[going[kept]]]
@@ -308,7 +298,7 @@ def bordered(by: Array, normal: Array, miss: Array) -> tuple[Array, Array]:
     matrix[:, size] = normal
     sides = np.zeros((count, size + 1, 2))
     sides[:, :size, 0], sides[:, size, 1] = miss, 1.0
-    regular = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(miss).all(axis=1)
+    regular = np.asarray(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(miss).all(axis=1))
     regular[regular] = np.abs(np.linalg.det(matrix[regular])) > 0.0
     out = np.full((count, size + 1, 2), np.nan)
     out[regular] = np.linalg.solve(matrix[regular], sides[regular])

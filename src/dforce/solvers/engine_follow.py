@@ -26,12 +26,15 @@ from dforce.solvers.quasi_static import (
     SMALLEST,
     TURNED,
     Branch,
+    fold_ahead,
 )
 from dforce.solvers.stability import is_stable
 from dforce.solvers.states import States
 
 ANCHORS = 4  # through so many the orbits between are predicted
 ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
+AIMED = 0.2  # of the largest error allowed in a prediction: that of the next one
+SHORTER = 0.7  # of a step that was refused: the next one, at most
 ONE_BY_ONE = 1  # how many values a step may lead to, where those that it passed were not found
 
 
@@ -130,7 +133,7 @@ class _Walk:
             fits[i] = is_stable(orbits.monodromy[i])
         fits &= fresh | self._continues(going, value, orbits, guess)
         astray = np.abs(orbits.x - guess).max(axis=1)
-        self._refuse(going[~fits], value[~fits])
+        self._refuse(going[~fits], value[~fits], np.where(orbits.good, astray, np.inf)[~fits])
         for i in np.flatnonzero(fits).tolist():
             self._take(int(going[i]), int(place[i]), i, orbits, astray[i])
         self.going[going] &= self.found.outcome[going] == FOLLOWED
@@ -148,7 +151,7 @@ class _Walk:
         b = span[:, None] * self.before_slope[going]
         with np.errstate(invalid="ignore"):
             cubic = x + s * (a + s * ((2.0 * a + b - 3.0 * rise) + s * (a + b - 2.0 * rise)))
-        return np.where((np.abs(reach) > FARTHEST * np.abs(span))[:, None], line, cubic)
+        return np.asarray(np.where((np.abs(reach) > FARTHEST * np.abs(span))[:, None], line, cubic))
 
     def _continues(self, going: Indices, value: Array, orbits: Any, guess: Array) -> Bools:
         """Say which orbits continue the last ones of their problems: value, state and slope."""
@@ -164,10 +167,15 @@ class _Walk:
             near = (chord < CHORD) & (bent < BENT * np.abs(step[:, 0]) * steepest)
             return np.asarray((turned < TURNED) & ((astray < self.block.predicted) | near))
 
-    def _refuse(self, cases: Indices, value: Array) -> None:
+    def _fitting(self, astray: Any) -> Any:
+        """Return by which factor a step changes whose orbit was so far from its prediction, of the fourth order."""
+        return (AIMED * self.block.predicted / np.maximum(astray, 1e-300)) ** 0.25
+
+    def _refuse(self, cases: Indices, value: Array, astray: Array) -> None:
         """Shorten the steps of problems whose orbits do not continue the last ones; end their states where there are none."""
         ended = self.fresh[cases]
-        self.reach[cases] = SHRINK * np.abs(value - self.found.last_value[cases]) / self.unit[cases]
+        shorter = np.clip(self._fitting(astray), SHRINK, SHORTER)
+        self.reach[cases] = shorter * np.abs(value - self.found.last_value[cases]) / self.unit[cases]
         ended |= self.reach[cases] < SMALLEST
         self.found.outcome[cases[ended]] = ENDED
 
@@ -175,7 +183,7 @@ class _Walk:
         """Make an orbit the next anchor of a problem."""
         found, begun = self.found, float(self.found.last_value[case])
         slopes = float(np.abs(orbits.slope[i]).max()), float(np.abs(found.last_slope[case]).max())
-        found.fold[case] = _fold_ahead(float(orbits.value[i]), slopes[0], begun, slopes[1])
+        found.fold[case] = fold_ahead(float(orbits.value[i]), slopes[0], begun, slopes[1])
         self.before_value[case], self.before_x[case], self.before_slope[case] = (
             begun,
             found.last_x[case],
@@ -191,11 +199,12 @@ class _Walk:
             self.before_value[case], self.before_x[case] = orbits.value[i], orbits.x[i]
             self.before_slope[case], self.fresh[case] = orbits.slope[i], False
         else:
-            longer = max(self.reach[case], GROWTH * abs(orbits.value[i] - begun) / self.unit[case])
-            self.reach[case] = longer if astray < EXACT else min(LARGEST, longer)
-        self.anchors[case].append(
-            Anchor(float(orbits.value[i]), *(one[i].copy() for one in (orbits.x, orbits.slope, orbits.memory, orbits.branch)), int(self.place[case]))
-        )
+            step = abs(orbits.value[i] - begun) / self.unit[case]
+            longer = step * min(GROWTH, max(1.0, self._fitting(astray)))
+            self.reach[case] = max(longer, self.reach[case]) if astray < EXACT else min(LARGEST, longer)
+        here = orbits.x[i], orbits.slope[i], orbits.memory[i], orbits.branch[i]
+        x, slope, memory, branch = (one.copy() for one in here)
+        self.anchors[case].append(Anchor(float(orbits.value[i]), x, slope, memory, branch, int(self.place[case])))
 
     def keep(self, case: int, place: int, i: int, orbits: Any) -> None:
         """Keep an orbit at a value of its path."""
@@ -205,7 +214,7 @@ class _Walk:
         found.residual[where], found.steps[where] = orbits.residual[i], orbits.steps[i]
 
     def _fill(self) -> bool:
-        """Find the orbits that steps have passed; say whether a problem goes on from an earlier anchor, as some were not found."""
+        """Find the orbits that steps have passed; say whether a problem goes on from an earlier anchor."""
         found = self.found
         passed = np.isnan(found.residual) & (np.arange(self.values.shape[1]) <= self.place[:, None])
         cases, places = np.nonzero(passed)
@@ -280,26 +289,21 @@ def hermite(at: Array, x: Array, slope: Array) -> Array:
     return np.asarray(out)
 
 
-def _fold_ahead(value: float, slope: float, value_before: float, slope_before: float) -> float:
-    """Return the value at which two slopes, the longest of an orbit each, foretell a fold, or NaN; see ``quasi_static``."""
-    if not (slope > slope_before > 0.0):
-        return np.nan
-    return value + (value - value_before) * slope_before**2 / (slope**2 - slope_before**2)
-
-
 def empty_branch(block: Solver, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Branch:
     """Return room for what is found along paths."""
     cases, size = len(at), block.size
-    inner = (
-        (size,),
-        (len(block.memory_scale),),
-        (block.hysteresis,),
-        (size, size),
-        (block.common * repeats, block.columns),
-        (),
-    )
+    states, branches, periods = len(block.memory_scale), block.hysteresis, block.common * repeats
+
+    def room(*inner: int) -> Array:
+        return np.full((*shape, *inner), np.nan)
+
     return Branch(
-        *(np.full((*shape, *some), np.nan) for some in inner),
+        room(size),
+        room(states),
+        room(branches),
+        room(size, size),
+        room(periods, block.columns),
+        room(),
         np.zeros(shape, np.int64),
         np.zeros(cases, np.int64),
         np.full(cases, FOLLOWED, np.int64),

@@ -176,7 +176,9 @@ class ParameterRange:
 
     def _new_block(self, value: float) -> Block:
         problem = self._whole_at(value) if self.zc is None else self.problem_at(value)
-        return block_type(self.settings).of_one(problem, self.settings, self.harmonics, points=self.points, unit=self.span)
+        return block_type(self.settings).of_one(
+            problem, self.settings, self.harmonics, points=self.points, unit=self.span
+        )
 
     def block(self, value: float) -> Block:
         """Return the problem at a value (SI), as a block along the distance."""

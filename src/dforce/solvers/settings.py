@@ -9,7 +9,6 @@ import pydantic
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Parameters
 
-
 PERIODIC = ("rk4", "engine")  # integrators that find periodic orbits
 
 
@@ -20,7 +19,7 @@ class SolverSettings(Parameters):
 
     method: Literal["periodic", "transient"] = pydantic.Field(
         default="periodic",
-        description="periodic: solve for the periodic orbit (with rk4 or engine); transient: integrate until the motion has settled",
+        description="periodic: solve for the periodic orbit (rk4 or engine); transient: integrate until the motion has settled",
     )
     integrator: Literal["rk4", "engine", "lsoda", "adaptive", "langevin"] = pydantic.Field(
         default="rk4",
