@@ -14,7 +14,7 @@ import dforce as df
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
 from dforce.gui.window.pages import Page
-from dforce.gui.window.view import DrawnResult
+from dforce.gui.window.shown import DrawnResult
 
 CASE = "figure-3-air"  # its curve takes some 20 ms
 

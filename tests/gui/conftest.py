@@ -5,7 +5,7 @@ import functools
 import pytest
 
 from dforce.gui.files import file_menu
-from dforce.gui.window import error_messages
+from dforce.gui.window import dialogs
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def live_as(monkeypatch):
 def said(monkeypatch):
     """Give the list of what the window says to a person."""
     sentences = []
-    monkeypatch.setattr(error_messages, "say", sentences.append)
+    monkeypatch.setattr(dialogs, "say", sentences.append)
     return sentences
 
 

@@ -8,7 +8,7 @@ import dataclasses
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui.case.entry import SliderElement
+from dforce.gui.case.sliders import SliderElement
 from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.measured.at_field import FitAtField
 

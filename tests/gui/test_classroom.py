@@ -10,11 +10,10 @@ import pytest
 
 import dforce as df
 from dforce.gui.document.document import Document
-from dforce.gui.document.link import from_link
 from dforce.gui.document.session import Session
+from dforce.gui.window.address import from_link
 from dforce.gui.window.classroom import LETTERS, new_code, people, told
-from dforce.gui.window.limits import SHARED
-from dforce.gui.window.security import GUEST, Guard
+from dforce.gui.window.security import GUEST, SHARED, Guard
 
 SECRET, CODE = "s" * 43, "abcd2345"
 

@@ -16,11 +16,11 @@ import xarray as xr
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui.case.parameters import rows_of
+from dforce.gui.case.values import rows_of
 from dforce.gui.document.document import Document
-from dforce.gui.document.results import ResultStore
+from dforce.gui.document.store import ResultStore
 from dforce.gui.files import file_menu, project, uploads
-from dforce.gui.study import drawn_limit, explore, pictures
+from dforce.gui.study import explore, pictures
 from dforce.gui.study.panel import ExplorePanel
 from dforce.gui.study.parameter_study import SECTIONS, Over, Varied, sweep_job
 from dforce.validity import advice_in
@@ -67,7 +67,7 @@ def test_a_sweep_is_lines_along_one_parameter():
     choice = explore.fitting(result, explore.Choice("peak_force", "zc", "", {"youngs_modulus": 2}))
     (trace,) = pictures.figure(result, choice)["data"]
     wanted = result["peak_force"].isel(youngs_modulus=2, A0=choice.places["A0"], direction=0).values
-    scale = drawn_limit.scale_of(result, choice)[0]
+    scale = explore.scale_of(result, choice)[0]
     assert np.allclose(numbers(trace["y"]) * scale, wanted, rtol=1e-6)
 
 
@@ -107,18 +107,18 @@ def test_a_limit_shades_what_it_allows_and_says_where_it_holds():
     choice = explore.fitting(result, explore.Choice("peak_force", "A0", ""))
     force = result["peak_force"].values
     between = 0.5 * float(np.nanmax(force[1]) + np.nanmax(force[2]))
-    limit = drawn_limit.DrawnLimit(between)
+    limit = explore.DrawnLimit(between)
     figure = pictures.figure(result, choice, limit)
     line, shade = figure["layout"]["shapes"]
-    scale = drawn_limit.scale_of(result, choice)[0]
+    scale = explore.scale_of(result, choice)[0]
     assert figure["drag"] and line["y0"] == line["y1"] == pytest.approx(between / scale)
     assert shade["y1"] < line["y0"]
     rising = np.nanmax(force[2]) > np.nanmax(force[1])
     ends = "18 nm to 20 nm" if rising else "22 nm to 22 nm"
-    assert ends in drawn_limit.allowed(result, choice, limit)
-    assert drawn_limit.read_limit(
-        result, choice, drawn_limit.shown_limit(result, choice, limit), False
-    ).value == pytest.approx(between, rel=1e-3)
+    assert ends in explore.allowed(result, choice, limit)
+    assert explore.read_limit(result, choice, explore.shown_limit(result, choice, limit), False).value == pytest.approx(
+        between, rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("make", [swept, states, planned])
@@ -206,7 +206,7 @@ def test_states_are_computed_against_a_number_of_the_case(tmp_path):
             await until(lambda: panel.props["quantity"] == "peak_force" and panel.props["y"] == "")
             send(panel, "limit", {"on": True})
             explorer._dragged(1.0)
-            scale = drawn_limit.scale_of(study.result, explorer.choice)[0]
+            scale = explore.scale_of(study.result, explorer.choice)[0]
             assert explorer.limit.value == pytest.approx(scale)
             page.view.edit(page.view.document.put(("drive", "A0"), "9 nm"))
             assert panel.props["note"] == ""
@@ -288,7 +288,7 @@ def test_the_panel_shows_its_set_point_and_dims_when_another_one_is_chosen(tmp_p
 def test_the_sentence_of_a_limit_says_which_states_are_meant():
     result = states()
     choice = explore.fitting(result, explore.Choice("peak_force", "A0", ""))
-    said = drawn_limit.allowed(result, choice, drawn_limit.DrawnLimit(float(result["peak_force"].max())))
+    said = explore.allowed(result, choice, explore.DrawnLimit(float(result["peak_force"].max())))
     assert "approach" in said or "branches" in said
 
 

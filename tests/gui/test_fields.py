@@ -10,8 +10,8 @@ from every import every
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.case.fields import check, fields, name_of
-from dforce.gui.case.values import read, shown, units_of, usual_unit
+from dforce.gui.case.fields import fields, name_of
+from dforce.gui.case.values import check, read, shown, units_of, usual_unit
 from dforce.gui.document.document import Document
 
 MODELS = [

@@ -21,10 +21,10 @@ from simulated import show, window
 import dforce as df
 from dforce.gui.curves.figures import Layer, picture
 from dforce.gui.document.document import Document
-from dforce.gui.document.results import ResultStore
 from dforce.gui.document.session import Session
+from dforce.gui.document.store import ResultStore
 from dforce.gui.files import file_menu, project, uploads
-from dforce.gui.window.view import DrawnResult
+from dforce.gui.window.shown import DrawnResult
 from dforce.results import hdf5
 from dforce.results.curves import Picture, drawable, pictures_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
-from dforce.gui.window.limits import SHARED, Limits
+from dforce.gui.window.security import SHARED, Limits
 
 
 @pytest.mark.parametrize("name", list(df.examples()))

@@ -11,7 +11,7 @@ import pytest
 
 import dforce as df
 from dforce.gui.document.document import Document, KeptResult, Slider
-from dforce.gui.document.link import from_link, to_link
+from dforce.gui.window.address import from_link, to_link
 
 
 @pytest.mark.parametrize("name", sorted(df.examples()))

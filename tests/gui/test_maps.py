@@ -11,9 +11,9 @@ import pytest
 from simulated import window
 
 import dforce as df
-from dforce.gui.case.parameters import rows_of
+from dforce.gui.case.values import rows_of
 from dforce.gui.document.document import Document
-from dforce.gui.document.results import ResultStore
+from dforce.gui.document.store import ResultStore
 from dforce.gui.files import file_menu, project, uploads
 from dforce.gui.study import explore, pictures
 from dforce.gui.study.parameter_study import SECTIONS, SET_POINT, Over, ParameterStudy, Varied, choices, plan_job

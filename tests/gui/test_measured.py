@@ -20,10 +20,9 @@ from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.document.session import Session
 from dforce.gui.files import project, uploads
 from dforce.gui.files.file_menu import figure_file, script_of, stem, written
-from dforce.gui.files.saving import SaveForm
-from dforce.gui.measured import confirming, fitting, overlay, reading, table_form, tune
+from dforce.gui.measured import fitting, lever, overlay, reading
 from dforce.gui.measured.panel import MeasuredPanel, matched
-from dforce.gui.window.error_messages import as_sentence
+from dforce.gui.window.dialogs import SaveForm, as_sentence
 from dforce.results import hdf5
 from dforce.results.curves import Picture
 
@@ -100,7 +99,7 @@ def answer(roles=("height", "amplitude", "phase"), **more):
 def test_answers_let_a_file_be_read(tmp_path):
     data = csv(heading="one,two,three")
     question = asked(data, folder=tmp_path)
-    settings = table_form.told(question.head, {}, [], answer())
+    settings = reading.told(question.head, {}, [], answer())
     assert settings == LAG | {
         "columns": {"height": "one", "amplitude": "two", "phase": "three"},
         "units": {"height": "nm", "amplitude": "nm", "phase": "deg"},
@@ -112,10 +111,10 @@ def test_answers_let_a_file_be_read(tmp_path):
 
 def test_what_a_reader_does_by_itself_is_not_named(tmp_path):
     question = asked(csv(), folder=tmp_path)
-    assert table_form.told(question.head, {}, [], answer(convention="lead")) == {"phase_convention": "lead"}
+    assert reading.told(question.head, {}, [], answer(convention="lead")) == {"phase_convention": "lead"}
     volts = asked(csv(heading="height_nm,amplitude_V,phase_deg"), folder=tmp_path)
     more = answer(sensitivity="50 nm/V", amplitude="rms", grows="toward")
-    assert table_form.told(volts.head, {}, [], more) == LAG | {
+    assert reading.told(volts.head, {}, [], more) == LAG | {
         "read": {"sensitivity": "50 nm/V", "amplitude_is": "rms", "height_grows": "toward"}
     }
 
@@ -127,7 +126,7 @@ def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path)
     assert {place[:2] for place in question.asked} == {
         ("calibrate", "free_amplitude"), ("calibrate", "free_phase"), ("calibrate", "errors")}  # fmt: skip
     told = ["20 nm", "90 deg", "30 pm", "0.2 deg"]
-    settings = table_form.told(question.head, LAG, list(question.asked), answer(more=told))
+    settings = reading.told(question.head, LAG, list(question.asked), answer(more=told))
     assert reading.curve_from(near, "c.csv", settings, CASE, tmp_path).sizes["point"] == 61
 
 
@@ -240,7 +239,7 @@ def test_a_dropped_curve_is_drawn_kept_with_the_case_and_removed(tmp_path):
             assert len(of(figure, "measured amplitude")) == 1
             assert page.view.document.case().data.file == "curve.csv"
             again = Session(session.store, tmp_path)
-            session._write()
+            session.saving.write()
             again = Session(session.store, tmp_path)
             await again.measured.load(again.document)
             assert again.measured.curve.identical(session.measured.curve)
@@ -269,7 +268,7 @@ def test_what_is_not_clear_is_asked_in_the_window_and_then_read(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             await page.files.open(csv(), "curve.csv")
-            form = element(user, table_form.TableForm)
+            form = element(user, reading.TableForm)
             assert "sign of the phases" in form.props["why"] and "phase_convention" not in form.props["why"]
             assert [column["role"] for column in form.props["columns"]] == ["height", "amplitude", "phase"]
             assert page.view.document.measured is None
@@ -286,7 +285,7 @@ def test_an_answer_that_does_not_do_is_asked_for_again_with_what_is_wrong(tmp_pa
 
     def form_of(user):
         with user.client:
-            return [one for one in user.client.elements.values() if isinstance(one, table_form.TableForm)][-1]
+            return [one for one in user.client.elements.values() if isinstance(one, reading.TableForm)][-1]
 
     roles = ["height", "amplitude", "phase", "curve"]
 
@@ -566,9 +565,9 @@ def test_a_spectrum_in_volts_asks_for_its_sensitivity(tmp_path):
     rows = "".join(f"{f:.3f},{1e14 * s:.6e}\n" for f, s in zip(frequency, density, strict=True))
     data = f"frequency (Hz),PSD (V^2/Hz)\n{rows}".encode()
     with pytest.raises(df.ParameterError) as refused:
-        tune.tune_from(data, "volts.csv", {}, tmp_path)
-    assert "sensitivity" in tune.questions(str(refused.value), {})
-    found = tune.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
+        lever.tune_from(data, "volts.csv", {}, tmp_path)
+    assert "sensitivity" in lever.questions(str(refused.value), {})
+    found = lever.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
     assert found.k == pytest.approx(measured_curve.K, rel=0.1)
 
 
@@ -586,9 +585,9 @@ def test_a_confirmed_lever_is_kept_with_the_document():
 
 def test_a_value_of_a_fit_names_the_k_and_the_r_for_which_it_holds():
     case = fitted_curves.case_of("stiff").to_toml(complete=True)
-    assert confirming.holds_for(case) == "for k = 2.7 N/m, R = 8 nm"
-    assert confirming.holds_for(case, ("cantilever.k", "sample.youngs_modulus")) == "for R = 8 nm"
-    assert confirming.holds_for(case, ("tip.radius",)) == "for k = 2.7 N/m"
+    assert lever.holds_for(case) == "for k = 2.7 N/m, R = 8 nm"
+    assert lever.holds_for(case, ("cantilever.k", "sample.youngs_modulus")) == "for R = 8 nm"
+    assert lever.holds_for(case, ("tip.radius",)) == "for k = 2.7 N/m"
 
 
 @pytest.mark.slow

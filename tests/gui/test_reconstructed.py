@@ -12,7 +12,7 @@ from simulated import until, window
 import dforce as df
 from dforce.gui.curves.figures import Layer
 from dforce.gui.files import file_menu
-from dforce.gui.measured.reconstructed import figure_of
+from dforce.gui.measured.reconstruction import figure_of
 from dforce.results.dataset import reader_unit
 
 

@@ -11,10 +11,10 @@ import pytest
 from simulated import until, window
 
 import dforce as df
-from dforce.gui.document import session as sessions
+from dforce.gui.document import store as stores
 from dforce.gui.document.document import Document
-from dforce.gui.document.session import KEY, UNREAD, Session
-from dforce.gui.document.store import ASIDE, Store
+from dforce.gui.document.session import UNREAD, Session
+from dforce.gui.document.store import ASIDE, KEY, Store
 
 FIRST = Document.first()
 
@@ -56,7 +56,7 @@ def test_a_document_that_cannot_be_read_is_not_written_over(tmp_path):
     store = {KEY: FIRST.to_plain() | {"set_point": "typed"}}
     session = Session(store, tmp_path)
     assert session.document == FIRST
-    session._write()
+    session.saving.write()
     assert store[UNREAD]["set_point"] == "typed"
     assert store[KEY]["set_point"] == FIRST.set_point
 
@@ -81,8 +81,8 @@ def test_no_value_keeps_others_from_being_kept(tmp_path, value):
 
 
 def test_a_person_is_told_that_what_is_typed_is_not_kept_and_when_it_is_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(sessions, "SAVED_AFTER", 0.05)
-    monkeypatch.setattr(sessions, "TRIED_AGAIN", 0.05)
+    monkeypatch.setattr(stores, "SAVED_AFTER", 0.05)
+    monkeypatch.setattr(stores, "TRIED_AGAIN", 0.05)
     file = tmp_path / "one.json"
 
     async def flow():
@@ -90,9 +90,9 @@ def test_a_person_is_told_that_what_is_typed_is_not_kept_and_when_it_is_again(tm
             view = page.view
             with full_disk():
                 view.edit(view.document.put(("drive", "A0"), "5 nm"))
-                await until(lambda: view.session.unkept)
+                await until(lambda: view.session.saving.unkept)
                 await user.should_see("Your input is not kept")
-            await until(lambda: not view.session.unkept)
+            await until(lambda: not view.session.saving.unkept)
             await user.should_not_see("Your input is not kept")
             assert Document.from_plain(Store(file)[KEY]).value(("drive", "A0")) == "5 nm"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dforce as df
-from dforce.gui.case.typed import composed, in_unit, taken_apart
+from dforce.gui.case.values import composed, in_unit, taken_apart
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,7 @@ def test_where_there_is_no_picture_a_sentence_says_so() -> None:
 
 
 def test_the_window_says_that_it_does_not_show_other_results(tmp_path: Path) -> None:
-    checks = pytest.importorskip("dforce.gui.files.upload_checks")
+    checks = pytest.importorskip("dforce.gui.files.uploads")
     with pytest.raises(df.ResultError, match="another kind \\(identification\\)"):
         checks.validate_upload(identification(), tmp_path)
 

@@ -208,7 +208,7 @@ def test_records_in_a_sweep_over_seeds_are_those_of_single_runs():
 
 
 def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path):
-    checks = pytest.importorskip("dforce.gui.files.upload_checks")
+    checks = pytest.importorskip("dforce.gui.files.uploads")
     from simulated import show, window
 
     from dforce.gui.curves.figures import Layer

@@ -14,7 +14,7 @@ from dforce.core.columns import read_columns
 from dforce.core.errors import DForceError
 from dforce.core.notation import html_symbol, plain_math
 from dforce.core.toml import read_toml
-from dforce.gui.case.typed import composed, fits, in_unit
+from dforce.gui.case.values import composed, fits, in_unit
 from dforce.gui.document.document import Document
 from dforce.gui.files.uploads import document_from, kind_of
 from dforce.inverse.readers import text as text_files

@@ -1,16 +1,20 @@
-"""The elements of a form: one field, and one parameter on a slider."""
+"""Elements of a form: a field, its companions, a heading, a button."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from nicegui import ui
+from nicegui.elements.mixins.text_element import TextElement
 from nicegui.events import GenericEventArguments
 
+if TYPE_CHECKING:
+    from dforce.gui.case.fields import Field
+    from dforce.gui.document.document import Path
+
 LONGEST = 2000  # characters of a field
-BETWEEN = 0.04  # s between two messages of a slider that is dragged
 
 
 class Caption(NamedTuple):
@@ -95,48 +99,26 @@ class Entry(ui.element, component="entry.js"):
             self.update()
 
 
-class SliderElement(ui.element, component="slider.js"):
-    """A parameter on a slider.
+class Companion(Protocol):
+    """What stands at the fields of numbers: sliders, and the fit of a measured curve."""
 
-    Parameters
-    ----------
-    on_slide
-        Called with the number while the slider is dragged, at most 25 times a second, and with the last one.
-    on_range
-        Called with the two ends as typed.
-    """
+    def clear(self) -> None:
+        """Forget all fields: they are made anew."""
 
-    def __init__(
-        self, path: str, label: str, *, on_slide: Callable[[float], None], on_range: Callable[[Sequence[str]], None]
-    ) -> None:
-        super().__init__()
-        self.props.update(path=path, label=label)
-        self._there: float | None = None  # what the browser shows
-        self._ahead = False  # the browser was told a value that the page's own list of properties does not hold yet
+    def place(self, path: Path, field: Field) -> None:
+        """Make what stands at a field, in the container that is open."""
 
-        def slide(event: GenericEventArguments) -> None:
-            self._there = float(event.args)
-            on_slide(self._there)
+    def show(self) -> None:
+        """Show the document."""
 
-        self.on("slide", slide, throttle=BETWEEN)
-        self.on("range", lambda event: on_range([str(end)[:40] for end in event.args]))
 
-    def show(self, unit: str, low: float, high: float, step: float, given: float) -> None:
-        """Show a range and a value."""
-        changed = {"unit": unit, "low": low, "high": high, "step": step, "given": given}
-        different = {key for key, value in changed.items() if self.props.get(key) != value}
-        if different == {"given"}:
-            with self.props.suspend_updates():
-                self.props.update(changed)
-            self._ahead = True
-            if given != self._there:
-                self.run_method("take", given)
-        elif different:
-            self.props.update(changed)
-        self._there = given
+def heading(text: str) -> None:
+    """Show the heading of a section."""
+    TextElement(tag="h2", text=text).classes("df-heading")
 
-    def settle(self) -> None:
-        """Let the page know the value for good: a slider that is not on show now takes it from there when it is."""
-        if self._ahead:
-            self._ahead = False
-            self.update()
+
+def button(text: str, icon: str, press: Callable[[], None], label: str = "") -> None:
+    """Show a quiet button."""
+    made = ui.button(text, icon=icon, on_click=press, color=None).props("flat dense no-caps").classes("df-button")
+    if label:
+        made.props.update({"aria-label": label, "title": f"{label[0].upper()}{label[1:]}"})

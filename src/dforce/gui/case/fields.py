@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 import inspect
-import math
 import re
 import types
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-import dforce as df
-from dforce.core.errors import shorten
 from dforce.core.parameters import ParameterQuantity, Parameters
-from dforce.core.units import parse, show
-from dforce.gui.case.typed import with_point
+from dforce.core.units import show
 
-NEEDED = "this needs a value"
 DEFAULT = re.compile(r"default: ([^;]+)")
-TOO_LARGE = re.compile(
-    r"[+-]?\d{19,}|[+-]?\d+(\.\d*)?[eE]\+?\d+"
-)  # numbers that stay texts, as :func:`dforce.gui.case.values.read` says
 KEY = re.compile(
     r"(?<![.\w])[a-z]+(?:_[a-z\d]+)+(?![.\w])"
 )  # a word of case files; one with dots is a path, to be typed
@@ -185,36 +177,6 @@ def _part(part: Any, quantity: ParameterQuantity | None, alone: bool) -> list[Sh
 
 def _is_parameters(part: object) -> bool:
     return inspect.isclass(part) and issubclass(part, Parameters)
-
-
-def check(field: Field, shape: Shape, value: Any) -> str:
-    """Return what is wrong with a value by itself, as a sentence; empty when nothing is.
-
-    Whether the values make sense together is for the case as a whole to say.
-    """
-    if value in (None, ""):
-        return NEEDED if field.required else ""
-    try:
-        if field.quantity is not None and shape.kind == "quantity":
-            field.quantity.check(parse(_pointed(value), field.quantity.unit))
-        elif field.quantity is not None and shape.kind == "numbers" and isinstance(value, list):
-            for item in value:
-                field.quantity.check(parse(_pointed(item), field.quantity.unit))
-        elif shape.kind in ("whole", "number") and isinstance(value, str):
-            words = (
-                "is too large" if TOO_LARGE.fullmatch(value) else f"is not a {'whole ' * (shape.kind == 'whole')}number"
-            )
-            return f"{shorten(value, 40)} {words}"
-        elif shape.kind == "number" and not math.isfinite(value):
-            return "this is not a finite number"
-    except df.ParameterError as error:
-        words = str(error)
-        return words.removeprefix("= ") if words.startswith("= ") else f"this {words}"
-    return ""
-
-
-def _pointed(value: object) -> Any:
-    return with_point(value) if isinstance(value, str) else value
 
 
 def start_of(model: type[Parameters], typed: object) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from nicegui import ui
 from nicegui.elements.mixins.text_element import TextElement
@@ -15,15 +15,15 @@ from dforce.core.errors import shorten
 from dforce.core.notation import first_sentence, html_symbol
 from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS
-from dforce.gui.case import typed
-from dforce.gui.case.entry import Caption, Entry
-from dforce.gui.case.fields import Field, Shape, carried, check, fields, name_of, spaced, start_of
-from dforce.gui.case.force_menu import choose_force
-from dforce.gui.case.own_law import OwnLaw
+from dforce.gui.case import values
+from dforce.gui.case.entry import Caption, Companion, Entry, button, heading
+from dforce.gui.case.fields import Field, Shape, carried, fields, name_of, spaced, start_of
+from dforce.gui.case.forces import OwnLaw, choose_force
 from dforce.gui.case.sliders import toggle
-from dforce.gui.case.values import read, shown, units_of
+from dforce.gui.case.values import check, read, shown, units_of
 from dforce.gui.document.document import Path
-from dforce.gui.window.view import Said, View
+from dforce.gui.window.shown import Said
+from dforce.gui.window.view import View
 
 LEFT_OUT = "left out"
 MORE = "More"
@@ -31,19 +31,6 @@ FIRST = ("cantilever", "drive", "tip", "sample", "forces", "experiment")  # sect
 LATER = ("contact", "medium", "readout", "noise", "solver")  # behind "More" while nothing is typed in them
 SWITCH = "Switch off for comparison"
 TEXTUAL = ("quantity", "numbers", "whole", "number", "text")
-
-
-class Companion(Protocol):
-    """What stands at the fields of numbers: sliders, and the fit of a measured curve."""
-
-    def clear(self) -> None:
-        """Forget all fields: they are made anew."""
-
-    def place(self, path: Path, field: Field) -> None:
-        """Make what stands at a field, in the container that is open."""
-
-    def show(self) -> None:
-        """Show the document."""
 
 
 class Forms:
@@ -308,8 +295,8 @@ class Forms:
         if not text:
             self.shown[path][2].show(unit=unit)
             return
-        numbers = [typed.in_unit(part, old, unit, field.quantity.unit) for part in text.split("; ")]
-        parts = [typed.composed(number, unit) for number in numbers]
+        numbers = [values.in_unit(part, old, unit, field.quantity.unit) for part in text.split("; ")]
+        parts = [values.composed(number, unit) for number in numbers]
         self._put(path, parts if self.shown[path][1].kind == "numbers" else parts[0])
 
     def typed_elsewhere(self, name: str, text: str, unit: str) -> None:
@@ -336,7 +323,7 @@ class Forms:
     def _tables(self, path: Path, field: Field, model: type[Parameters]) -> None:
         """Show a list of tables, such as modes: each with its number, a way to remove it, and one to add another."""
         items = self.view.document.value(path) or []
-        what = model.__name__.lower()
+        what = name_of(model).lower()
         for place in range(len(items)):
             with ui.element("div").classes("df-card"):
                 with ui.element("div").classes("df-card-head"):
@@ -403,18 +390,6 @@ class Forms:
             suggested = {}
         start = {"kind": new, **suggested}
         self.view.edit(document.choose(("experiment",), old, new, start), anew=True)
-
-
-def heading(text: str) -> None:
-    """Show the heading of a section."""
-    TextElement(tag="h2", text=text).classes("df-heading")
-
-
-def button(text: str, icon: str, press: Callable[[], None], label: str = "") -> None:
-    """Show a quiet button."""
-    made = ui.button(text, icon=icon, on_click=press, color=None).props("flat dense no-caps").classes("df-button")
-    if label:
-        made.props.update({"aria-label": label, "title": f"{label[0].upper()}{label[1:]}"})
 
 
 def first_line(model: type[Parameters]) -> str:

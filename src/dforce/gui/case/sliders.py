@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core import units
 from dforce.core.units import parse
-from dforce.gui.case import typed
-from dforce.gui.case.entry import SliderElement
+from dforce.gui.case import values
 from dforce.gui.case.fields import Field, name_of
 from dforce.gui.document.bounds import LARGEST, number
 from dforce.gui.document.document import MOST_SLIDERS, Path, Slider
 from dforce.gui.window.view import View
 
 STEPS = 200  # of a slider, about
+BETWEEN = 0.04  # s between two messages of a slider that is dragged
 
 
 def toggle(view: View, path: Path, field: Field) -> None:
@@ -48,9 +49,9 @@ def number_at(view: View, path: Path, field: Field) -> tuple[float | None, str]:
         value = units.show(float(value), field.unit)
     if not isinstance(value, str):
         return None, ""
-    text, unit = typed.taken_apart(value, field.unit or "1")
+    text, unit = values.taken_apart(value, field.unit or "1")
     try:
-        return float(typed.with_point(text)), unit
+        return float(values.with_point(text)), unit
     except (ValueError, df.ParameterError):
         return None, ""
 
@@ -83,8 +84,55 @@ def _tidy(value: float) -> float:
     return float(f"{value:.9g}")
 
 
+class SliderElement(ui.element, component="slider.js"):
+    """A parameter on a slider.
+
+    Parameters
+    ----------
+    on_slide
+        Called with the number while the slider is dragged, at most 25 times a second, and with the last one.
+    on_range
+        Called with the two ends as typed.
+    """
+
+    def __init__(
+        self, path: str, label: str, *, on_slide: Callable[[float], None], on_range: Callable[[Sequence[str]], None]
+    ) -> None:
+        super().__init__()
+        self.props.update(path=path, label=label)
+        self._there: float | None = None  # what the browser shows
+        self._ahead = False  # the browser was told a value that the page's own list of properties does not hold yet
+
+        def slide(event: GenericEventArguments) -> None:
+            self._there = float(event.args)
+            on_slide(self._there)
+
+        self.on("slide", slide, throttle=BETWEEN)
+        self.on("range", lambda event: on_range([str(end)[:40] for end in event.args]))
+
+    def show(self, unit: str, low: float, high: float, step: float, given: float) -> None:
+        """Show a range and a value."""
+        changed = {"unit": unit, "low": low, "high": high, "step": step, "given": given}
+        different = {key for key, value in changed.items() if self.props.get(key) != value}
+        if different == {"given"}:
+            with self.props.suspend_updates():
+                self.props.update(changed)
+            self._ahead = True
+            if given != self._there:
+                self.run_method("take", given)
+        elif different:
+            self.props.update(changed)
+        self._there = given
+
+    def settle(self) -> None:
+        """Let the page know the value for good: a slider that is not on show now takes it from there when it is."""
+        if self._ahead:
+            self._ahead = False
+            self.update()
+
+
 class Sliders:
-    """The sliders of a page, each at the field of its parameter; see :class:`dforce.gui.case.forms.Companion`."""
+    """The sliders of a page, each at the field of its parameter; see :class:`dforce.gui.case.entry.Companion`."""
 
     def __init__(self, view: View) -> None:
         self.view = view
@@ -155,7 +203,7 @@ class Sliders:
     def _range(self, path: Path, field: Field, ends: Sequence[str]) -> None:
         unit = number_at(self.view, path, field)[1]
         try:
-            low, high = (number(float(typed.with_point(end)), -LARGEST, LARGEST) for end in ends)
+            low, high = (number(float(values.with_point(end)), -LARGEST, LARGEST) for end in ends)
         except (ValueError, df.ParameterError):
             ui.notify("The ends of a slider are two numbers.")
             low, high = next((s.low, s.high) for s in self.view.document.sliders if s.path == path)

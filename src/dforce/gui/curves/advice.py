@@ -5,7 +5,7 @@ from __future__ import annotations
 from nicegui import ui
 
 from dforce.gui.curves.panel import Panel, Scene
-from dforce.gui.window.view import Said
+from dforce.gui.window.shown import Said
 
 NONE = "No advice on this case."
 

@@ -1,4 +1,5 @@
 // A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
+const NARROW = 320; // px, below which titles of axes are smaller
 const FREE = 600, GHOST = 6000; // ms after the hand is off until the axes follow again, and until the ghost goes
 let plotly = null;
 
@@ -29,7 +30,7 @@ function readColors() {
   };
 }
 
-function themed(figure) {
+function themed(figure, narrow) {
   const c = colors();
   const of = (name) => (typeof name === "number" ? c.series[name % c.series.length] : c[name] ?? name);
   const layout = structuredClone(figure.layout ?? {});
@@ -49,7 +50,7 @@ function themed(figure) {
       ticklabeloverflow: "allow", // the margins have room for labels, and measuring each takes long
       ...axis,
       tickfont: { color: own ?? c.soft, size: 11 },
-      title: { standoff: 8, ...axis.title, font: { size: 12, color: own ?? c.ink } },
+      title: { standoff: 8, ...axis.title, font: { size: narrow ? 10 : 12, color: own ?? c.ink } },
     };
   }
   if (layout.legend) layout.legend = { font: { color: c.soft, size: 11 }, bgcolor: "rgba(0,0,0,0)", ...layout.legend };
@@ -125,7 +126,8 @@ export default {
       return revision;
     },
     async paint() {
-      const { data, layout } = themed(this.held());
+      this.narrow = this.$el.clientWidth < NARROW;
+      const { data, layout } = themed(this.held(), this.narrow);
       // no button that sends a chart to another host
       const config = { showSendToCloud: false, plotlyServerURL: "", displaylogo: false, responsive: false,
                        displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
@@ -168,7 +170,9 @@ export default {
       this.stale = stale;
     },
     fit() {
-      if (this.drawn && this.$el.clientWidth > 0) window.Plotly.Plots.resize(this.$refs.plot);
+      if (!this.drawn || this.$el.clientWidth === 0) return;
+      if (this.$el.clientWidth < NARROW !== this.narrow) this.paint();
+      else window.Plotly.Plots.resize(this.$refs.plot);
     },
   },
 };

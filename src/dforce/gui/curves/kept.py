@@ -12,7 +12,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.gui.curves.figures import Layer
 from dforce.gui.document.document import LONGEST_NAME, KeptResult
-from dforce.gui.window.error_messages import telling
+from dforce.gui.window.dialogs import telling
 from dforce.gui.window.view import View
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import dforce as df
 from dforce.core.notation import html_symbol
 from dforce.findings.set_point import regime
 from dforce.gui.curves.figures import Layer, unit_of
-from dforce.gui.curves.force_figure import LEAST_PART
+from dforce.gui.curves.other_figures import LEAST_PART
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import LIVE, Latest, in_thread
 from dforce.gui.window.shown import PagePart
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.gui.document.document import Document
-    from dforce.gui.window.view import DrawnResult
+    from dforce.gui.window.shown import DrawnResult
 
 PATIENCE = 10.0  # s; a motion that takes longer to settle is given up
 MOST_SAMPLES = 4000  # that are sent; more are not seen

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.gui.document.document import Document
-    from dforce.gui.window.view import DrawnResult, View
+    from dforce.gui.window.shown import DrawnResult
+    from dforce.gui.window.view import View
 
 REST = 0.3  # s without a change after which the states are looked for
 PATIENCE = 20.0  # s; what was found by then is drawn

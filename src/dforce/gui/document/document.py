@@ -68,7 +68,7 @@ class MeasuredData:
     fit
         The identifier of the last fit of it; empty where there is none.
     confirmed
-        The lever and the tip that a person confirmed for it, of :func:`dforce.gui.measured.confirming.lever_and_tip`.
+        The lever and the tip that a person confirmed for it, of :func:`dforce.gui.measured.lever.lever_and_tip`.
     """
 
     id: str
@@ -99,7 +99,7 @@ class Document:
     plots
         The pictures chosen, each for the results that have its quantities; others are drawn as suits them.
     results
-        The results kept, the newest last; :mod:`dforce.gui.document.results` holds them.
+        The results kept, the newest last; :mod:`dforce.gui.document.store` holds them.
     set_point
         The share of the free amplitude at which quantities are read off the curves.
     opened

@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
-import logging
-import threading
 import time
 import weakref
 from collections.abc import Mapping, MutableMapping
@@ -17,23 +15,19 @@ import dforce as df
 from dforce.gui.curves import compare
 from dforce.gui.document.compute import Job
 from dforce.gui.document.document import LOOKS, Document, KeptResult
-from dforce.gui.document.results import ResultStore
-from dforce.gui.measured.confirming import UNCONFIRMED, is_confirmed, lever_and_tip
+from dforce.gui.document.store import KEY, ResultStore, Saving
 from dforce.gui.measured.fitting import FitJob, curve_in
+from dforce.gui.measured.lever import UNCONFIRMED, is_confirmed, lever_and_tip
 from dforce.gui.measured.session import MeasuredSession
 from dforce.gui.study.parameter_study import ParameterStudy
-from dforce.gui.window.limits import ALONE, Limits
+from dforce.gui.window.security import ALONE, Limits
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST_STEPS = 200  # of undo
 TOGETHER = 1.5  # s; edits of one field that follow each other faster are one step of undo
-SAVED_AFTER = 0.5  # s
-TRIED_AGAIN = 5.0  # s after which what could not be kept is written once more
-KEY, UNREAD = "document", "unread"
-
-log = logging.getLogger("dforce.gui")
+UNREAD = "unread"  # name in the store of what could not be read
 LOOKED_EVERY = 0.1  # s between two looks at a run
 
 
@@ -84,10 +78,8 @@ class Session:
         self.fitting: FitJob | None = None  # the last fit of the measured curve
         self._last = ("", 0.0)
         self._seen = time.monotonic()
-        self._saving: asyncio.TimerHandle | None = None
-        self._writing = threading.Lock()
         self._keeping = asyncio.Lock()
-        self.unkept = ""  # why what is typed is not kept
+        self.saving = Saving(store, lambda: self.document, self._show_unkept)
         self.person: str | None = None  # the name of a guest of a class; None: whose server it is
 
     def edit(self, document: Document, *, name: str = "", anew: bool = False) -> None:
@@ -108,7 +100,7 @@ class Session:
     def look(self, document: Document) -> None:
         """Take a document whose case is the same: what is drawn, and how. Nothing is computed, and it is no step of undo."""
         self.document = document
-        self.save_soon()
+        self.saving.soon()
         for view in tuple(self.views):
             view.show_anew()
 
@@ -141,7 +133,7 @@ class Session:
     def _take(self, document: Document, anew: bool) -> None:
         self.fresh = False
         self.document = document
-        self.save_soon()
+        self.saving.soon()
         for view in tuple(self.views):
             view.show(anew)
 
@@ -346,39 +338,10 @@ class Session:
         for view in tuple(self.views):
             view.show_job()
 
-    def save_soon(self, seconds: float = SAVED_AFTER) -> None:
-        """Keep the document, at most twice a second while it changes."""
-        if self._saving is None:
-            self._saving = asyncio.get_running_loop().call_later(seconds, self._save)
-
-    def _save(self) -> None:
-        self._saving = None
-        asyncio.get_running_loop().run_in_executor(None, self._write).add_done_callback(self._saved)
-
-    def _write(self) -> None:
-        """Write the document as it is now. Blocking."""
-        with self._writing:
-            self.store[KEY] = self.document.to_plain()
-
-    def _saved(self, written: asyncio.Future[None]) -> None:
-        """Say whether the document was written, and try again where it was not."""
-        if written.cancelled():
-            return
-        error = written.exception()
-        if error is not None and not isinstance(error, df.ResultError):
-            log.error("your input could not be kept", exc_info=error)
-        unkept = "" if error is None else f"Your input is not kept: {error}. Save the case (menu File)."
-        if error is not None:
-            self.save_soon(TRIED_AGAIN)
-        if unkept != self.unkept:
-            self.unkept = unkept
-            for view in tuple(self.views):
-                view.show_unkept()
-
     def idle(self, seconds: float) -> bool:
         """Return whether no page has shown the session for so long and nothing runs."""
         jobs = (job for job in (self.job, self.fitting, self.study.job) if job is not None)
-        busy = bool(self.views) or self._saving is not None or any(job.busy for job in jobs)
+        busy = bool(self.views) or self.saving.waits or any(job.busy for job in jobs)
         if busy:
             self._seen = time.monotonic()
         return time.monotonic() - self._seen > seconds
@@ -388,12 +351,11 @@ class Session:
         self.stop()
         self.stop_fit()
         self.study.stop()
-        if self._saving is not None:
-            self._saving.cancel()
-            try:
-                self._write()
-            except df.ResultError as error:
-                log.error("the last input could not be kept: %s", error)
+        self.saving.end()
+
+    def _show_unkept(self) -> None:
+        for view in tuple(self.views):
+            view.show_unkept()
 
     def _kept(self) -> Document:
         try:

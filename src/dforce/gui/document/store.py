@@ -1,14 +1,31 @@
-"""What a visit leaves, in a file of its own: written whole at each change, so that the next one finds it."""
+"""Files of a session: its document, written whole at each change, and its results under identifiers."""
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import json
+import logging
+import re
+import secrets
+import threading
+from collections.abc import Callable, MutableMapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import dforce as df
+from dforce.core.errors import shorten
 from dforce.core.files import write_whole
+from dforce.gui.document.document import MOST_RESULTS, Document
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+log = logging.getLogger("dforce.gui")
+
+KEY = "document"
+SAVED_AFTER = 0.5  # s
+TRIED_AGAIN = 5.0  # s after which what could not be kept is written once more
 
 ASIDE = ".unread"  # ending of what could not be read; it is kept, for nothing typed is thrown away
 
@@ -61,3 +78,147 @@ def why(error: BaseException) -> str:
     if isinstance(cause, OSError):
         return (cause.strerror or str(cause)).lower()
     return str(error)
+
+
+IDENTIFIER = re.compile(r"[0-9a-f]{16}")
+MOST_BYTES = 500_000_000  # of a session
+
+
+class Saving:
+    """Keeps a document in a store, at most twice a second while it changes.
+
+    Parameters
+    ----------
+    store
+        Where it is kept, under :data:`KEY`.
+    current
+        Returns the document.
+    tell
+        Called when `unkept` has changed.
+
+    Attributes
+    ----------
+    unkept
+        Why the input is not kept; empty while it is.
+    """
+
+    def __init__(
+        self, store: MutableMapping[str, object], current: Callable[[], Document], tell: Callable[[], None]
+    ) -> None:
+        self._store, self._current, self._tell = store, current, tell
+        self._timer: asyncio.TimerHandle | None = None
+        self._writing = threading.Lock()
+        self.unkept = ""
+
+    @property
+    def waits(self) -> bool:
+        """Whether something is still to be written."""
+        return self._timer is not None
+
+    def soon(self, seconds: float = SAVED_AFTER) -> None:
+        """Write the document after a moment."""
+        if self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(seconds, self._save)
+
+    def write(self) -> None:
+        """Write the document as it is now. Blocking."""
+        with self._writing:
+            self._store[KEY] = self._current().to_plain()
+
+    def end(self) -> None:
+        """Write what waits, and nothing more: the server ends. Blocking."""
+        if self._timer is not None:
+            self._timer.cancel()
+            try:
+                self.write()
+            except df.ResultError as error:
+                log.error("the last input could not be kept: %s", error)
+
+    def _save(self) -> None:
+        self._timer = None
+        asyncio.get_running_loop().run_in_executor(None, self.write).add_done_callback(self._saved)
+
+    def _saved(self, written: asyncio.Future[None]) -> None:
+        """Say whether the document was written, and try again where it was not."""
+        if written.cancelled():
+            return
+        error = written.exception()
+        if error is not None and not isinstance(error, df.ResultError):
+            log.error("your input could not be kept", exc_info=error)
+        unkept = "" if error is None else f"Your input is not kept: {error}. Save the case (menu File)."
+        if error is not None:
+            self.soon(TRIED_AGAIN)
+        if unkept != self.unkept:
+            self.unkept = unkept
+            self._tell()
+
+
+class ResultStore:
+    """The results of one session, in a folder of its own.
+
+    Parameters
+    ----------
+    folder
+        Where they lie; it is made when the first one comes.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def keep(self, result: xr.Dataset) -> str:
+        """Write a result and return its identifier; the oldest ones go when there are too many. Blocking.
+
+        Raises
+        ------
+        ResultError
+            When it cannot be written; no other result has gone then.
+        """
+        name = secrets.token_hex(8)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            df.write(result, self.folder / f"{name}.nc")
+        except OSError as error:
+            raise df.ResultError(why(error)) from error
+        self._forget()
+        return name
+
+    def take(self, name: str) -> xr.Dataset:
+        """Return a result. Blocking.
+
+        Raises
+        ------
+        ResultError
+            When there is none of this identifier, or it cannot be read.
+        """
+        return df.read(self.path(name))
+
+    def path(self, name: str) -> Path:
+        """Return the file of a result.
+
+        Raises
+        ------
+        ResultError
+            When there is none of this identifier.
+        """
+        path = self.folder / f"{name}.nc"
+        if not IDENTIFIER.fullmatch(name) or not path.is_file():
+            raise df.ResultError(f"the result '{shorten(name, 20)}' is no longer kept")
+        return path
+
+    def names(self) -> list[str]:
+        """Return the identifiers, the oldest first."""
+        return [file.stem for file in self._files()]
+
+    def drop(self, name: str) -> None:
+        """Forget a result."""
+        self.path(name).unlink(missing_ok=True)
+
+    def _files(self) -> list[Path]:
+        return sorted(self.folder.glob("*.nc"), key=lambda file: file.stat().st_mtime)
+
+    def _forget(self) -> None:
+        files = self._files()
+        sizes = [file.stat().st_size for file in files]
+        while len(files) > 1 and (len(files) > MOST_RESULTS or sum(sizes) > MOST_BYTES):
+            files.pop(0).unlink(missing_ok=True)
+            sizes.pop(0)

@@ -7,6 +7,7 @@ import contextlib
 import re
 import tempfile
 import threading
+import tomllib
 import weakref
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
@@ -20,16 +21,16 @@ from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.plots import Plots
 from dforce.gui.document.document import Document
 from dforce.gui.files import project, uploads
-from dforce.gui.files.saving import ask, choice, text
-from dforce.gui.measured import reading, tune
+from dforce.gui.files.last_files import LastFiles
+from dforce.gui.measured import lever, reading
 from dforce.gui.measured.overlay import shows
-from dforce.gui.measured.table_form import ask_table
+from dforce.gui.measured.reading import ask_table
 from dforce.gui.study.explore import is_explorable
 from dforce.gui.study.parameter_study import Over, with_approach
-from dforce.gui.window.error_messages import as_sentence, say, telling
-from dforce.gui.window.menus import menu
+from dforce.gui.window.dialogs import as_sentence, ask, choice, menu, say, telling, text
 from dforce.gui.window.view import View
 from dforce.inverse.readers import endings
+from dforce.library import measured_data
 from dforce.results.curves import Picture
 from dforce.results.kinds import is_kind
 
@@ -45,7 +46,7 @@ TOO_LARGE = (
     "The result over parameters is too large for the project file. It is not saved in it; its own file is unchanged."
 )
 NOTHING = "No result yet; press Run."
-UNSAVED = "the file could not be made"
+UNSAVED, UNOPENED = "the file could not be made", "the file could not be opened"
 UNSENT = "The file did not arrive: the server of the window has no room, or cannot be reached."
 REFUSED = (
     f"Only a case (.toml), a result (.nc), a measured curve ({', '.join(endings())}) or a project ({ENDING}) of at most "
@@ -68,6 +69,7 @@ class FileMenu:
 
     def __init__(self, view: View, new: Callable[[], None]) -> None:
         self.view = view
+        self.last = LastFiles(view.session.results.folder / "last")
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (
@@ -102,7 +104,39 @@ class FileMenu:
                 say(REFUSED)
             return
         data, name = await event.file.read(), event.file.name
-        await self._attempt("the file could not be opened", lambda: self.open(data, name))
+        await self._attempt(UNOPENED, lambda: self._open_and_keep(data, name))
+
+    async def _open_and_keep(self, data: bytes, name: str) -> None:
+        await self.open(data, name)
+        await asyncio.to_thread(self.last.keep, data, name)
+
+    async def open_last(self, name: str) -> None:
+        """Open one of the last files again, or say that it is gone."""
+
+        async def open_again() -> None:
+            await self._open_and_keep(await asyncio.to_thread(self.last.take, name), name)
+
+        await self._attempt(UNOPENED, open_again)
+
+    async def open_shipped(self, name: str) -> None:
+        """Open an example, or a measured file that is shipped, with the case that fits it."""
+
+        async def open_it() -> None:
+            if name in df.examples():
+                self.view.open(Document.of(df.example(name)))
+                self.view.session.hide_kept()  # they were of another case, and are a press away
+                return
+            shipped = measured_data()
+            text = shipped.get(f"{Path(name).stem}.toml")
+            if text is None:
+                await self.open(shipped[name], name)
+                return
+            table = tomllib.loads(text.decode())
+            settings = {key: value for key, value in table.pop("data").items() if key in reading.SETTINGS}
+            self.view.open(Document.of(with_approach(df.Case(**table))))
+            await self.open_measured(shipped[name], name, settings)
+
+        await self._attempt(UNOPENED, open_it)
 
     async def open(self, data: bytes, name: str = "") -> None:
         """Open a file by its content.
@@ -187,7 +221,7 @@ class FileMenu:
                 except df.DForceError as error:
                     self._ask(question, str(error), data, name, told)
 
-            await self._attempt("the file could not be opened", read)
+            await self._attempt(UNOPENED, read)
 
         ask_table(f"Read {shorten(name, 60)}", as_sentence(sentence), question.head, settings, question.asked, answered)
 
@@ -195,22 +229,22 @@ class FileMenu:
         """Show f0, k and Q of a thermal spectrum, and take them for the lever when a person says so."""
         folder = self.view.session.results.folder
         try:
-            found = await asyncio.to_thread(tune.tune_from, data, name, answers, folder)
+            found = await asyncio.to_thread(lever.tune_from, data, name, answers, folder)
         except df.ParameterError as error:
-            fields, why = tune.questions(str(error), answers), as_sentence(str(error))
+            fields, why = lever.questions(str(error), answers), as_sentence(str(error))
             if not fields:
                 raise
         else:
-            fields, why = tune.questions("", answers), tune.in_words(found)
+            fields, why = lever.questions("", answers), lever.tune_in_words(found)
         shown = dict(fields)
 
         async def answered(*given: str) -> None:
             told = answers | {key: text for key, text in zip(shown, given, strict=True) if text.strip()}
 
             async def take() -> None:
-                found = await asyncio.to_thread(tune.tune_from, data, name, told, folder)
-                self.view.edit(tune.with_lever(self.view.document, found), anew=True)
-                ui.notify(f"The lever has now {tune.in_words(found)}", type="positive")
+                found = await asyncio.to_thread(lever.tune_from, data, name, told, folder)
+                self.view.edit(lever.with_lever(self.view.document, found), anew=True)
+                ui.notify(f"The lever has now {lever.tune_in_words(found)}", type="positive")
 
             await self._attempt("the spectrum could not be used", take)
 

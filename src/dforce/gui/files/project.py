@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import dforce as df
 from dforce.gui.document.document import PLUGINS, Document
-from dforce.gui.document.results import IDENTIFIER, ResultStore
+from dforce.gui.document.store import IDENTIFIER, ResultStore
 from dforce.gui.files.uploads import MOST_BYTES, beside_from, opened_from, result_from
 from dforce.gui.study import explore, pictures
 from dforce.gui.study.explore import is_explorable

@@ -7,11 +7,11 @@ from typing import Any
 from nicegui import ui
 
 from dforce.gui.case.fields import Field
-from dforce.gui.case.parameters import ParameterRow
+from dforce.gui.case.values import ParameterRow
 from dforce.gui.case.words import with_labels
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.measured import fitting
-from dforce.gui.window.error_messages import as_sentence
+from dforce.gui.window.dialogs import as_sentence
 from dforce.gui.window.view import View
 
 PRIORS = ("fit", "priors")

@@ -1,19 +1,24 @@
-"""A fit of the measured curve: which parameters can be free, what a fit says of each, and its values for the case."""
+"""A fit of the measured curve: its free parameters, warnings before it, its values, and safe settings after it."""
 
 from __future__ import annotations
 
+import asyncio
 import math
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from nicegui import background_tasks
+
 import dforce as df
 from dforce.core.units import show
-from dforce.gui.case.parameters import ParameterRow, rows_of
+from dforce.gui.case.values import ParameterRow, rows_of
 from dforce.gui.case.words import field_at, label_of
 from dforce.gui.document.compute import Job, duration
 from dforce.gui.document.document import LONGEST_NAME, NAMING, Document, Path, path_of
-from dforce.gui.measured.confirming import holds_for
+from dforce.gui.measured.lever import holds_for
 from dforce.gui.measured.reading import CALIBRATED
 from dforce.inverse.fitting.result import data_of
 from dforce.inverse.fitting.typed import shown
@@ -192,3 +197,78 @@ def _label(document: Document, name: str) -> str:
 
 def _one(fit: xr.Dataset, name: str) -> xr.Dataset | None:
     return fit.sel(parameter=name) if name in fit["parameter"].values else None
+
+
+REST = 0.4  # s without a change before it is computed
+BOTH = "approach and retract"
+
+
+class Foreseen:
+    """Sentences on the parameters that a fit would leave unconstrained, by their names.
+
+    Parameters
+    ----------
+    look
+        Called when there are others.
+    """
+
+    def __init__(self, look: Callable[[], None]) -> None:
+        self.look = look
+        self.sentences: dict[str, str] = {}
+        self._asked: object = None
+
+    def ask(self, document: Document, curve: xr.Dataset) -> None:
+        """Find what the range of a curve does not constrain of a document's case; at once where it is known."""
+        names = free_names(document)
+        shift = document.measured.shift if document.measured is not None else 0.0
+        asked = document.table, document.off, tuple(names), shift, document.measured and document.measured.id
+        if asked == self._asked:
+            return
+        self._asked, self.sentences = asked, {}
+        if names:
+            background_tasks.create(self._find(asked, document, curve.assign_attrs(height_offset=shift), names))
+
+    async def _find(self, asked: object, document: Document, curve: xr.Dataset, names: list[str]) -> None:
+        await asyncio.sleep(REST)
+        if asked != self._asked:
+            return
+        try:
+            case = document.case()
+            found = await asyncio.to_thread(_sentences, case, curve, names)
+        except (df.DForceError, TypeError):  # a case that is being typed; a fit refuses with the same sentence
+            return
+        if asked == self._asked and found:
+            self.sentences = found
+            self.look()
+
+
+def _sentences(case: df.Case, curve: xr.Dataset, names: list[str]) -> dict[str, str]:
+    """Return why each parameter is not constrained. Blocking."""
+    result = df.identify(case, curve, names, helps=False)
+    both = {"approach", "retract"} <= set(curve["direction"].values.astype(str))
+    return df.identify_in_words(result, curve=BOTH if both and BOTH in result["curve"].values else None)
+
+
+LIMIT = "1 nN"
+
+
+@dataclass
+class SafeJob(Job):
+    """Safe settings under way.
+
+    Attributes
+    ----------
+    limit, share
+        The largest peak force as typed, and the set point.
+    """
+
+    limit: str = LIMIT
+    share: float = 0.8
+
+    def compute(self) -> xr.Dataset:
+        """Return the safe settings."""
+        return df.safe_settings(self.case, self.limit, self.share, progress=self._watch)
+
+    def sentences(self) -> list[str]:
+        """Return what was found, as sentences."""
+        return [] if self.result is None else [str(text) for text in np.atleast_1d(self.result.attrs["findings"])]

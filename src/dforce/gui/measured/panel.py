@@ -14,10 +14,9 @@ from dforce.core.units import show
 from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import Document, MeasuredData, path_of
-from dforce.gui.measured import confirming, fitting, overlay
-from dforce.gui.measured.foreseen import Foreseen
-from dforce.gui.measured.safe import LIMIT, SafeJob
-from dforce.gui.window.error_messages import as_sentence, say, telling
+from dforce.gui.measured import fitting, lever, overlay
+from dforce.gui.measured.fitting import LIMIT, Foreseen, SafeJob
+from dforce.gui.window.dialogs import as_sentence, say, telling
 from dforce.gui.window.view import View
 from dforce.validity import advice_in
 
@@ -127,11 +126,11 @@ class MeasuredCurve(Panel):
         chosen = {path_of(document, name) for name in fitting.free_names(document)}
         failed = "" if job is None or job.state != "failed" else job.error
         shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[], answers=[])
-        values = confirming.asked(document)
-        confirmed = confirming.is_confirmed(document, values)
-        shown |= {"lever": confirming.in_words(values), "unconfirmed": "" if confirmed else confirming.UNCONFIRMED}
-        missing = "" if values else as_sentence(in_words(document, confirming.missing(document)))
-        shown |= {"typed": confirming.typed(document), "levers": list(df.cantilevers()), "missing": missing}
+        values = lever.asked(document)
+        confirmed = lever.is_confirmed(document, values)
+        shown |= {"lever": lever.in_words(values), "unconfirmed": "" if confirmed else lever.UNCONFIRMED}
+        missing = "" if values else as_sentence(in_words(document, lever.missing(document)))
+        shown |= {"typed": lever.typed(document), "levers": list(df.cantilevers()), "missing": missing}
         if session.measured.curve is not None:
             self.foreseen.ask(document, session.measured.curve)
         foreseen = {path_of(document, name): text for name, text in self.foreseen.sentences.items()}
@@ -203,14 +202,14 @@ class MeasuredCurve(Panel):
             self.view.edit(fitting.with_free(document, row, bool(event.args["free"])), name="fit")
 
     def _confirm(self) -> None:
-        self._change(confirmed=confirming.asked(self.view.document))
+        self._change(confirmed=lever.asked(self.view.document))
 
     def _library(self, event: GenericEventArguments) -> None:
-        self.view.edit(confirming.with_library(self.view.document, str(event.args)), anew=True)
+        self.view.edit(lever.with_library(self.view.document, str(event.args)), anew=True)
 
     def _lever(self, event: GenericEventArguments) -> None:
         name, text = str(event.args["name"]), str(event.args["text"])
-        self.view.edit(confirming.with_value(self.view.document, name, text), anew=True)
+        self.view.edit(lever.with_value(self.view.document, name, text), anew=True)
 
     async def _safe(self, event: GenericEventArguments) -> None:
         """Find the safe settings for the sample of the fit."""
@@ -219,7 +218,7 @@ class MeasuredCurve(Panel):
             return
         with telling("the safe settings could not be found"):
             case = self.view.session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
-            limit, share = str(event.args)[: confirming.LONGEST], self.view.document.set_point
+            limit, share = str(event.args)[: lever.LONGEST], self.view.document.set_point
             self.safe = SafeJob(case, self.view.session.limits.seconds, limit=limit, share=share)
             await self.safe.go(self.show)
 

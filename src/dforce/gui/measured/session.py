@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import dforce as df
 from dforce.gui.document.document import Document, MeasuredData
-from dforce.gui.document.results import ResultStore
+from dforce.gui.document.store import ResultStore
 from dforce.gui.measured.reading import calibrated
 
 if TYPE_CHECKING:

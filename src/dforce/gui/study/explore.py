@@ -1,4 +1,4 @@
-"""Results over parameters: which quantities can be looked at, along which parameters, and at which places."""
+"""Results over parameters: quantities, parameters, places, and a limit drawn across the lines."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.findings.set_point import without_states
+from dforce.core.units import parse
+from dforce.findings.set_point import states_meant, without_states
 from dforce.gui.curves.figures import Figure, title, unit_of
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.kinds import kind_of
@@ -203,3 +204,62 @@ def words_of(settings: Mapping[str, tuple[float, str]], labels: Mapping[str, str
         scale, name = reader_unit(xr.DataArray([value], attrs={"units": unit}))
         found.append(f"{labels.get(path, path)} {value / scale:.4g}{'' if name == '1' else f' {name}'}")
     return ", ".join(found)
+
+
+@dataclass(frozen=True)
+class DrawnLimit:
+    """A limit of the quantity (SI), and whether what is allowed lies above it."""
+
+    value: float
+    above: bool = False
+
+
+def scale_of(result: xr.Dataset, choice: Choice) -> tuple[float, str]:
+    """Return the scale and the unit in which the lines of a choice are drawn."""
+    return unit_of(cut(result, choice.quantity, choice).load())
+
+
+def usual_limit(result: xr.Dataset, choice: Choice, above: bool) -> DrawnLimit | None:
+    """Return a limit in the middle of the lines of a choice; None where there are none."""
+    values = cut(result, choice.quantity, choice).values
+    values = values[np.isfinite(values)]
+    return DrawnLimit(float(0.5 * (values.min() + values.max())), above) if len(values) else None
+
+
+def shown_limit(result: xr.Dataset, choice: Choice, limit: DrawnLimit) -> str:
+    """Return a limit as text, in the unit of the lines."""
+    scale, unit = scale_of(result, choice)
+    return f"{limit.value / scale:.4g}{'' if unit == '1' else f' {unit}'}"
+
+
+def read_limit(result: xr.Dataset, choice: Choice, text: str, above: bool) -> DrawnLimit:
+    """Return a limit that was typed; a plain number is in the unit of the lines.
+
+    Raises
+    ------
+    ParameterError
+        When it is none.
+    """
+    scale, _ = scale_of(result, choice)
+    try:
+        return DrawnLimit(float(text.replace(",", ".")) * scale, above)
+    except ValueError:
+        return DrawnLimit(parse(text, str(result[choice.quantity].attrs.get("units", "1"))), above)
+
+
+def allowed(result: xr.Dataset, choice: Choice, limit: DrawnLimit) -> str:
+    """Return in words where along the lines the limit holds, and for which states."""
+    meant = states_meant(result)
+    variable = cut(result, choice.quantity, choice)
+    values = variable.transpose(choice.x, ...).values.reshape(variable.sizes[choice.x], -1)
+    there = np.isfinite(values).any(axis=1)
+    with np.errstate(invalid="ignore"):
+        fails = (values < limit.value if limit.above else values > limit.value).any(axis=1)
+    holds = np.flatnonzero(there & ~fails)
+    if not len(holds):
+        return f"The limit holds nowhere here for {meant}."
+    x, _ = axis_of(result, choice.x)
+    unit = unit_of(result[choice.x])[1]
+    ends = [f"{x[place]:.4g}{'' if unit == '1' else f' {unit}'}" for place in (holds[0], holds[-1])]
+    gaps = "" if len(holds) == holds[-1] - holds[0] + 1 else ", with gaps"
+    return f"The limit holds from {ends[0]} to {ends[1]}{gaps}, for {meant}."

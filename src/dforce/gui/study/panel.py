@@ -15,14 +15,14 @@ import dforce as df
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
 from dforce.gui.case.fields import name_of
-from dforce.gui.case.parameters import ParameterRow
+from dforce.gui.case.values import ParameterRow
 from dforce.gui.case.words import KEY, in_words, with_labels
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import LIVE, Latest, in_thread
 from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT, path_of
 from dforce.gui.document.session import LOOKED_EVERY
-from dforce.gui.study import drawn_limit, explore, pictures
+from dforce.gui.study import explore, pictures
 from dforce.gui.study.parameter_study import (
     FIRST_AMPLITUDE,
     MOST_VALUES,
@@ -35,7 +35,7 @@ from dforce.gui.study.parameter_study import (
     share,
     sweep_job,
 )
-from dforce.gui.window.error_messages import as_sentence, say
+from dforce.gui.window.dialogs import as_sentence, say
 from dforce.gui.window.view import View
 from dforce.inverse.wishes import limited
 
@@ -65,7 +65,7 @@ class Explorer(Panel):
         super().__init__(view)
         self.study = view.session.study
         self.choice = explore.Choice()
-        self.limit: drawn_limit.DrawnLimit | None = None
+        self.limit: explore.DrawnLimit | None = None
         self.picked: explore.Choice | None = None
         self.suggested: dict[str, Any] = {}
         self.second: dict[str, Any] = {"path": "", "low": "", "high": ""}
@@ -185,8 +185,8 @@ class Explorer(Panel):
         }
         shown |= {"limited": self.limit is not None, "limit": "", "allowed": ""}
         if self.limit is not None and not choice.y:
-            shown |= {"above": self.limit.above, "allowed": drawn_limit.allowed(result, choice, self.limit)}
-            shown |= {"limit": drawn_limit.shown_limit(result, choice, self.limit)}
+            shown |= {"above": self.limit.above, "allowed": explore.allowed(result, choice, self.limit)}
+            shown |= {"limit": explore.shown_limit(result, choice, self.limit)}
         labels = {row.name: row.label for row in self._rows()} | {"set_point": "set point"}
         settings = {} if self.picked is None else explore.settings_at(result, self.picked)
         return shown | {"picked": explore.words_of(settings, labels)}
@@ -280,19 +280,19 @@ class Explorer(Panel):
         if given.get("on") is False:
             self.limit = None
         elif self.limit is None:
-            self.limit = drawn_limit.usual_limit(result, self.choice, above)
+            self.limit = explore.usual_limit(result, self.choice, above)
         else:
             self.limit = dataclasses.replace(self.limit, above=above)
         if self.limit is not None and "text" in given:
             try:
-                self.limit = drawn_limit.read_limit(result, self.choice, str(given["text"])[:40], above)
+                self.limit = explore.read_limit(result, self.choice, str(given["text"])[:40], above)
             except df.DForceError as error:
                 say(as_sentence(str(error)))
         self._changed()
 
     def _dragged(self, value: float) -> None:
         if self.study.result is not None and self.limit is not None and not self.choice.y:
-            scale, _ = drawn_limit.scale_of(self.study.result, self.choice)
+            scale, _ = explore.scale_of(self.study.result, self.choice)
             self.limit = dataclasses.replace(self.limit, value=value * scale)
             self._changed()
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
 import dforce as df
-from dforce.gui.case.parameters import ParameterRow, rows_of
+from dforce.gui.case.values import ParameterRow, rows_of
 from dforce.gui.document.compute import Job
 from dforce.gui.document.document import Document
 

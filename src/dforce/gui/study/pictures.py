@@ -9,8 +9,7 @@ import numpy as np
 
 from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Figure, title, unit_of
-from dforce.gui.study.drawn_limit import DrawnLimit
-from dforce.gui.study.explore import STATES, WORDS, Choice, axis_of, cut, label_of
+from dforce.gui.study.explore import STATES, WORDS, Choice, DrawnLimit, axis_of, cut, label_of
 from dforce.results.kinds import is_kind
 from dforce.results.plan_regions import MARGINS, limits_between
 from dforce.results.regime_lines import boundary_lines

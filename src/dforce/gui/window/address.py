@@ -1,19 +1,60 @@
-"""The address of a page: it holds the small state, so that a link opens the case again."""
+"""The address of a page: a link has the case, sliders, pictures and set point, so that it opens the case again."""
 
 from __future__ import annotations
 
 import asyncio
+import base64
+import binascii
 import dataclasses
 import json
+import zlib
 from pathlib import Path
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
-from dforce.gui.document.link import from_link, to_link
-from dforce.gui.window.error_messages import as_sentence, say
+from dforce.gui.document.document import Document
+from dforce.gui.window.dialogs import as_sentence, say
 from dforce.gui.window.view import View
+
+LONGEST = 20_000  # characters of a link; a case of some forces has about 1000
+LARGEST = 1_000_000  # bytes that a link may unpack to
+KEPT = ("results", "measured", "aside")  # of which a link says nothing: they are files, or what was typed before
+
+
+def to_link(document: Document) -> str:
+    """Return the text of a document for an address; results and measured curves are not in it."""
+    plain = dataclasses.replace(document, results=(), measured=None, aside={}).to_plain()
+    if plain["opened"] == plain["table"]:
+        plain["opened"] = None
+    packed = zlib.compress(json.dumps(plain, separators=(",", ":")).encode(), 9)
+    return base64.urlsafe_b64encode(packed).decode("ascii").rstrip("=")
+
+
+def from_link(text: str, beside: Document) -> Document:
+    """Return the document of a link, with the results and the measured curve of another one.
+
+    Raises
+    ------
+    CaseError
+        When the text contains no document.
+    """
+    try:
+        if len(text) > LONGEST:
+            raise ValueError("a link that is too long")
+        unpacking = zlib.decompressobj()
+        packed = base64.urlsafe_b64decode(text + "=" * (-len(text) % 4))
+        plain = json.loads(unpacking.decompress(packed, LARGEST))
+        if not isinstance(plain, dict):
+            raise TypeError("no document")
+        if plain.get("opened") is None:
+            plain["opened"] = plain["table"]
+        found = Document.from_plain(plain | {"results": (), "measured": None})
+    except (binascii.Error, zlib.error, ValueError, TypeError, KeyError, RecursionError, df.CaseError):
+        raise df.CaseError("this link contains no case; copy the whole address") from None
+    return dataclasses.replace(found, **{name: getattr(beside, name) for name in KEPT})
+
 
 AFTER = 0.6  # s without a change after which the address follows
 SCRIPT = Path(__file__).parent / "address.js"

@@ -21,8 +21,7 @@ from dforce.core import files
 from dforce.core.errors import shorten
 from dforce.core.places import user_folder
 from dforce.gui.document.document import Document
-from dforce.gui.window.limits import ALONE, SHARED
-from dforce.gui.window.security import KEY, Guard, kept_secret
+from dforce.gui.window.security import ALONE, KEY, SHARED, Guard, kept_secret
 
 if TYPE_CHECKING:
     import xarray as xr

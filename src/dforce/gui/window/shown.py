@@ -1,14 +1,20 @@
-"""Which document each part of a page shows, and which parts no longer follow what is typed."""
+"""Parts of a page: the document of each, which parts are behind, and the words between them."""
 
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import enum
 import time
 from collections import defaultdict
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from dforce.gui.document.document import Document
+import dforce as df
+from dforce.gui.document.document import Document, Path
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class PagePart(enum.Enum):
@@ -83,3 +89,55 @@ class ShownParts:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Said:
+    """What is said about a document: what is wrong, where, and the advice on its case."""
+
+    wrong: str = ""
+    where: Path = ()
+    advice: tuple[tuple[Path, str], ...] = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Waiting:
+    """What an empty chart says: a sentence, and the share that is done (0 before it is known, None: nothing is under way)."""
+
+    text: str = ""
+    share: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class DrawnResult:
+    """A result, and the document whose case it is of."""
+
+    document: Document
+    result: xr.Dataset
+
+
+@dataclasses.dataclass(frozen=True)
+class WantedResult:
+    """What a page is to show: the curve that follows a document, or a result of its case.
+
+    Attributes
+    ----------
+    run
+        Whether it is run where a live curve takes too long.
+    again
+        Whether it was given up before.
+    """
+
+    document: Document
+    result: xr.Dataset | None = None
+    run: bool = False
+    again: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Followed:
+    """A document whose live curve was computed: its case, and its result unless that takes too long."""
+
+    document: Document
+    case: df.Case
+    result: xr.Dataset | None

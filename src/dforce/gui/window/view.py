@@ -16,11 +16,11 @@ import dforce as df
 from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
-from dforce.gui.curves.force_figure import force_distance
+from dforce.gui.curves.other_figures import force_distance
 from dforce.gui.document.compute import LIVE, Latest, in_thread, live_curve
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.document.session import Session
-from dforce.gui.window.shown import PagePart, ShownParts
+from dforce.gui.window.shown import DrawnResult, Followed, PagePart, Said, ShownParts, Waiting, WantedResult
 from dforce.results.curves import Picture
 from dforce.validity import advice_in
 
@@ -41,49 +41,6 @@ UNKNOWN = "an error inside dForce, please report it"
 STANDING = (TOO_LONG, STOPPED, UNKNOWN)  # after which nothing is under way
 NOTHING = "No result yet."
 WAITING = "Another run is in progress; this run begins after it."
-
-
-@dataclasses.dataclass(frozen=True)
-class Said:
-    """What is said about a document: what is wrong, where, and the advice on its case."""
-
-    wrong: str = ""
-    where: Path = ()
-    advice: tuple[tuple[Path, str], ...] = ()
-
-
-@dataclasses.dataclass(frozen=True)
-class Waiting:
-    """What an empty chart says: a sentence, and the share that is done (0 before it is known, None: nothing is under way)."""
-
-    text: str = ""
-    share: float | None = None
-
-
-@dataclasses.dataclass(frozen=True)
-class DrawnResult:
-    """A result, and the document whose case it is of."""
-
-    document: Document
-    result: xr.Dataset
-
-
-@dataclasses.dataclass(frozen=True)
-class WantedResult:
-    """What a page is to show: the curve that follows a document, or a result of its case.
-
-    Attributes
-    ----------
-    run
-        Whether it is run where a live curve takes too long.
-    again
-        Whether it was given up before.
-    """
-
-    document: Document
-    result: xr.Dataset | None = None
-    run: bool = False
-    again: bool = False
 
 
 class View:
@@ -224,7 +181,7 @@ class View:
     def show_unkept(self) -> None:
         """Show whether what is typed is kept."""
         for hook in self.on_unkept:
-            hook(self.session.unkept)
+            hook(self.session.saving.unkept)
 
     def show_result(self, result: xr.Dataset) -> None:
         """Show a result of the document's case in the main chart."""
@@ -385,15 +342,6 @@ class View:
         self.shown.show(PagePart.ADVICE, document if said.advice else None)
         for hook in self.on_said:
             hook(said)
-
-
-@dataclasses.dataclass(frozen=True)
-class Followed:
-    """A document whose live curve was computed: its case, and its result unless that takes too long."""
-
-    document: Document
-    case: df.Case
-    result: xr.Dataset | None
 
 
 def _force(case: df.Case) -> figures.Figure:

@@ -1,24 +1,54 @@
-"""The field of an own law: its force curve follows each letter, and Enter computes with it."""
+"""The dialog that adds a force, and the field of an own law, whose force curve follows each letter."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
+from dforce.core.notation import first_sentence
+from dforce.forces import grouped
 from dforce.forces.custom import NAMES_IN_LAW
 from dforce.gui.case.entry import LONGEST
-from dforce.gui.case.words import in_words
-from dforce.gui.curves.force_figure import force_distance
+from dforce.gui.case.fields import name_of
+from dforce.gui.case.words import in_words, plain
+from dforce.gui.curves.other_figures import force_distance
 from dforce.gui.document.compute import LIVE, Latest, in_thread
 from dforce.gui.document.document import Path, path_of
 
 if TYPE_CHECKING:
     from dforce.gui.case.fields import Field
     from dforce.gui.window.view import View
+
+
+class ForceList(ui.element, component="force_menu.js"):
+    """The models in groups, with a search."""
+
+
+def choose_force(take: Callable[[str], None]) -> None:
+    """Ask for a force model; `take` is called with the key of the one chosen."""
+    with ui.dialog(value=True).props('aria-label="add a force"') as dialog, ui.card().classes("df-dialog"):
+        models = ForceList()
+        models.props["groups"] = [
+            {"title": title, "items": [_item(model) for model in members]}
+            for title, members in grouped(df.forces.REGISTRY.values()).items()
+        ]
+
+    def taken(event: GenericEventArguments) -> None:
+        if event.args in df.forces.REGISTRY:
+            dialog.close()
+            take(str(event.args))
+
+    models.on("take", taken)
+    dialog.on("hide", dialog.delete)
+
+
+def _item(model: type[df.forces.Force]) -> dict[str, str]:
+    return {"name": model.name, "title": name_of(model), "text": plain(first_sentence(model.__doc__ or ""))}
 
 
 class OwnLaw(ui.element, component="own_law.js"):

@@ -1,24 +1,110 @@
-"""The force behind a measured curve: reconstructed on a tab of its panel, with its gaps."""
+"""The figure of a reconstructed force: its band, what the curve does not tell, and the law where it is known."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from nicegui import background_tasks, ui
 
 import dforce as df
-from dforce.gui.curves.chart import Chart
+from dforce.gui.curves.chart import Chart, packed
+from dforce.gui.curves.figures import MARGIN, Drawn, Figure, title, unit_of
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import Job
-from dforce.gui.measured import confirming, overlay
-from dforce.gui.measured.reconstructed import figure_of
-from dforce.gui.window.error_messages import as_sentence, telling
+from dforce.gui.measured import lever, overlay
+from dforce.gui.window.dialogs import as_sentence, telling
 from dforce.gui.window.view import View
 
 if TYPE_CHECKING:
     import xarray as xr
+
+BAND = 2.0  # errors
+FILL = "rgba(128,128,128,0.25)"
+
+
+def figure_of(result: xr.Dataset) -> Drawn:
+    """Return force against distance with a band of two errors; gaps are shaded, the law, if known, is beside it."""
+    (x_scale, x_unit), (scale, unit) = unit_of(result["distance"]), unit_of(result["force"])
+    x, force, error = (np.asarray(result[name].values, dtype=float) for name in ("distance", "force", "force_error"))
+    data: list[Figure] = []
+
+    def add(y: Any, meta: str, name: str, line: Figure) -> None:
+        data.append(
+            {
+                "x": packed(x / x_scale),
+                "y": packed(y / scale),
+                "type": "scatter",
+                "mode": "lines",
+                "meta": meta,
+                "name": name,
+                "line": line,
+                "hovertemplate": f"%{{x:.3g}} {x_unit}, %{{y:.3g}} {unit}<extra>{name}</extra>",
+            }
+        )
+
+    known = np.isfinite(force) & np.isfinite(error)
+    for part in np.split(np.flatnonzero(known), np.flatnonzero(np.diff(np.flatnonzero(known)) > 1) + 1):
+        around = np.concatenate([force[part] + BAND * error[part], (force[part] - BAND * error[part])[::-1]])
+        data.append(
+            {
+                "x": packed(np.concatenate([x[part], x[part][::-1]]) / x_scale),
+                "y": packed(around / scale),
+                "type": "scatter",
+                "mode": "lines",
+                "meta": "force_error",
+                "name": "two errors",
+                "line": {"color": "soft", "width": 0},
+                "fill": "toself",
+                "fillcolor": FILL,
+                "hoverinfo": "skip",
+                "showlegend": False,
+            }
+        )
+    if "law_force" in result:
+        add(result["law_force"].values, "law_force", "law", {"color": "soft", "dash": "dash", "width": 2})
+    add(force, "force", "reconstructed, with two errors", {"color": 0, "dash": "solid", "width": 2})
+    gaps: list[Figure] = [
+        {
+            "type": "rect",
+            "xref": "x",
+            "yref": "paper",
+            "x0": float(low / x_scale),
+            "x1": float(high / x_scale),
+            "y0": 0,
+            "y1": 1,
+            "layer": "below",
+            "line": {"width": 0},
+            "fillcolor": FILL,
+        }
+        for low, high in zip(result["gap_low"].values, result["gap_high"].values, strict=True)
+    ]
+    words = [
+        {
+            "text": "force unknown",
+            "x": 0.5 * (gap["x0"] + gap["x1"]),
+            "y": 1,
+            "yref": "paper",
+            "yanchor": "top",
+            "showarrow": False,
+            "textangle": -90,
+        }
+        for gap in gaps
+    ]
+    layout = {
+        "margin": MARGIN,
+        "hovermode": "closest",
+        "showlegend": True,
+        "shapes": gaps,
+        "annotations": words,
+        "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"},
+        "xaxis": {"title": {"text": title(result["distance"], x_unit)}},
+        "yaxis": {"title": {"text": title(result["force"], unit)}, "zeroline": True},
+    }
+    return Drawn({"data": data, "layout": layout, "bar": "hover"}, (None,) * len(data))
+
 
 NO_GAP = "No gap: the force is known over the whole range."
 
@@ -73,10 +159,10 @@ class Reconstruction(Panel):
         if document.measured is None or not self.in_sight:
             return
         result = None if job is None else job.result
-        confirmed = confirming.is_confirmed(document, confirming.asked(document))
+        confirmed = lever.is_confirmed(document, lever.asked(document))
         shown = {
             "name": document.measured.name,
-            "unconfirmed": "" if confirmed else confirming.UNCONFIRMED,
+            "unconfirmed": "" if confirmed else lever.UNCONFIRMED,
             "busy": job is not None and job.busy,
             "share": job.share if job is not None else 0.0,
             "failed": as_sentence(job.error) if job is not None and job.error else "",
@@ -98,11 +184,11 @@ class Reconstruction(Panel):
             return
         with telling("the force could not be reconstructed"):
             case = self.view.session.limits.check(self.view.document.case())
-            lever = confirming.lever_and_tip(case)
-            if not confirming.is_confirmed(self.view.document, lever):
-                raise df.ParameterError(confirming.UNCONFIRMED)
-            exact = {name: value for name, value in lever.items() if name[0] in "kQ"}  # the force scales with k / Q
-            self._of, self.holds_for = self._now(), f"for {confirming.in_words(exact)}"
+            values = lever.lever_and_tip(case)
+            if not lever.is_confirmed(self.view.document, values):
+                raise df.ParameterError(lever.UNCONFIRMED)
+            exact = {name: value for name, value in values.items() if name[0] in "kQ"}  # the force scales with k / Q
+            self._of, self.holds_for = self._now(), f"for {lever.in_words(exact)}"
             self.job = ReconstructJob(case, self.view.session.limits.seconds, curve=beside.moved())
             await self.job.go(self.show)
             self._draw()
@@ -127,7 +213,7 @@ class Reconstruction(Panel):
         document = self.view.document
         measured = document.measured
         looks = None if measured is None else (measured.id, measured.shift, measured.turn)
-        return looks, confirming.asked(document)
+        return looks, lever.asked(document)
 
 
 def notes_of(result: xr.Dataset) -> list[str]:
