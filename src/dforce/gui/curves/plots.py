@@ -135,7 +135,7 @@ class Plots:
             points = [self.motion.place_in(layer.result) for layer in (*self.layers, *self._behind())]
             self.drawn = clicked(self.drawn, self.shown, points)
             if (beside := self.measured.beside()) is not None:
-                self.drawn = overlay.with_measured(self.drawn, self.shown, beside)
+                self.drawn = overlay.with_measured(self.drawn, self.shown, beside, first)
             for layer in self._behind():
                 self.drawn = with_states(self.drawn, self.shown, layer.result)
         self.wait()

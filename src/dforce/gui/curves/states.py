@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 REST = 0.3  # s without a change after which the states are looked for
 PATIENCE = 20.0  # s; what was found by then is drawn
 NAMES = {True: "stable states", False: "unstable states"}
+ONE = {True: "a stable state", False: "an unstable state"}
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,6 @@ def _traces(drawn: Drawn, lines: list[tuple[str, Line]]) -> Iterator[Figure]:
             "line": {"color": "soft", **look},
             "opacity": 0.35 if line.stable else 0.7,
             "showlegend": line.stable not in named,
-            "hovertemplate": f"{NAMES[line.stable]}<extra></extra>",
+            "hovertemplate": f"{ONE[line.stable]} %{{y:.4g}}<extra></extra>",
         }
         named.add(line.stable)
