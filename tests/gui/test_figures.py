@@ -66,7 +66,7 @@ def test_one_line_across_all_frames_shows_names_values_and_units_at_one_distance
     )  # fmt: skip
     assert layout["xaxis"]["unifiedhovertitle"]["text"] == "average tip–surface distance %{x:.4g} nm"
     assert "amplitude %{y:.4g} nm, approach<extra></extra>" in words
-    assert "phase %{y:.4g} °, retract<extra></extra>" in words
+    assert "phase lag %{y:.4g} °, retract<extra></extra>" in words
 
 
 def test_a_curve_over_no_axis_of_its_own_is_read_at_the_nearest_point():
