@@ -54,10 +54,14 @@ class CoexistingStates:
             return None
         return found.states
 
+    def is_looking(self, curve: DrawnResult | None) -> bool:
+        """Return whether the states behind a curve are not known yet."""
+        found = self.found
+        return curve is not None and (found is None or not found.document.same_case(curve.document))
+
     def _ask(self) -> None:
         curve = self.view.curve
-        known = self.found is not None and curve is not None and self.found.document.same_case(curve.document)
-        if curve is not None and not known:
+        if curve is not None and self.is_looking(curve):
             self._latest.ask(curve)
 
     async def _find(self, curve: DrawnResult) -> None:
