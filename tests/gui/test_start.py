@@ -13,6 +13,7 @@ import dforce as df
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
 from dforce.gui.files.last_files import MOST, LastFile, LastFiles
+from dforce.gui.window import start
 from dforce.gui.window.classroom import Classroom
 from dforce.gui.window.security import SHARED
 from dforce.gui.window.start import QUESTIONS, asks_for_q, case_for, lever_labels, sample_labels
@@ -180,6 +181,25 @@ def test_teaching_a_class_shows_the_address_of_a_window_that_is_shared(tmp_path)
             await user.should_see("192.168.1.2:8080/abcd2345")
             await user.should_see("See who is there")
             await user.should_not_see("--host 0.0.0.0")
+
+    asyncio.run(flow())
+
+
+def test_a_lever_without_a_quality_factor_opens_nothing_until_it_is_typed(tmp_path, monkeypatch):
+    said = []
+    monkeypatch.setattr(start, "say", said.append)
+
+    async def flow():
+        async with window(tmp_path, Session({}, tmp_path), live=False) as (_, page):
+            page.start.show()
+            page.start._choose(BY_KEY["states"])
+            page.start.lever.value = "OTESPA"
+            page.start._start()
+            assert page.start.element.visible and "Quality factor Q" in said[0]
+            page.start.q.value = "300"
+            page.start._start()
+            assert not page.start.element.visible and page.view.document.case().problem.modes[0].Q == 300.0
+            assert page.plots.pane.current.title == "Set point"
 
     asyncio.run(flow())
 

@@ -35,7 +35,7 @@ class Question:
     title: str
     sentence: str
     example: str
-    tab: str = ""
+    tab: str = "Set point"
     also: tuple[str, ...] = ()
 
     def offers(self) -> dict[str, str]:
@@ -79,7 +79,12 @@ QUESTIONS = (
         also=("figure-6", "figure-7-low", "figure-7-high"),
     ),
     Question(
-        "thermal", "Thermal tune of a lever", "f0, k and Q from thermal motion", "figure-3-air", also=("thermal.csv",)
+        "thermal",
+        "Thermal tune of a lever",
+        "f0, k and Q from thermal motion",
+        "figure-3-air",
+        tab="Thermal tune",
+        also=("thermal.csv",),
     ),
     Question(
         "class", "Teach a class", "One window for all students", "hysteresis", also=("figure-3-air", "figure-3-water")
@@ -158,6 +163,7 @@ DROP = "Drop a file anywhere: a measured curve, a thermal spectrum, a case or a 
 KEPT = "Forces and free amplitude are the values of the example."
 ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as for a silicon tip with its oxide."
 TWO_MODES = "This needs a lever with two modes: type your modes at Cantilever."
+NO_Q = "The library has no quality factor of this lever. Type it at “Quality factor Q”."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (
     "This window is for you alone. Type this command in a terminal. It opens a window for everyone in your network, with a "
@@ -306,6 +312,9 @@ class StartPage:
     def _start(self) -> None:
         """Open the case of the question."""
         asks = self.q.visible
+        if asks and not self.q.value:
+            say(NO_Q)
+            return
         try:
             case = case_for(
                 self.chosen,
@@ -319,8 +328,7 @@ class StartPage:
             return
         self.view.open(Document.first() if case == df.example(FIRST) else Document.of(case))
         self.hide()
-        if self.chosen.tab:
-            self.open_tab(self.chosen.tab)
+        self.open_tab(self.chosen.tab)
         if self.chosen.key == "class":
             self._teach()
 
