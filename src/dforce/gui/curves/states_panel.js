@@ -5,7 +5,7 @@ export default {
       <div class="df-setpoint-field" role="radiogroup" aria-label="place of the states">
         <label><input type="radio" name="df-states" :checked="!byDistance" @change="choose(false)" /> At the set point {{ share }}</label>
         <label v-if="along"><input type="radio" name="df-states" :checked="byDistance" @change="choose(true)" /> At the distance
-          <input class="df-box df-limit" :value="distance" maxlength="40" placeholder="12 nm" aria-label="distance of the states"
+          <input class="df-box df-limit" style="width: 84px" :value="distance" maxlength="40" placeholder="12 nm" aria-label="distance of the states"
                  @focus="typing = true" @change="$emit('distance', $event.target.value)" /></label>
         <span v-if="text" class="df-text" role="status">{{ text }}</span></div>
       <div v-if="rows.length" class="df-setpoint-rows" role="region" aria-label="coexisting states in a table" tabindex="0"><table>

@@ -11,7 +11,6 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.arrays import Array
-from dforce.core.units import show
 from dforce.findings.set_point import at_distance
 from dforce.gui.case.values import with_point
 from dforce.gui.curves.figures import Layer
@@ -108,11 +107,6 @@ class StatesPanel(Panel):
 
     def _at(self, distance: str) -> None:
         self.distance = distance
-        self.show()
-
-    def take(self, distance: float) -> None:
-        """Take the distance (m) of a point that was clicked."""
-        self.distance = show(distance, "m", 4)
         self.show()
 
     def _motion(self, event: GenericEventArguments) -> None:
