@@ -84,7 +84,6 @@ def test_any_quantity_is_drawn_against_any_other(window):
     page.locator(".df-against select").select_option("amplitude")
     page.keyboard.press("Escape")
     page.wait_for_function(
-        "() => document.querySelector('.df-main .df-plot').layout.xaxis2?.title?.text.includes('amplitude')"
-        " || document.querySelector('.df-main .df-plot').layout.xaxis.title?.text?.includes('amplitude')"
+        "() => document.querySelector('.df-main .df-plot').layout.xaxis.title?.text?.includes('amplitude')"
     )
     page.get_by_label("picture", exact=True).select_option(label="amplitude and phase")

@@ -38,7 +38,7 @@ def click_on(window, number, share):
         [int(number), share],
     )
     window.page.mouse.move(left, top)
-    window.page.locator(".df-main .hoverlayer .hovertext").first.wait_for()
+    window.page.locator(".df-main .hoverlayer .legend").first.wait_for()
     window.page.mouse.click(left, top)
 
 

@@ -21,6 +21,7 @@ from dforce.procedures.table import Table, statuses, with_levers
 from dforce.results.status import REPEATING, Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.points import Points, StateJump
 from dforce.solvers.protocols import Settled, Stepwise, actual, make_protocol
 from dforce.solvers.quasi_static_walk import CHUNK, Walk
@@ -39,7 +40,7 @@ def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, ea
     zc = plan.zc
     if zc is None:
         found = PlannedCurve(
-            lambda points: Block.of_one(problem, settings, harmonics, points=points),
+            lambda points: block_type(settings).of_one(problem, settings, harmonics, points=points),
             plan,
             lambda value: f"zc = {1e9 * value:.4g} nm",
         )
@@ -49,7 +50,7 @@ def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, ea
         return with_levers(data, "zc", [problem.at_height(float(value)) for value in data["zc"].values])
     there, lowest = problem.at_height(zc), float(plan.values.min())
     found = PlannedCurve(
-        lambda points: Block.along_frequency(there, zc, lowest, settings, harmonics, points),
+        lambda points: block_type(settings).along_frequency(there, zc, lowest, settings, harmonics, points),
         plan,
         lambda value: f"frequency = {units.show(value, 'Hz', 6)}",
     )

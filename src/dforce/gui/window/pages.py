@@ -242,13 +242,11 @@ class Page:
 
 
 def _about(view: View) -> None:
-    """Show the sentence on what the case shows, where it has one; once the case is edited, it is of the one before."""
+    """Show the sentence on what the case shows, where it has one; an edited case may show something else."""
     line = ui.label().classes("df-about")
 
     def show(anew: bool) -> None:
-        text = str(view.document.value(("about", "shows")) or "")
-        if text and view.document.edited:
-            text = f"Before the edit: {text}"
+        text = "" if view.document.edited else str(view.document.value(("about", "shows")) or "")
         if line.text != text:
             line.set_text(text)
             line.props["title"] = text
