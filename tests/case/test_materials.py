@@ -16,12 +16,22 @@ HERTZ = {"cantilever": {"f0": "70 kHz", "k": 2, "Q": 200}, "drive": {"A0": "10 n
 @every(df.materials().items(), lambda item: item[0])
 def test_what_is_shipped_has_a_source_and_a_modulus_within_its_range(name, material):
     assert len(material.source) > 20
-    assert 1e5 < material.youngs_modulus < 1e12
+    assert 100.0 < material.youngs_modulus < 1e12
     if material.low is not None:
         assert material.low <= material.youngs_modulus <= material.high
-    if material.hamaker is not None:  # water lies between the two in all its optical properties
+    if (
+        material.hamaker is not None and material.hamaker_in_water is not None
+    ):  # water lies between the two in all its optical properties
         assert material.hamaker_in_water < material.hamaker
     assert df.Sample(name=name).youngs_modulus == material.youngs_modulus
+
+
+def test_two_materials_attract_by_the_geometric_mean_of_their_constants():
+    polystyrene, glass, gel = (df.materials()[name] for name in ("polystyrene", "borosilicate_glass", "gel"))
+    assert polystyrene.hamaker_with(polystyrene) == pytest.approx(polystyrene.hamaker)
+    assert polystyrene.hamaker_with(glass) == pytest.approx(7.65e-20, rel=1e-3)
+    assert glass.hamaker_with(polystyrene, "water") == pytest.approx(1.0817e-20, rel=1e-3)
+    assert polystyrene.hamaker_with(gel) is None and polystyrene.hamaker_with(glass, "ethanol") is None
 
 
 def test_a_name_gives_nominal_values_and_numbers_beside_it_come_first():

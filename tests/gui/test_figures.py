@@ -27,7 +27,27 @@ def test_the_values_drawn_are_those_of_the_result_in_the_unit_of_the_axis():
     dataset = result("figure-3-air-jump")
     drawn = picture([Layer(dataset)], Picture("zc", ("amplitude",)))
     assert drawn.figure["layout"]["yaxis"]["title"]["text"] == "amplitude <i>A</i> (nm)"
-    np.testing.assert_allclose(numbers(drawn.figure["data"][0]["y"]), 1e9 * dataset["amplitude"][:, 0, 0], rtol=1e-12)
+    seen = numbers(drawn.figure["data"][0]["y"])  # with a gap at the jump
+    np.testing.assert_allclose(seen[np.isfinite(seen)], 1e9 * dataset["amplitude"][:, 0, 0], rtol=1e-12)
+
+
+def test_a_jump_is_dotted_from_the_point_before_it_to_the_point_behind_it():
+    dataset = result("hysteresis")
+    drawn = picture([Layer(dataset)], Picture("zc", ("phase",)))
+    lines, dotted = ([trace for trace in drawn.figure["data"] if trace["meta"] == meta] for meta in ("phase", "jump"))
+    assert len(dotted) == len(lines) == 2 and all(trace["line"]["dash"] == "dot" for trace in dotted)
+    for number, (line, jump) in enumerate(zip(lines, dotted, strict=True)):
+        zc, phase = dataset["zc"].values, dataset["phase"].values[:, number, 0]
+        at = int(np.argmax(np.abs(np.diff(phase))))
+        np.testing.assert_allclose(numbers(jump["x"])[:2], 1e9 * zc[[at, at + 1]])
+        np.testing.assert_allclose(numbers(jump["y"])[:2], phase[[at, at + 1]])
+        assert np.isnan(numbers(line["y"])[at + 1])
+    assert drawn.traces[0][1].places[int(np.flatnonzero(np.isnan(numbers(lines[0]["y"])))[0])] == -1
+
+
+def test_a_curve_without_a_jump_has_no_gap():
+    drawn = picture([Layer(result("figure-3-water"))], Picture("zc", ("amplitude",)))
+    assert all(trace["meta"] != "jump" and np.isfinite(numbers(trace["y"])).all() for trace in drawn.figure["data"])
 
 
 def test_one_frame_stands_above_the_other_and_all_have_one_axis_across():

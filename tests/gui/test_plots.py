@@ -58,7 +58,8 @@ def test_a_click_on_a_curve_shows_the_motion_of_that_very_point(tmp_path, x):
             session.look(session.document.__class__(session.document.table, plots=(Picture(x, ("amplitude",)),)))
             show(page, result)
             clicked = page.plots.drawn.traces
-            click(page, curve=1, index=11, x=0, y=0, id="amplitude")
+            index = clicked[1][1].places.tolist().index(11)  # there is a gap at the jump
+            click(page, curve=1, index=index, x=0, y=0, id="amplitude")
             drawing = element(user, Drawing)
             await until(lambda: drawing.props.get("motion"))
             assert clicked[1][1].direction == "retract"

@@ -58,8 +58,11 @@ def jumps_of_all(result: xr.Dataset, along: str, direction: str = "") -> Iterato
 
     `direction` is that of a result which is one direction of another.
     """
-    x, case, over = result.variables[along].values, _case(result), swept(result, along)
-    noted, where = _are_noted(result, along, case), _noted_as(along)
+    x, where, over = result.variables[along].values, _noted_as(along), swept(result, along)
+    case = (
+        None if where in result and "direction" in result.dims else _case(result)
+    )  # reading it takes longer than the rest
+    noted = _are_noted(result, along, case)
     # distances that are shares of the free amplitude were noted in meters, and differ from case to case
     places_of = by_case(result, "zc", along, over)[:, 0] if along == RELATIVE else np.broadcast_to(x, (1, len(x)))
     motions = by_case(result, "amplitude_ratio" if "amplitude_ratio" in result else "amplitude", along, over)

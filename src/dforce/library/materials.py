@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import tomllib
 from dataclasses import dataclass
 from importlib import resources
@@ -43,6 +44,17 @@ class Material:
         if self.low is None or self.high is None:
             return ""
         return f"{units.show(self.low, 'Pa', 3)} to {units.show(self.high, 'Pa', 3)}"
+
+    def hamaker_with(self, other: Material, medium: str = "air") -> float | None:
+        """Return the Hamaker constant (J) of two materials across air, vacuum or water; None where one has no value.
+
+        It is the geometric mean of the two constants, the rule of Berthelot: P. Walstra, Physical Chemistry of Foods,
+        Marcel Dekker (2003), table 12.1.
+        """
+        name = "hamaker_in_water" if medium == "water" else "hamaker"
+        mine, others = getattr(self, name), getattr(other, name)
+        known = mine is not None and others is not None and medium in ("air", "vacuum", "water")
+        return math.sqrt(mine * others) if known else None
 
     def cells(self) -> tuple[str, ...]:
         """Return what a table shows of it."""
@@ -85,8 +97,7 @@ def materials() -> Materials:
 
 def _material(name: str, row: dict[str, Any]) -> Material:
     low, high = (units.parse(end, "Pa") for end in row["range"]) if "range" in row else (None, None)
-    hamaker, in_water = (
-        units.parse(row["hamaker"][across], "J") if "hamaker" in row else None for across in ("vacuum", "water")
-    )
+    across = row.get("hamaker", {})
+    hamaker, in_water = (units.parse(across[one], "J") if one in across else None for one in ("vacuum", "water"))
     modulus = units.parse(row["youngs_modulus"], "Pa")
     return Material(name, row["source"], modulus, low, high, row.get("poisson_ratio"), hamaker, in_water)

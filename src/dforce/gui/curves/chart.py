@@ -32,6 +32,23 @@ def packed(values: object) -> dict[str, Any]:
     return packed_array
 
 
+def ring(x: float, y: float, radius: int) -> dict[str, Any]:
+    """Return a ring around a point of a figure; a shape, which is drawn in half the time of a trace of marks."""
+    place: dict[str, Any] = {"type": "circle", "xsizemode": "pixel", "ysizemode": "pixel", "xanchor": x, "yanchor": y}
+    ends = {"x0": -radius, "x1": radius, "y0": -radius, "y1": radius}
+    return place | ends | {"line": {"color": "ink", "width": 2}}
+
+
+def legend() -> dict[str, Any]:
+    """Return the usual legend: a line above the frames."""
+    return {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"}
+
+
+def name_of_axis(kind: str, tag: int) -> str:
+    """Return the name of an axis, counted from 0."""
+    return kind if tag == 0 else f"{kind}{tag + 1}"
+
+
 class Chart(ui.element, component="chart.js"):
     """A chart that answers when it is drawn, so that no update waits behind another.
 

@@ -9,18 +9,21 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import dforce as df
+from dforce.core.arrays import Array
 from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.units import parse, usual_unit
-from dforce.gui.curves.chart import packed
-from dforce.results.curves import Line, Picture, drawable, lines_of, start_across
+from dforce.findings.jumps import Jump, jumps_of_all
+from dforce.gui.curves.chart import legend, name_of_axis, packed, ring
+from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of, start_across
 from dforce.results.dataset import reader_unit, spelled
+from dforce.results.kinds import swept
 from dforce.results.significance import along, error_of, largest_error
 
 if TYPE_CHECKING:
@@ -36,6 +39,9 @@ FAINT = 1e-5  # of the largest value: what lies farther out on a logarithmic pic
 WIDTH = 2.5  # px, of a curve
 LIGHT = {"retract": 0.45, "down": 0.45}  # opacity of the way back
 UNSTABLE = "dash"
+JUMPING = ("zc", "zc_ratio", "frequency")  # what a curve may jump along
+DOTTED = {"dash": "dot", "width": 1.5}
+JUMP: Figure = {"type": "scatter", "mode": "lines", "meta": "jump", "name": "jump", "hoverinfo": "skip"}
 OTHERS = ("solid", "dashdot", "longdash", "longdashdot")  # of quantities that share a frame and a color
 SIGNS = {
     "fold": "circle",
@@ -101,6 +107,8 @@ class _FigureBuilder:
         self.data: list[Figure] = []
         self.traces: list[tuple[Layer, Line] | None] = []
         self.named: set[str] = set()
+        self.dotted: list[Figure] = []  # lines across jumps, which come last
+        self.jumps: dict[int, Mapping[int, list[Jump]]] = {}  # of each result, by its identity
         self.places: dict[str, tuple[str, str, float]] = {}
         layout: Figure = {"margin": dict(MARGIN), "hovermode": "closest", "legend": legend(), "showlegend": True}
         layout["shapes"] = []
@@ -118,6 +126,8 @@ class _FigureBuilder:
                     self._lines(tag, host, name)
                 tag += 1
             self._x_axis(host, number)
+        for trace in self.dotted:
+            self._add(None, trace)
         if self.several:
             self._legend_of_dashes()
         self.layout["showlegend"] = len(self.named) > 1 or (self.several and bool(self.named))
@@ -202,7 +212,8 @@ class _FigureBuilder:
         self.places[name] = x_axis, y_axis, scale
         for layer in self.layers:
             errors = error_of(layer.result, name)
-            for line in lines_of(layer.result, self.wanted.x, name):
+            for whole in lines_of(layer.result, self.wanted.x, name):
+                line, across = _parted(whole, self._jumps(layer))
                 y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
                 y = np.where(np.abs(y) <= along(errors, layer.result[name].dims, line), 0.0, y)
                 look = self._look(layer, line, name)
@@ -224,9 +235,20 @@ class _FigureBuilder:
                 )
                 for mark in _marks(line, self.x_scale, scale, look["line"]["color"]):
                     self._add(None, {"xaxis": x_axis, "yaxis": y_axis, **mark})
+                if across.size:
+                    ends = {"xaxis": x_axis, "x": packed(across[0] / self.x_scale), "y": packed(across[1] / scale)}
+                    self.dotted.append(look | JUMP | ends | {"yaxis": y_axis, "line": look["line"] | DOTTED})
             if layer.states is not None and name in layer.states:
                 rings = _rings(layer.states, self.wanted.x, name, self.x_scale, scale)
                 self.layout["shapes"] += [{"xref": x_axis, "yref": y_axis, **ring} for ring in rings]
+
+    def _jumps(self, layer: Layer) -> Mapping[int, list[Jump]]:
+        """Return the jumps of a curve by the number of its direction; looked for once."""
+        result, along = layer.result, goes_along(layer.result)
+        if id(result) not in self.jumps:
+            has = along in JUMPING and {along, "amplitude"} <= {*result.dims, *result} and not swept(result, along)
+            self.jumps[id(result)] = {way: found for _, way, found in jumps_of_all(result, along)} if has else {}
+        return self.jumps[id(result)]
 
     def _hover(self, name: str, unit: str) -> str:
         """Return names, values and units of the point under the pointer."""
@@ -283,6 +305,16 @@ class _FigureBuilder:
                 )
 
 
+def _parted(line: Line, jumps: Mapping[int, list[Jump]]) -> tuple[Line, Array]:
+    """Return a line with gaps at its jumps, and the lines across them: x and y with gaps between, (2, 3 jumps)."""
+    found = jumps.get(line.chosen.get("direction", 0), []) if line.row in JUMPING else []
+    ends = np.array([sorted((jump.before, jump.after)) for jump in found], dtype=int).reshape(-1, 2)
+    behind = ends[:, 1]
+    x, y = (np.insert(values, behind, np.nan) for values in (line.x, line.y))
+    across = np.array([np.insert(values[ends], 2, np.nan, axis=1).ravel() for values in (line.x, line.y)])
+    return replace(line, x=x, y=y, places=np.insert(line.places, behind, -1)), across
+
+
 def _marks(line: Line, x_scale: float, scale: float, color: int) -> Iterator[Figure]:
     """Give the special points of a line, one trace for each kind."""
     for kind in dict.fromkeys(line.marks.values()):
@@ -303,13 +335,6 @@ def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> 
     for across, values in zip(states[x].values, states[y].values, strict=True):
         for up in np.ravel(values) / scale:
             yield ring(float(np.ravel(across)[0] / x_scale), float(up), RING)
-
-
-def ring(x: float, y: float, radius: int) -> Figure:
-    """Return a ring around a point of a figure; a shape, which is drawn in half the time of a trace of marks."""
-    place: Figure = {"type": "circle", "xsizemode": "pixel", "ysizemode": "pixel", "xanchor": x, "yanchor": y}
-    ends = {"x0": -radius, "x1": radius, "y0": -radius, "y1": radius}
-    return place | ends | {"line": {"color": "ink", "width": 2}}
 
 
 def empty(text: str) -> Figure:
@@ -361,16 +386,6 @@ def _unit(variable: xr.DataArray) -> str:
 def plain(text: str) -> str:
     """Return text that a figure shows as it is, not as HTML."""
     return html.escape(shorten(text, 120))
-
-
-def name_of_axis(kind: str, tag: int) -> str:
-    """Return the name of an axis, counted from 0."""
-    return kind if tag == 0 else f"{kind}{tag + 1}"
-
-
-def legend() -> Figure:
-    """Return the usual legend: a line above the frames."""
-    return {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"}
 
 
 def _domain(frame: int, frames: int) -> list[float]:

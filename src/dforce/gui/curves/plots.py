@@ -18,7 +18,7 @@ from dforce.findings.answer import answer_with
 from dforce.gui.case.words import in_words
 from dforce.gui.curves import figures
 from dforce.gui.curves.advice import Advice
-from dforce.gui.curves.chart import Chart
+from dforce.gui.curves.chart import Chart, ring
 from dforce.gui.curves.differences import Differences
 from dforce.gui.curves.kept import KeptResults
 from dforce.gui.curves.motion import MotionPanel
@@ -295,8 +295,8 @@ def clicked(drawn: figures.Drawn, wanted: Picture, points: Sequence[xr.Dataset |
         for name, (x_axis, y_axis, scale) in drawn.places.items() if point is not None else ():
             if point is not None and {name, wanted.x} <= {*point.variables}:
                 x, y = (float(np.ravel(point[one].values)[0]) for one in (wanted.x, name))
-                ring = figures.ring(x / drawn.x_scale, y / scale, 2 * figures.RING)
-                shapes.append({"xref": x_axis, "yref": y_axis, "name": "clicked", **ring})
+                at = ring(x / drawn.x_scale, y / scale, 2 * figures.RING)
+                shapes.append({"xref": x_axis, "yref": y_axis, "name": "clicked", **at})
     layout = {**drawn.figure["layout"], "shapes": shapes}
     return dataclasses.replace(drawn, figure={**drawn.figure, "layout": layout})
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.core.notation import html_symbol
-from dforce.gui.curves.chart import packed
-from dforce.gui.curves.figures import Drawn, Figure, name_of_axis
+from dforce.gui.curves.chart import name_of_axis, packed
+from dforce.gui.curves.figures import Drawn, Figure
 from dforce.results.curves import Picture
 from dforce.results.measured import QUANTITIES, by_model, moved
 
