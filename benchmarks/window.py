@@ -96,7 +96,7 @@ def slider(server: Server) -> None:
         window = Window(context.new_page(), server)
         begun = time.perf_counter()
         window.go()
-        window.page.locator(".df-start").wait_for()
+        window.page.locator(".df-start, .df-body").locator("visible=true").first.wait_for()
         print(f"first page, from the server's word that it is ready: {time.perf_counter() - begun:.1f} s")
         window.begin()
         window.drawn()

@@ -320,7 +320,7 @@ def test_the_text_of_a_case_reads_like_the_design():
     assert text.startswith(
         'title = "A title"\nmedium = "water"\n\n[[cantilever.modes]]\nf0 = "50 kHz"\nk = "0.9 N/m"\nQ = 10\n'
     )
-    assert '\n\n[[forces]]\nmodel = "dmt"\nhamaker = "4e-20 J"\n' in text
+    assert '\n\n[[forces]]\nmodel = "dmt"\nhamaker = "40 zJ"\n' in text
     assert 'zc = { start = "12 nm", stop = "1 nm", points = 221 }\n' in AIR.to_toml()
 
 

@@ -50,7 +50,7 @@ MEANT = {
     "intermolecular distance": ("contact.a0", 0.165, "contact.a0 = 165 mm is above 10 nm; did you mean '0.165 nm'?"),
     "thickness": ("sample.thickness", 50, "sample.thickness = 50 m is above 1 m; did you mean '50 nm'?"),
     "Poisson's ratio": ("sample.poisson_ratio", 30, "sample.poisson_ratio = 30 is above 0.5; did you mean 0.3 or '30 %'?"),
-    "Hamaker constant": ("forces.dmt.hamaker", 2, "forces.dmt.hamaker = 2 J is above 1e-15 J"),
+    "Hamaker constant": ("forces.dmt.hamaker", 2, "forces.dmt.hamaker = 2 J is above 1000 aJ"),
     "surface energy": (
         "forces", [{"model": "jkr", "surface_energy": 30}],
         "forces.jkr.surface_energy = 30 J/m^2 is above 10 J/m^2; did you mean '30 mJ/m^2'?",

@@ -85,7 +85,7 @@ def test_residuals_are_those_of_noise(air: xr.Dataset) -> None:
 
 def test_a_report_tells_values_errors_and_correlations(air: xr.Dataset) -> None:
     text = df.fit_report(air)
-    for words in (H, "1.996e-20", "+- 0.072e-20 J (3.6 %)", "chi2", "198.76", "AIC, BIC", f"zc_offset, {H}: +0.905"):
+    for words in (H, "19.96", "+- 0.72 zJ (3.6 %)", "chi2", "198.76", "AIC, BIC", f"zc_offset, {H}: +0.905"):
         assert words in text, words
 
 

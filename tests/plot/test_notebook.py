@@ -58,7 +58,7 @@ def test_a_case_is_a_table_of_symbols_values_and_meanings():
     cells = Reader(df.example("figure-6")._repr_html_()).cells
     row = cells.index("cantilever.modes.2")
     assert cells[row + 1 : row + 5] == ["f0", "f0", "310 kHz", "resonance frequency without damping"]
-    assert "forces.dmt" in cells and "4e-20 J" in cells and "recorded_periods" in cells
+    assert "forces.dmt" in cells and "40 zJ" in cells and "recorded_periods" in cells
 
 
 def test_a_case_shows_what_a_user_wrote_as_text():

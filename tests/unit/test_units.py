@@ -121,7 +121,7 @@ def test_no_text_makes_anything_but_a_number_or_a_unit_error(text, unit):
         (48900.0, "Hz", "48.9 kHz"),
         (0.165e-9, "m", "0.165 nm"),
         (0.9, "N/m", "0.9 N/m"),
-        (2e-20, "J", "2e-20 J"),
+        (2e-20, "J", "20 zJ"),
         (1e9, "Pa", "1 GPa"),
         (math.pi / 2, "rad", "90 deg"),
         (298.15, "K", "298.15 K"),

@@ -52,14 +52,17 @@ SHOWN: dict[str, tuple[str, ...]] = {
     "V": ("V", "mV"),
     "C/m^2": ("C/m^2", "mC/m^2"),
     "rad": ("deg",),
-    "J": ("J",),
+    "J": ("J", "aJ", "zJ"),
     "W": ("W", "pW", "fW", "aW"),
     "K": ("K",),
     "mol/m^3": ("mol/m^3", "mmol/l", "mol/l"),
 }
 
 # The units that need no pint: what they measure, and their size there. A test holds each against pint.
-PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
+PREFIXES = {
+    "z": 1e-21, "a": 1e-18, "f": 1e-15, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9,
+    "T": 1e12,
+}  # fmt: skip
 PREFIXED = {
     "m": "m u n p",
     "Hz": "k M G",
@@ -67,7 +70,7 @@ PREFIXED = {
     "N/m": "m",
     "Pa": "k M G T",
     "Pa s": "m k",
-    "J": "",
+    "J": "a z",
     "J/m^2": "m",
     "s": "m u n",
     "m/s": "m u n",
@@ -83,15 +86,7 @@ QUICK: dict[str, tuple[str, float]] = {
 
 
 # SI units of quantities that are declared in other units than these.
-STORED = {
-    "mC/m^2": "C/m^2",
-    "degC": "K",
-    "aJ": "J",
-    "mol/l": "mol/m^3",
-    "mmol/l": "mol/m^3",
-    "1/nm": "1/m",
-    "nm^3": "m^3",
-}
+STORED = {"mC/m^2": "C/m^2", "degC": "K", "mol/l": "mol/m^3", "mmol/l": "mol/m^3", "1/nm": "1/m", "nm^3": "m^3"}
 
 
 def stored(unit: str) -> str:
@@ -253,7 +248,17 @@ def parse(given: object, unit: str) -> float:
 
 
 # The unit that a message suggests, where the SI unit is not what people in the field would write.
-SUGGESTED = {"m": "nm", "Hz": "kHz", "N": "nN", "Pa": "GPa", "J/m^2": "mJ/m^2", "s": "us", "rad": "deg", "m/s": "um/s"}
+SUGGESTED = {
+    "m": "nm",
+    "J": "zJ",
+    "Hz": "kHz",
+    "N": "nN",
+    "Pa": "GPa",
+    "J/m^2": "mJ/m^2",
+    "s": "us",
+    "rad": "deg",
+    "m/s": "um/s",
+}
 
 
 def parse_share(given: object, name: str) -> float:

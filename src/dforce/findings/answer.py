@@ -40,14 +40,18 @@ def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
         When the dataset is not a result or has no points, and when the set point is not such a share.
     """
     check_computed(result)
-    share = parse_share(set_point, "set_point")
+    return answer_with(result, parse_share(set_point, "set_point"))
+
+
+def answer_with(result: xr.Dataset, share: float, states: xr.Dataset | None = None) -> str:
+    """Return a result in words; `states` is a result of :func:`dforce.at_set_point` for this share where it is known."""
     along = goes_along(result)
     row = row_of(result, along) if along else ""
     if along != "zc" or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
         return " ".join(
             f"{line.label[0].upper()}{line.label[1:]}: {line.text}." for line in summary(result)[:MOST_LINES]
         )
-    found = dict.fromkeys((state.regime, _details(state)) for state in states_at(result, share) if state.stable)
+    found = dict.fromkeys((state.regime, _details(state)) for state in states_at(result, share, states) if state.stable)
     if not found:
         return why_none(result, share)
     (regime, details), *others = found

@@ -211,10 +211,14 @@ class SetPointState:
 SHOWN = ("peak_force", "phase", "max_indentation")
 
 
-def states_at(curve: xr.Dataset, set_point: float) -> list[SetPointState]:
-    """Return the states of one curve along the distance at a set point, of each direction the farthest first."""
-    known = drawable(curve, goes_along(curve))
-    found = at_set_point(curve, set_point, [name for name in (*SHOWN, *ERRORS) if name in known])
+def states_at(curve: xr.Dataset, set_point: float, found: xr.Dataset | None = None) -> list[SetPointState]:
+    """Return the states of one curve along the distance at a set point, of each direction the farthest first.
+
+    `found` is a result of :func:`at_set_point` that contains them already.
+    """
+    if found is None:
+        known = drawable(curve, goes_along(curve))
+        found = at_set_point(curve, set_point, [name for name in (*SHOWN, *ERRORS) if name in known])
     repels = ~is_none(found, "peak_force") if "peak_force" in found else np.ones(found.sizes["crossing"], dtype=bool)
     way = found["direction"].values if "direction" in found.coords else np.zeros(found.sizes["crossing"])
     states = []

@@ -87,7 +87,8 @@ def drawable(dataset: xr.Dataset, along: str | None = None) -> list[str]:
     along
         Only those that can be drawn against this one.
     """
-    rows = {str(name): row_of(dataset, str(name)) for name in (*dataset.coords, *dataset.data_vars)}
+    variables = dataset.variables
+    rows = {str(name): _row_of(variables[name]) for name in (*dataset.coords, *dataset.data_vars)}
     wanted = rows.get(along) if along is not None else None
     return [name for name, row in rows.items() if row and (along is None or row == wanted)]
 
@@ -108,7 +109,10 @@ def row_of(dataset: xr.Dataset, name: str) -> str:
     ParameterError
         When the result has no such quantity.
     """
-    variable = _variable(dataset, name)
+    return _row_of(_variable(dataset, name))
+
+
+def _row_of(variable: xr.Variable) -> str:
     rows = [str(dim) for dim in variable.dims if dim not in (*COLUMN_DIMS, "direction")]
     return rows[0] if variable.dtype.kind == "f" and len(rows) == 1 and rows[0] not in LISTS else ""
 

@@ -44,6 +44,7 @@ class Forms:
     def __init__(self, view: View, companions: Sequence[Companion] = ()) -> None:
         self.view, self.companions = view, companions
         self.shown: dict[Path, tuple[Field, Shape, Entry | OwnLaw]] = {}
+        self._fresh: dict[Path, tuple[Any, bool]] = {}  # the value that each field shows, and whether it has a slider
         self._looked_at: dict[Path, tuple[Any, str]] = {}  # the value last seen at a path, and what is wrong with it
         self.frame = ui.element("div").classes("df-form")
         self._folds: list[ui.element] = []  # those that are open around what is being made
@@ -57,6 +58,7 @@ class Forms:
         """Fill the form anew."""
         self.frame.clear()
         self.shown.clear()
+        self._fresh.clear()
         self._looked_at.clear()
         self._hidden.clear()
         used = [name for name in LATER if self.view.document.value((name,))]
@@ -272,6 +274,9 @@ class Forms:
         field, shape, entry = self.shown[path]
         value = self.view.document.value(path)
         sliding = any(slider.path == path for slider in self.view.document.sliders)
+        if self._fresh.get(path) == (value, sliding):
+            return
+        self._fresh[path] = value, sliding
         if shape.kind == "switch":
             entry.show(text="true" if (field.default if value is None else value) else "false")
         elif shape.kind == "choice":

@@ -75,6 +75,7 @@ class Chart(ui.element, component="chart.js"):
         self.props.update(library=LIBRARY, label=label, holds=holds)
         self.revision = 0
         self._drawing: asyncio.Task[None] | None = None
+        self._there: dict[str, Any] | None = None  # the figure that the browser has drawn
         if on_point is not None:
 
             def clicked(event: GenericEventArguments) -> None:
@@ -86,8 +87,10 @@ class Chart(ui.element, component="chart.js"):
             self.on("limit", lambda event: on_limit(float(event.args)))
 
     async def draw(self, figure: dict[str, Any], label: str = "") -> None:
-        """Draw a figure (`data` and `layout` of Plotly) once the browser has drawn the one before."""
+        """Draw a figure (`data` and `layout` of Plotly) once the browser has drawn the one before; the same is not sent."""
         await self.drawn()
+        if figure == self._there:
+            return
         if label and self.props.get("label") != label:
             self.props["label"] = label
             self.update()
@@ -100,9 +103,11 @@ class Chart(ui.element, component="chart.js"):
 
     async def _send(self, figure: dict[str, Any]) -> None:
         self.revision += 1
+        self._there = None
         # without an answer the connection was cut, or the page is hidden and its browser saves power
         with contextlib.suppress(TimeoutError):
             await self.run_method("draw", figure, self.revision, timeout=PATIENCE)
+            self._there = figure
 
     def dim(self, stale: bool) -> None:
         """Show that the chart does not follow what was last typed."""

@@ -14,6 +14,7 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.notation import html_symbol, plain_math
+from dforce.findings.answer import answer_with
 from dforce.gui.case.words import in_words
 from dforce.gui.curves import figures
 from dforce.gui.curves.advice import AdvicePanel
@@ -172,11 +173,12 @@ class Plots:
         if not self.layers:
             return ""
         document, fit = self.view.document, self.view.session.measured.fit
-        results = [self.layers[-1].result]
-        if document.measured is not None and fit is not None and fitting.is_of(fit, document):
-            results.insert(0, fit)
+        top = self.layers[-1]
         try:
-            return in_words(document, " ".join(df.answer(result, document.set_point) for result in results))
+            sentences = [answer_with(top.result, document.set_point, top.states)]
+            if document.measured is not None and fit is not None and fitting.is_of(fit, document):
+                sentences.insert(0, df.answer(fit))
+            return in_words(document, " ".join(sentences))
         except df.DForceError:  # a run that was stopped before its first result
             return ""
 

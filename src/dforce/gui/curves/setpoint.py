@@ -14,6 +14,7 @@ import dforce as df
 from dforce.core.arrays import Bools
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import AMOUNTS, NONE
+from dforce.findings.set_point import SHOWN
 from dforce.gui.curves.figures import Layer, unit_of
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT
@@ -90,7 +91,7 @@ def states_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset |
     """Return the states of a result at a set point with the quantities that a picture shows; None where it is no curve."""
     along = goes_along(result)
     row = row_of(result, along) if along else ""
-    names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y, *ERRORS])
+    names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y, *SHOWN, *ERRORS])
     known = [name for name in names if name in result.variables and row_of(result, name) == row]
     try:
         return df.at_set_point(result, share, known)

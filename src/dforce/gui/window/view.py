@@ -32,6 +32,7 @@ T = TypeVar("T")
 log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
+ADVICE_AFTER = 0.4  # s without a change
 BESIDE_EVERY = 0.5  # s between two looks of what stands beside the curves, while something is dragged
 SAY_AFTER = 1.0  # s after which a word says why nothing follows
 COMPUTING = "Computing ..."
@@ -100,6 +101,7 @@ class View:
         self._latest = Latest(self._safely(self._follow))
         self._beside = Latest(self._safely(self._show_beside))
         self._beside_at = -BESIDE_EVERY
+        self._advising = Latest(self._safely(self._advise))
 
     @property
     def document(self) -> Document:
@@ -226,7 +228,7 @@ class View:
         return job.result if job is not None and job.state == "done" and job.is_of(document) else None
 
     async def _show_beside(self, followed: Followed) -> None:
-        """Show what stands beside the curves, the force, and at last the advice."""
+        """Show what stands beside the curves and the force, and ask for the advice."""
         await self.main.drawn()
         await self._latest.rest(self._beside_at + BESIDE_EVERY - time.monotonic())
         if self._beside.overtaken or self.said.wrong:  # of a later document, which asks for nothing beside
@@ -236,8 +238,14 @@ class View:
         with self._saying_what_is_wrong(followed.document):
             await self.force.draw(await in_thread(LIVE, lambda: _force(followed.case)))
             self.shown.show(PagePart.FORCE, followed.document)
-            if self._latest.busy or self._beside.overtaken or self.said.wrong:
-                return
+        self._advising.ask(followed)
+
+    async def _advise(self, followed: Followed) -> None:
+        """Show the advice once nothing has changed for a moment: while something is dragged nobody reads it."""
+        await asyncio.sleep(ADVICE_AFTER)
+        if self._advising.overtaken or self._latest.busy or self._beside.busy or self.said.wrong:
+            return
+        with self._saying_what_is_wrong(followed.document):
             advice = df.advice(followed.case) if followed.result is None else advice_in(followed.result)
             self._say(Said(advice=_places(followed.document, advice)), followed.document)
 
