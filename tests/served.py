@@ -263,7 +263,7 @@ class Window:
             [trace, share],
         )
         self.page.mouse.move(left, top)
-        self.page.locator(".df-main .hoverlayer .hovertext").first.wait_for()
+        self.page.locator(".df-main .hoverlayer .legend").first.wait_for()
         self.page.mouse.click(left, top)
         return float(along)
 

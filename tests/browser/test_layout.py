@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from served import Window
 
 LEAST = 320  # px, height of the chart at 1366 x 768
 TABS = ("Set point", "Fit", "Against", "Motion", "Numbers", "What differs", "Advice")
@@ -36,6 +37,11 @@ OVERLAPS = """() => {
     }
     return found;
 }"""
+# buttons in the color of the accent, by their words without the name of an icon
+FILLED = """() => [...document.querySelectorAll("button")].filter((one) =>
+    one.checkVisibility({visibilityProperty: true, opacityProperty: true})
+    && ["rgb(11, 92, 143)", "rgb(35, 119, 173)"].includes(getComputedStyle(one).backgroundColor)
+).map((one) => one.innerText.split("\\n").at(-1))"""
 SCROLLING = """() => [...document.querySelectorAll(".df-body *")].filter((one) => {
     const scrolls = (it) =>
         ["auto", "scroll"].includes(getComputedStyle(it).overflowY) && it.scrollHeight > it.clientHeight + 1;
@@ -69,6 +75,54 @@ def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, hei
         stage, body = (page.locator(name).bounding_box() for name in (".df-stage", ".df-body"))
         assert stage["width"] >= (2 / 3 if width > 900 else 0.95) * body["width"]
         page.get_by_role("button", name="Light or dark").click()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (800, 900)])
+def test_with_everything_open_the_chart_keeps_its_height_and_one_button_is_filled(visit, width, height):
+    """A measured curve, all folds, a result over a parameter and a motion, one after the other."""
+    window = visit(width=width, height=height, enter=Window.go)
+    page = window.page
+
+    def look(what):
+        page.wait_for_timeout(400)  # the chart is fitted to its place
+        stage = page.locator(".df-stage").bounding_box()
+        assert stage["height"] >= LEAST, what
+        assert page.evaluate(OVERLAPS) == [], what
+        assert page.evaluate(SCROLLING) == [], what
+        assert page.evaluate(FILLED) == ["Run"], what
+
+    page.get_by_role("button", name="Explain my curve").click()
+    assert page.evaluate(FILLED) == ["Start"]
+    page.get_by_role("button", name="A stiff sample in air, measured").click()
+    page.locator(".df-measured").wait_for()
+    window.drawn()
+    window.unfold()
+    page.get_by_role("button", name="They are those of this curve").click()
+    look("fit")
+    window.tab("Reconstruct")
+    look("reconstruct")
+    window.tab("Against")
+    page.locator(".df-few").first.fill("3")
+    page.get_by_role("button", name="Compute").click()
+    page.locator(".df-stage.df-over").wait_for()
+    page.get_by_role("button", name="Compute").wait_for()
+    look("against")
+    window.tab("Motion")
+    window.click(2, 0.95)  # of the model, where nothing was measured
+    page.locator(".df-tip").wait_for()
+    look("motion")
+
+
+def test_a_dialog_has_the_one_button_that_is_filled(visit):
+    window = visit()
+    page = window.page
+    page.get_by_role("button", name="File").click()
+    page.get_by_role("menuitem").filter(has_text="Save figure").click()
+    page.get_by_role("button", name="Save", exact=True).wait_for()
+    assert page.evaluate(FILLED) == ["Save"]
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Save", exact=True).wait_for(state="detached")
+    assert page.evaluate(FILLED) == ["Run"]
 
 
 @pytest.mark.parametrize("width", [1366, 800])

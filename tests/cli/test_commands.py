@@ -532,6 +532,16 @@ def test_help_loads_nothing_heavy():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_a_run_without_a_picture_loads_no_matplotlib(tmp_path):
+    code = (
+        "import sys; from dforce.cli.app import app\n"
+        f"try: app(['run', 'figure-3-air', '--set', 'experiment.zc.points=3', '-o', {str(tmp_path / 'a.nc')!r}])\n"
+        "except SystemExit as end: print(end.code, 'matplotlib' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "0 False"
+
+
 LOADING = """
 import os, signal, sys, types
 

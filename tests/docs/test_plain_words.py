@@ -61,7 +61,7 @@ def helps():
 
 def cases():
     """Give the sentences of the shipped cases."""
-    for path in sorted((ROOT / "src" / "dforce" / "library" / "examples").glob("*.toml")):
+    for path in sorted((ROOT / "src" / "dforce" / "library" / "examples").rglob("*.toml")):
         case = tomllib.loads(path.read_text(encoding="utf-8"))
         for text in (case.get("title"), *(case.get("about", {}).get(key) for key in PLAIN_CASES)):
             yield from (Sentence(path.name, 1, sentence) for sentence in sentences(text or ""))

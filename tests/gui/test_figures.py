@@ -55,7 +55,23 @@ def test_one_frame_stands_above_the_other_and_all_have_one_axis_across():
         "layout"
     ]
     assert layout["yaxis"]["domain"][0] > layout["yaxis2"]["domain"][1] > layout["yaxis3"]["domain"][1]
-    assert layout["xaxis2"]["matches"] == layout["xaxis3"]["matches"] == "x"
+    assert [name for name in layout if name.startswith("xaxis")] == ["xaxis"]
+
+
+def test_one_line_across_all_frames_shows_names_values_and_units_at_one_distance():
+    drawn = picture([Layer(result("figure-3-air-jump"))], Picture("zc", ("amplitude", "phase")))
+    layout, words = drawn.figure["layout"], [trace.get("hovertemplate") for trace in drawn.figure["data"]]
+    assert (layout["hovermode"], layout["hoversubplots"], layout["xaxis"]["spikemode"]) == (
+        "x unified", "axis", "across",
+    )  # fmt: skip
+    assert layout["xaxis"]["unifiedhovertitle"]["text"] == "average tip–surface distance %{x:.4g} nm"
+    assert "amplitude %{y:.4g} nm, approach<extra></extra>" in words
+    assert "phase lag %{y:.4g} °, retract<extra></extra>" in words
+
+
+def test_a_curve_over_no_axis_of_its_own_is_read_at_the_nearest_point():
+    layout = picture([Layer(result("figure-3-air-jump"))], Picture("amplitude_ratio", ("phase",))).figure["layout"]
+    assert layout["hovermode"] == "closest"
 
 
 def test_together_quantities_of_one_unit_share_an_axis_and_others_have_their_own():

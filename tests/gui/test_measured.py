@@ -15,6 +15,7 @@ import pytest
 from simulated import element, send, show, until, window
 
 import dforce as df
+from dforce.case import case_of
 from dforce.gui.curves.figures import Layer, picture
 from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.document.session import Session
@@ -611,9 +612,7 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             found = {row["name"]: row for row in panel.props["rows"]}["sample.youngs_modulus"]["found"]
             assert "±" in found and found.endswith("GPa for k = 2.7 N/m, R = 8 nm")
             assert not panel.props["stale"]
-            figure = show(page, df.run(page.view.document.case()))
             used = fit["used"].values
-            assert np.allclose(of(figure, "residual phase")[0], fit["phase_residual"].values[used, 0])
             send(panel, "take")
             assert np.isclose(page.view.document.case().sample.youngs_modulus, value, rtol=1e-5)
             assert page.view.document.measured.shift == float(fit["value"].sel(parameter="zc_offset"))
@@ -621,7 +620,13 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             assert not panel.props["stale"]
             # with what was taken over the model passes through the measured points
             best = df.Case.from_toml(fit.attrs["case"]).experiment
-            model = df.run(page.view.document.case().replace(experiment=best)).sel(direction="retract")
+            both = df.run(page.view.document.case().replace(experiment=best))
+            left = of(show(page, both), "residual phase")[0]
+            assert np.allclose(left, fit["phase_residual"].values[used, 0], atol=0.1)
+            softer = df.run(case_of(both).replace("sample.youngs_modulus", "1 GPa"))
+            moved = of(show(page, softer), "residual phase")[0]  # those of the curve that is drawn
+            assert np.nanstd(moved) > 2.0 * np.std(left)
+            model = both.sel(direction="retract")
             turned = session.measured.curve["phase"].values - page.view.document.measured.turn
             near = np.flatnonzero((session.measured.curve["branch"].values == -1) & used)
             zc = session.measured.curve["height"].values + page.view.document.measured.shift

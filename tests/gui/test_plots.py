@@ -143,7 +143,7 @@ def test_results_and_pictures_survive_a_restart_an_undo_and_another_example(tmp_
             await session.keep(df.run(CASE))
             session.look(session.document.__class__(session.document.table, results=session.document.results,
                                                     plots=(Picture("zc", ("phase",)),)))  # fmt: skip
-            page._open("table-1-am")
+            await page._open("table-1-am")
             session.undo()
             kept = session.document.results, session.document.plots
             # they were of another case than the one that was opened: in the list, not in the picture

@@ -92,7 +92,7 @@ def test_another_set_point_is_read_off_at_once_and_kept(tmp_path):
             assert [row["state"] for row in rows(user)] == [row["state"] for row in before]
             assert [row["amplitude"] for row in rows(user)] == ["5 nm", "5 nm", "5 nm"]
             session.undo()
-            page._open("figure-3-water")
+            await page._open("figure-3-water")
             assert session.document.set_point == 0.5
             session.close()
             assert Session(store, tmp_path).document.set_point == 0.5

@@ -8,6 +8,7 @@ import functools
 import threading
 
 import pytest
+from nicegui import ui
 from simulated import click, element, show, until, window
 
 import dforce as df
@@ -70,9 +71,9 @@ def test_a_result_never_stands_under_the_title_of_a_case_that_was_opened_meanwhi
                 return compose(curve)
 
             page.view.compose = watched
-            page._open(FIRST)
+            await page._open(FIRST)
             await until(lambda: runs.begun)
-            page._open(SECOND)
+            await page._open(SECOND)
             await until(lambda: page.view.status == views.WAITING)
             runs.going.set()
             await until(lambda: (second, second) in drawn)
@@ -105,7 +106,7 @@ def test_a_curve_that_comes_after_another_case_was_opened_is_not_drawn(tmp_path,
             compose = page.view.compose
             page.view.compose = lambda curve: drawn.append(curve) or compose(curve)
             await until(lambda: page.view._latest.busy and not page.view._latest.overtaken)
-            page._open("table-1-am")
+            await page._open("table-1-am")
             going.set()
             await until(lambda: not given and not page.view._latest.busy)
             assert not any(curve is result() for curve in drawn)
@@ -127,7 +128,7 @@ def test_the_motion_of_one_case_does_not_run_on_beside_another(tmp_path):
             await until(lambda: drawing.props.get("behind"))  # it stands still
             page.view.edit(DOCUMENT)
             assert not drawing.props["behind"]
-            page._open("resonance-curve")
+            await page._open("resonance-curve")
             await until(lambda: drawing.props["motion"] is None)
             assert page.view.curve is None
 
@@ -300,13 +301,14 @@ def test_a_part_is_behind_when_its_case_is_another_and_not_for_its_title(change,
 def test_an_edited_case_goes_without_the_sentence_on_what_the_example_shows(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
-            page._open("figure-3-air-jump")
+            await page._open("figure-3-air-jump")
             shows = df.example("figure-3-air-jump").about.shows
             await user.should_see(shows)
             page.view.edit(page.view.document.put(("title",), "Mine"))
             assert page.view.document.case().about.shows == shows
             page.view.edit(page.view.document.put(("drive", "A0"), "5 nm"))
-            await user.should_see(f"Before the edit: {shows}")
+            lines = [one for one in user.find(ui.label).elements if "df-about" in one.classes]
+            assert [one.text for one in lines if one.visible] == []
             case = page.view.document.case()
             assert shows not in case.to_toml() + case.to_python() + df.run(case).attrs["case"]
             page.view.edit(page.view.document.put(("drive", "A0"), "10 nm"))  # as by a slider that goes back

@@ -7,10 +7,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from simulated import until, window
+from simulated import element, send, until, window
 
 import dforce as df
 from dforce.findings.coexisting import coexisting
+from dforce.findings.set_point import at_distance
+from dforce.gui.curves.states_panel import StatesTable
 from dforce.gui.document.document import Document
 
 CASE = df.example("hysteresis").set("experiment.zc.points=41")
@@ -24,6 +26,31 @@ def test_states_behind_an_approach_hold_those_that_the_approach_does_not_meet():
     near = np.abs(zc[:, None] - zc) < 0.3e-9
     assert np.abs(phase[:, None] - phase)[near].max() > 15.0  # attractive and repulsive at one distance
     assert not states["stable"].values.all()
+
+
+def test_the_tab_lists_all_states_at_a_distance_and_shows_the_motion_of_one(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            page.view.edit(Document.of(CASE), anew=True)
+            panel = page.plots.all_states
+            await until(lambda: page.plots.states.of(page.view.curve) is not None, 120.0)
+            panel.open()
+            send(element(user, StatesTable), "distance", "19,3 nm")
+            rows = panel.element.props["rows"]
+            states = page.plots.states.of(page.view.curve)
+            there = at_distance(states, 19.3e-9)
+            assert len(rows) == there.sizes["crossing"] > 1
+            assert [row["stable"] for row in rows] == sorted(there["stable"].values.tolist(), reverse=True)
+            assert {row["state"] for row in rows} == {"attractive", "repulsive"}
+            send(panel.element, "motion", 0)
+            assert page.plots.motion.spot.result is states
+            panel.open()
+            send(panel.element, "distance", "5 GPa")
+            assert "not a length" in panel.element.props["text"] and not panel.element.props["rows"]
+            send(panel.element, "distance", "")
+            assert panel.element.props["share"] == "80 %" and panel.element.props["rows"]
+
+    asyncio.run(flow())
 
 
 def test_states_behind_a_frequency_sweep_go_along_its_frequency():

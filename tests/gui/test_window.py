@@ -232,7 +232,7 @@ def test_an_example_that_takes_long_is_run_when_it_is_opened(tmp_path, live_as):
 
     async def flow():
         async with window(tmp_path) as (user, page):
-            page._open("figure-3-water")
+            await page._open("figure-3-water")
             await until(lambda: page.view.result is not None)  # it is kept first, then drawn
             assert page.view.result.attrs["title"] == df.example("figure-3-water").title
             type_into(user, "drive.A0", "9", "nm")  # an edit waits for Run
@@ -319,7 +319,7 @@ def test_every_example_opens(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
             for name in df.examples():
-                page._open(name)
+                await page._open(name)
                 assert page.view.document.case() == df.example(name)
 
     asyncio.run(flow())

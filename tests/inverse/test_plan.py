@@ -277,6 +277,28 @@ def test_a_plan_knows_stable_states_that_no_approach_meets():
     assert not alone.allowed.any()
 
 
+def sls(A0="20 nm", **numbers):
+    lever = {"k": "2.7 N/m", "f0": "70 kHz", "Q": 180}
+    solid = df.forces.SLS(instant_modulus="1 GPa", relaxed_modulus="0.5 GPa", relaxation_time="1 us", elements=4)
+    forces = [solid, df.forces.VanDerWaals(hamaker="6e-20 J")]
+    return df.Case(cantilever=lever, drive={"A0": A0}, tip={"radius": "8 nm"}, forces=forces, **numbers)
+
+
+@pytest.mark.long
+def test_a_plan_of_forces_with_memory_has_the_states_that_a_transient_settles_to():
+    one = df.plan(sls(), {"drive.A0": ["20 nm"]}, [0.8], {"peak_force": "< 1 nN"}).isel(A0=0, set_point=0)
+    assert sorted(one.regime.values.tolist()) == ["attractive", "repulsive"]
+    assert one.limit_hit.values.tolist() == ["", "peak_force"]
+    for state in range(one.sizes["state"]):
+        here = one.isel(state=state)
+        start = {"amplitude": 0.8 * 20e-9, "phase": float(np.radians(here.phase[0]))}
+        settled = df.run(
+            sls(solver={"method": "transient"}, experiment=df.experiments.Dwell(zc=float(here.zc), start=start))
+        )
+        assert float(settled.amplitude[0]) == pytest.approx(16e-9, rel=1e-5)
+        assert float(settled.peak_force) == pytest.approx(float(here.peak_force), rel=1e-3, abs=1e-15)
+
+
 def test_of_many_cases_a_plan_says_which_states_are_meant(monkeypatch):
     monkeypatch.setattr("dforce.inverse.planner.MOST_WALKED", 0)
     found = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], {"peak_force": "< 200 pN"})

@@ -12,7 +12,7 @@ from dforce.cli._names import complete_examples
 from dforce.cli._options import Json, option
 from dforce.cli._terminal import DONE, console, print_json, width, wrapped
 from dforce.core.files import check_target, read_input, write_whole
-from dforce.library import measured_data
+from dforce.library import FOLDERS, measured_data
 
 
 def examples(
@@ -78,14 +78,18 @@ def _list(json: bool) -> int:
         return DONE
     from rich.table import Table
 
-    table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=False)
-    table.add_column(no_wrap=True, style="bold")
-    table.add_column()
-    for example in known:
-        table.add_row(example.name, f"{example.title}. {example.shows}")
+    widest = max(len(example.name) for example in known)
     terminal = console()
-    terminal.print(table, soft_wrap=False)
-    terminal.print()
+    for folder, title in FOLDERS.items():
+        table = Table(box=None, pad_edge=False, padding=(0, 3, 0, 0), show_header=False)
+        table.add_column(no_wrap=True, style="bold", min_width=widest)
+        table.add_column()
+        for example in known:
+            if example.folder == folder:
+                table.add_row(example.name, f"{example.title}. {example.shows}")
+        terminal.print(title, style="underline")
+        terminal.print(table, soft_wrap=False)
+        terminal.print()
     for hint in (
         "run an example: dforce run NAME",
         "change an example: dforce examples NAME --write my-case.toml",

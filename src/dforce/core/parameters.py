@@ -240,9 +240,17 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
 
     hints: ClassVar[Mapping[str, str]] = {}  # what to write in the place of names that other programs use
 
+    _quantities: ClassVar[dict[str, ParameterQuantity]] = {}
+    _shared: ClassVar[dict[str, str]] = {}
+    _keys: ClassVar[list[str]] = []
+
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         super().__pydantic_init_subclass__(**kwargs)
+        declared = {name: field.json_schema_extra for name, field in cls.model_fields.items()}
+        cls._quantities = {name: one for name, one in declared.items() if isinstance(one, ParameterQuantity)}
+        cls._shared = {name: one.path for name, one in declared.items() if isinstance(one, Shared)}
+        cls._keys = [name for name in declared if name not in cls._shared]
         cls.__signature__ = signature_of({name: cls.model_fields[name] for name in cls.keys()})  # noqa: SIM118
 
     def __init__(self, *unnamed: Any, **data: Any) -> None:
@@ -296,26 +304,17 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
     @classmethod
     def quantities(cls) -> dict[str, ParameterQuantity]:
         """Return the declared quantities by field name, in order, shared ones excluded."""
-        return {
-            name: field.json_schema_extra
-            for name, field in cls.model_fields.items()
-            if isinstance(field.json_schema_extra, ParameterQuantity)
-        }
+        return cls._quantities
 
     @classmethod
     def shared_fields(cls) -> dict[str, str]:
         """Return the instrument's path of each shared field, by field name."""
-        return {
-            name: field.json_schema_extra.path
-            for name, field in cls.model_fields.items()
-            if isinstance(field.json_schema_extra, Shared)
-        }
+        return cls._shared
 
     @classmethod
     def keys(cls) -> list[str]:
         """Return the names that a user may give."""
-        hidden = cls.shared_fields()
-        return [name for name in cls.model_fields if name not in hidden]
+        return cls._keys
 
     @classmethod
     def section(cls) -> str:

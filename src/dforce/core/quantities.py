@@ -369,6 +369,8 @@ FITS = table(
              ("minimum", "parameter")),
 )  # fmt: skip
 
+OF_RESULTS = OBSERVABLES | TRACES | NOISES | JUMPS | AXES | RECONSTRUCTED  # what the variables of a result may be
+
 NONE = "none"  # what a reader is shown of an amount below its estimated error
 
 

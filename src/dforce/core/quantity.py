@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import functools
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -39,7 +40,7 @@ class Quantity:
     doc: str
     dims: tuple[str, ...] = ()
 
-    @property
+    @functools.cached_property
     def words(self) -> dict[str, str]:
         """The attributes of its variable."""
         return words(self.unit, self.label, self.symbol, self.doc)

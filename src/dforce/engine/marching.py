@@ -105,7 +105,7 @@ class Marcher:
         self,
         start: Start,
         periods: int,
-        limits: tuple[float, float, float],
+        limits: tuple[float, float, float] | Array,
         *,
         harmonics: int | None = None,
         parts: int = 1,
@@ -117,7 +117,8 @@ class Marcher:
         Parameters
         ----------
         limits
-            Errors allowed in a step: of the scaled motion, of the columns, and of the fastest harmonic.
+            Errors allowed in a step: of the scaled motion, of the columns, and of the fastest harmonic; or a row of them for
+            each motion.
         harmonics
             Given: each period is measured, with so many harmonics.
         parts
@@ -176,7 +177,7 @@ class Marcher:
             path, lanes.memory, lanes.latched, deviation[..., 1:].reshape(count, size, columns), rows, lanes.samples
         )
 
-    def _limits(self, numbers: Array, limits: tuple[float, float, float]) -> Array:
+    def _limits(self, numbers: Array, limits: tuple[float, float, float] | Array) -> Array:
         """Return the limits of a step of each motion; the fastest relaxation of a memory limits its length."""
         fastest = max((force.fastest_rate for force in self.example.forces), default=0.0)
         out = np.full((len(numbers), 4), np.inf)

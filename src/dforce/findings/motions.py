@@ -17,7 +17,7 @@ from dforce.findings.jumps import Jump, jumps, jumps_of_all
 from dforce.findings.set_point import RATIO, SetPointState, regime, states_at
 from dforce.results.curves import goes_along
 from dforce.results.kinds import swept
-from dforce.results.significance import is_none, with_scales
+from dforce.results.significance import is_none, scaled
 from dforce.results.status import Status, count_status
 
 if TYPE_CHECKING:
@@ -237,7 +237,7 @@ def _at_set_points(curve: xr.Dataset) -> Iterator[Finding]:
 def _with_scales(dataset: xr.Dataset) -> xr.Dataset:
     """Return the result of one case with the scales of its errors; as it is where its case cannot be read."""
     try:
-        return with_scales(dataset.copy(), case_of(dataset).problem)
+        return scaled(dataset, case_of(dataset).problem)
     except DForceError:  # the case of a version that knew other keys: still worth a summary
         return dataset
 

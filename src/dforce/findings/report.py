@@ -8,7 +8,6 @@ import io
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from dforce import plot
 from dforce.core.errors import ParameterError, checked
 from dforce.core.listing import aligned, html_table
 from dforce.findings.finding import Finding, Findings
@@ -44,6 +43,8 @@ class Report:
 
     def picture(self) -> bytes:
         """Return the picture that says most about the result (:func:`dforce.plot.overview`), as PNG."""
+        from dforce import plot  # matplotlib is slow to load, and a terminal shows no picture
+
         file, sheet = io.BytesIO(), plot.Sheet()
         plot.overview(self.dataset, sheet)
         sheet.savefig(file, format="png", dpi=DPI)

@@ -58,6 +58,26 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
         When the result has no points, is not a curve with an amplitude ratio, or lacks a quantity, and when the set point is
         not such a share.
     """
+    set_point = parse_share(set_point, "set_point")
+    return _states(result, RATIO, set_point, names).assign_attrs(set_point=set_point)
+
+
+@checked
+def at_distance(result: xr.Dataset, distance: float, names: Collection[str] | None = None) -> xr.Dataset:
+    """Return the states at an average distance (m), as :func:`at_set_point` gives those at a set point.
+
+    Raises
+    ------
+    ParameterError
+        When the result is not a curve along the distance.
+    """
+    if goes_along(result) != "zc":
+        raise ParameterError("this result is not a curve along the distance")
+    return _states(result, "zc", float(distance), names)
+
+
+def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] | None) -> xr.Dataset:
+    """Return the states of curves at which the quantity `met` has a value."""
     import xarray as xr
 
     check_computed(result)
@@ -69,14 +89,13 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
         raise ParameterError(f"this result has no '{RATIO}'; add it to the quantities of the sweep")
     if not row or RATIO not in result or row_of(first, RATIO) != row:
         raise ParameterError("this result is not a curve of amplitudes, so it has no set points")
-    set_point = parse_share(set_point, "set_point")
     known = drawable(first, along)
     always = [along, *(name for name in ("zc", "virial") if name in known)]
     wanted = dict.fromkeys([*always, *(known if names is None else names)])
     for name in wanted:
         if name not in known:
             raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
-    found = _Crossings.of(result, along, row, over, set_point)
+    found = _Crossings.of(result, along, row, over, met, value)
     variables = {name: found.read(result, name) for name in wanted}
     coords: dict[str, Any] = {name: variables.pop(name) for name in dict.fromkeys((along, "zc")) if name in variables}
     if "virial" in variables:
@@ -89,7 +108,7 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
         stable = result["stable"].values.astype(bool)
         coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
     coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
-    return xr.Dataset(variables, coords, {"along": along, "set_point": set_point})
+    return xr.Dataset(variables, coords, {"along": along})
 
 
 @checked
@@ -232,7 +251,7 @@ def why_none(curve: xr.Dataset, set_point: float) -> str:
 
 @dataclass(frozen=True)
 class _Crossings:
-    """Where curves meet the set point.
+    """Where curves meet the value of a quantity, such as a set point.
 
     Attributes
     ----------
@@ -254,11 +273,11 @@ class _Crossings:
     share: AnyArray
 
     @classmethod
-    def of(cls, result: xr.Dataset, along: str, row: str, over: Sequence[str], set_point: float) -> _Crossings:
-        """Find the states at the set point."""
+    def of(cls, result: xr.Dataset, along: str, row: str, over: Sequence[str], met: str, value: float) -> _Crossings:
+        """Find the states at which the quantity `met` has a value."""
         of_branches = "branch" in result
-        above, status = (by_case(result, name, row, over) for name in (RATIO, "status"))
-        above = np.where(repeats(status), above - set_point, np.nan)
+        above, status = (by_case(result, name, row, over) for name in (met, "status"))
+        above = np.where(repeats(status), above - value, np.nan)
         x = result.variables[along].values
         order = np.arange(len(x)) if of_branches else np.argsort(x, kind="stable")
         sorted_ = above[..., order]
@@ -275,9 +294,9 @@ class _Crossings:
                     low, high = sorted((place[jump.before], place[jump.after]))
                     apart[number, direction, low:high] = True
         beyond = np.append(sorted_[..., 1:], np.full((*above.shape[:2], 1), np.nan), axis=-1)
-        met = (sorted_ == 0.0) | ((sorted_ * beyond < 0.0) & ~apart)
-        case, way, first = np.nonzero(met)
-        here, there = sorted_[met], beyond[met]
+        crossed = (sorted_ == 0.0) | ((sorted_ * beyond < 0.0) & ~apart)
+        case, way, first = np.nonzero(crossed)
+        here, there = sorted_[crossed], beyond[crossed]
         between = here != 0.0
         share = np.divide(here, here - there, out=np.zeros(len(here)), where=between)
         shape = tuple(result.sizes[name] for name in over)

@@ -16,7 +16,7 @@ from dforce.maps.operating import OperatingPoints, Wanted, solve
 from dforce.maps.seeds import Curves
 from dforce.problem import Problem
 from dforce.procedures.motion import base_of, rows_of, scales_of, states_of
-from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.states import States
@@ -122,7 +122,9 @@ class Solver:
             def at(case: int, zc: float, some: list[Problem] = some) -> tuple[Problem, float]:
                 return some[case], zc
 
-            block = Block(ProblemBatch.of(some), at, self.case.solver, 1, samples, self.check_cancelled)
+            block = block_type(self.case.solver)(
+                ProblemBatch.of(some), at, self.case.solver, 1, samples, self.check_cancelled
+            )
             start = self._states(some, np.array([pairs[n][2] for n in numbers]))
             here = self._states(some, points.motions[own])
             begun = np.array([pairs[n][1] for n in numbers])

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 MOST_POINTS = 50_000  # of a plan: cases times set points; each takes some milliseconds
 HALVINGS = 18  # of the way between two neighbors of the grid, to locate a boundary
 MOST_WALKED = 40  # cases whose branches are followed; each takes about a second
+MOST_WITH_MEMORY = 13  # the same for forces with memory, which take some twenty times as long
 STAGES = 6  # that progress counts
 
 
@@ -45,13 +46,14 @@ def plan(
     r"""Return the settings at which limits hold, the best setting, and the setting farthest from all boundaries.
 
     Each operating point is solved: orbit and distance such that :math:`A = s A_0`, for all stable states on the branches of
-    each case. With more than 40 cases only the states on approach and retract are used (see ``attrs["findings"]``). Bisection
-    locates the boundaries of the allowed settings. The plan covers only the ranges.
+    each case. With more than 40 cases (13 for forces with memory) only the states on approach and retract are used (see
+    ``attrs["findings"]``). Bisection locates the boundaries of the allowed settings. The plan covers only the ranges. A memory
+    follows the motion: an instability that the memory itself causes is not seen.
 
     Parameters
     ----------
     case
-        The case; its experiment is not used. Its forces have no memory and no branches.
+        The case; its experiment is not used.
     vary
         One or two paths with their values, such as ``{"drive.A0": {"start": "1 nm", "stop": "10 nm", "points": 19}}``; a pair
         ``["1 nm", "10 nm"]`` is a range of 19 values.
@@ -176,7 +178,8 @@ class _Work:
 
     def _walk(self) -> None:
         """Follow the branches of all cases, where these are few."""
-        if len(self.grid) <= MOST_WALKED:
+        has_memory = any(force.memory for force in self.case.problem.forces)
+        if len(self.grid) <= (MOST_WITH_MEMORY if has_memory else MOST_WALKED):
             for number, values in enumerate(self.grid):
                 walk(self.curves, number, self.solver.case_at(values), self.check_cancelled)
 

@@ -11,17 +11,14 @@ from dforce.case import Case
 from dforce.core.arrays import Bools, Indices
 from dforce.core.errors import ParameterError, UnitError, checked, shorten
 from dforce.core.units import parse, parse_share, show
-from dforce.experiments import Approach
 from dforce.experiments.base import Progress
-from dforce.maps import sweep
+from dforce.inverse.planner import plan
 
 if TYPE_CHECKING:
     import xarray as xr
 
 AMPLITUDES = 13  # from an eighth of the free amplitude to all of it, evenly in its logarithm
 SMALLEST = 1.0 / 8.0
-FARTHEST, POINTS = 1.15, 121  # distances as shares of the free amplitude
-BELOW, DEEPEST = 0.3, -1.5  # nearest distances: a share below the set point, and for a sample that the tip sinks into
 DIGITS = 3
 
 
@@ -34,7 +31,7 @@ def safe_settings(
 ) -> xr.Dataset:
     """Return peak force and indentation at a set point against the free amplitude, and the amplitudes that keep a limit.
 
-    The states are those on approach and retract; of several, the hardest counts. :func:`plan` varies other settings, too.
+    Of all stable states at the set point (:func:`plan`) the hardest counts. :func:`plan` varies other settings, too.
 
     Parameters
     ----------
@@ -51,12 +48,15 @@ def safe_settings(
     -------
     xarray.Dataset
         Over `A0` (m), from an eighth of the free amplitude of the case: `peak_force` (N) and `max_indentation` (m) of the
-        hardest state, `states` (number of regimes), `allowed`. The attribute `findings` lists sentences.
+        hardest state, `states` (number of stable states), `allowed`. The attribute `findings` lists sentences.
 
     Raises
     ------
     ParameterError
-        For a result that is neither a fit nor a case, a limit that is no force above 0, and a drive without a free amplitude.
+        For a result that is neither a fit nor a case, a limit that is no force above 0, a drive without a free amplitude, and
+        cases that :func:`plan` refuses.
+    KeyboardInterrupt
+        When it is stopped before the states are solved.
     """
     import xarray as xr
 
@@ -66,24 +66,12 @@ def safe_settings(
     if A0 is None:
         raise ParameterError("the drive has no free amplitude (drive.A0), which safe settings vary")
     amplitudes = np.geomspace(SMALLEST * A0, A0, AMPLITUDES)
-    bare = case.model_copy(update={"fit": None, "data": None, "sweep": None})
-    force, depth = np.full((2, AMPLITUDES), np.nan)
-    states = np.zeros(AMPLITUDES, dtype=int)
-    for nearest_share in (max(share - BELOW, 0.0), DEEPEST):
-        rows = np.flatnonzero(~np.isfinite(force))
-        if not len(rows):
-            break
-        grid = {"of": "drive.A0", "start": FARTHEST, "stop": nearest_share, "points": POINTS}
-        approach = bare.replace(experiment=Approach(zc=grid, direction="both"))
-        found = sweep(approach, {path: amplitudes[rows]}, at_set_point=share, progress=progress)
-        for row, place in enumerate(rows):
-            one = found.isel({found["peak_force"].dims[0]: row})
-            settled = np.flatnonzero(np.isfinite(one["peak_force"].values.ravel()))
-            if len(settled):
-                hardest = settled[np.argmax(one["peak_force"].values.ravel()[settled])]
-                force[place] = one["peak_force"].values.ravel()[hardest]
-                depth[place] = one["max_indentation"].values.ravel()[hardest]
-                states[place] = len(set(one["regime"].values.ravel()[settled]))
+    bare = case.model_copy(update={"fit": None, "data": None})
+    found = plan(bare, {path: amplitudes.tolist()}, [share], {"peak_force": f"< {most!r} N"}, progress=progress)
+    forces, depths = (found[name].values[:, 0, :] for name in ("peak_force", "max_indentation"))
+    states = np.isfinite(forces).sum(axis=1)
+    hardest = np.argmax(np.where(np.isfinite(forces), forces, -np.inf), axis=1)[:, None]
+    force, depth = (np.take_along_axis(values, hardest, axis=1)[:, 0] for values in (forces, depths))
     out = xr.Dataset(
         {
             "peak_force": ("A0", force, {"units": "N"}),

@@ -14,12 +14,16 @@ from typing import Any
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.listing import Shown, html_table, paragraphs
 
+# folders of the examples, in the order in which they are listed: a question each, and the paper
+FOLDERS = {"states": "Two states and jumps", "safe": "Safe settings", "paper": "Figures and tables of the 2015 paper"}
+
 
 @dataclass(frozen=True)
 class Example:
-    """A case that is shipped, as text, and what is known about it."""
+    """A case that is shipped, as text, with its folder and its words."""
 
     name: str
+    folder: str
     title: str
     source: str
     shows: str
@@ -41,15 +45,16 @@ class Examples(Shown, dict[str, Example]):
 
 @functools.cache
 def examples() -> Examples:
-    """Return the shipped cases by name, in the order of their source; a notebook draws the dict as a table."""
+    """Return the shipped cases by name, folder by folder; a notebook draws the dict as a table."""
     found = Examples()
-    folder = resources.files(__package__) / "examples"
-    for file in sorted(folder.iterdir(), key=lambda file: file.name):
-        if file.name.endswith(".toml"):
-            text = file.read_text(encoding="utf-8")
-            content = tomllib.loads(text)
-            name = file.name.removesuffix(".toml")
-            found[name] = Example(name, content["title"], **content["about"], text=text)
+    for folder in FOLDERS:
+        files = (resources.files(__package__) / "examples" / folder).iterdir()
+        for file in sorted(files, key=lambda file: file.name):
+            if file.name.endswith(".toml"):
+                text = file.read_text(encoding="utf-8")
+                content = tomllib.loads(text)
+                name = file.name.removesuffix(".toml")
+                found[name] = Example(name, folder, content["title"], **content["about"], text=text)
     return found
 
 

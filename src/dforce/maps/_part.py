@@ -25,6 +25,7 @@ from dforce.procedures.table import statuses
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import load_kernels, sample_count
 from dforce.solvers.problem_batch import ProblemBatch, has_own_samples
 from dforce.solvers.protocols import Protocol, make_protocol
@@ -180,7 +181,9 @@ class Part:
         def at(case: int, zc: float) -> tuple[Problem, float]:
             return self._problem(int(which[case])).at_height(zc), zc
 
-        block = Block(batch, at, self.settings, self.experiment.harmonics, points, self.crew.check_cancelled)
+        block = block_type(self.settings)(
+            batch, at, self.settings, self.experiment.harmonics, points, self.crew.check_cancelled
+        )
         plan = self.plan
         solver = make_protocol(
             plan.protocol, block, zc, initial_motions(block, zc[:, 0], plan.start), report_done, plan.carry

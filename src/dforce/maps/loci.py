@@ -30,6 +30,7 @@ from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
 from dforce.problem import Problem
 from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.stability import stability
 from dforce.solvers.states import States
 
@@ -142,7 +143,7 @@ class Lines:
         for free_parameter, value in zip(self.free_parameters, scaled, strict=True):
             case = with_number(case, free_parameter.path, free_parameter.value(value))
         problem = Problem.build(case.instrument, case.forces)
-        return Block.of_one(problem, case.solver, 1)
+        return block_type(case.solver).of_one(problem, case.solver, 1)
 
     def _march(self, us: Array) -> tuple[Array, list[dict[str, Array]]]:
         """Return where motions end a common period later, and what is measured on the way, for points of any parameters."""

@@ -23,6 +23,7 @@ from dforce.procedures.table import statuses
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.points import Points
 from dforce.solvers.problem_batch import ProblemBatch
@@ -110,7 +111,7 @@ def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, check_cancel
         def at(case: int, zc: float, some: Wanted = some) -> tuple[Problem, float]:
             return some.problems[case], zc
 
-        _Search(Block(batch, at, settings, harmonics, samples, check_cancelled), some).write(out, which)
+        _Search(block_type(settings)(batch, at, settings, harmonics, samples, check_cancelled), some).write(out, which)
     return out
 
 

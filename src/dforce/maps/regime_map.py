@@ -92,6 +92,11 @@ def regimes(
     shares = shares_of(set_points)
     free_parameter = free_parameter_of(axes, shares)
     refuse_others(case)
+    for force in case.problem.forces:  # lines along a parameter count no memory to the state
+        if force.memory or force.switch is not None:
+            raise ParameterError(
+                f"{force.name} has a memory, but a regime map needs forces without memory; use df.plan"
+            )
     for axis in axes:
         if len(axis.values) > MOST_VALUES:
             raise ParameterError(f"{axis.path} has {len(axis.values)} values; at most {MOST_VALUES} are allowed here")
@@ -195,11 +200,8 @@ def free_parameter_of(axes: Sequence[Axis], shares: Array) -> FreeParameter:
 
 
 def refuse_others(case: Case) -> None:
-    """Raise ParameterError for forces with memory or branches, a lever that changes, uncommon tones, and transients."""
+    """Raise ParameterError for a lever that changes, tones without a common period, and transients."""
     case.problem.refuse_changing_lever("a search for operating points")
-    for force in case.problem.forces:
-        if force.memory or force.switch is not None:
-            raise ParameterError(f"{force.name} has a memory, but operating points need forces without memory")
     if common_period([tone.frequency for tone in case.problem.tones]) is None:
         raise ParameterError(
             "the tones have no common period, so no periodic orbits exist at a set point; "

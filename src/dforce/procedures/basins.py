@@ -23,7 +23,7 @@ from dforce.problem import Problem
 from dforce.procedures.table import statuses
 from dforce.results.status import REPEATING, Status
 from dforce.solvers import SolverSettings
-from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import Integrator, Motion, free_amplitudes, load_kernels, with_amplitudes
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.protocols import STEPWISE, Protocol, make_protocol
@@ -100,7 +100,7 @@ class Starts:
     def jobs(self, crew: Crew) -> Iterable[Callable[[], None]]:
         """Give what is to be done: blocks of starts."""
         load_kernels(self.problem)  # before threads ask for them at the same time
-        template = Block.of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
+        template = block_type(self.settings).of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
         motions = [self.motion(template.integrator(0, self.zc), number) for number in range(len(self))]
         size = BLOCK if template.is_smooth else LEAST_BLOCK
         for start in range(0, len(self), size):
@@ -120,7 +120,7 @@ class Starts:
 
     def _settle(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
         """Settle a block of starts; those that need more samples with more."""
-        plain = Block.of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
+        plain = block_type(self.settings).of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
         crew_add: Callable[[int], None] = crew.add
         for points, is_last in sample_counts(plain.points, self.settings):
             which = self._settle_with(points, which, motions, crew.check_cancelled, crew_add, is_last)
@@ -139,7 +139,9 @@ class Starts:
     ) -> Indices:
         """Settle starts side by side; return those that have to be settled again."""
         batch = ProblemBatch.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
-        block = Block(batch, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, check_cancelled)
+        block = block_type(self.settings)(
+            batch, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, check_cancelled
+        )
         values = np.full((len(which), 1), self.zc)
         starts = [motions[i] for i in which]
         if block.is_periodic:

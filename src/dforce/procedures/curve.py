@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -21,7 +21,8 @@ from dforce.procedures.table import Table, statuses, with_levers
 from dforce.results.status import REPEATING, Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
-from dforce.solvers.points import StateJump
+from dforce.solvers.blocks import block_type
+from dforce.solvers.points import Points, StateJump
 from dforce.solvers.protocols import Settled, Stepwise, actual, make_protocol
 from dforce.solvers.quasi_static_walk import CHUNK, Walk
 from dforce.solvers.sample_counts import TooFewSamples, sample_counts
@@ -39,7 +40,7 @@ def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, ea
     zc = plan.zc
     if zc is None:
         found = PlannedCurve(
-            lambda points: Block.of_one(problem, settings, harmonics, points=points),
+            lambda points: block_type(settings).of_one(problem, settings, harmonics, points=points),
             plan,
             lambda value: f"zc = {1e9 * value:.4g} nm",
         )
@@ -49,11 +50,38 @@ def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, ea
         return with_levers(data, "zc", [problem.at_height(float(value)) for value in data["zc"].values])
     there, lowest = problem.at_height(zc), float(plan.values.min())
     found = PlannedCurve(
-        lambda points: Block.along_frequency(there, zc, lowest, settings, harmonics, points),
+        lambda points: block_type(settings).along_frequency(there, zc, lowest, settings, harmonics, points),
         plan,
         lambda value: f"frequency = {units.show(value, 'Hz', 6)}",
     )
     return found.run(report_progress, earlier).assign_coords(zc=zc)
+
+
+class Solved(NamedTuple):
+    """What was solved of a curve.
+
+    Attributes
+    ----------
+    points, became, values
+        Motion and status found at each visited value (SI).
+    table
+        Holds the points of an earlier result.
+    begun, reached
+        The visits between them are new.
+    jumps
+        Between states, those of the earlier result included.
+    stopped_in
+        Period of the first tone in which a stopped run ended; None of a whole curve.
+    """
+
+    points: Points
+    became: np.ndarray[Any, np.dtype[np.int8]]
+    values: Array
+    table: Table
+    begun: int
+    reached: int
+    jumps: list[StateJump]
+    stopped_in: int | None
 
 
 @dataclass
@@ -77,36 +105,41 @@ class PlannedCurve:
 
     def run(self, progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
         """Return the curve as a Dataset; what is there when it is stopped is kept."""
+        return self._dataset(self.solve(progress, earlier), earlier)
+
+    def solve(self, progress: Progress, earlier: xr.Dataset | None) -> Solved:
+        """Solve the curve, with as many samples as it needs."""
         block, reached = self.make(None), 0 if earlier is None else int(earlier.attrs["samples_per_period"])
         for count, is_last in sample_counts(block.points, block.settings):
             if count < reached:
                 continue
             self.block = block if count == block.points else self.make(count)
             with contextlib.suppress(TooFewSamples):
-                return self._run(progress, earlier if count == reached else None, not is_last)
+                return self._solve(progress, earlier if count == reached else None, not is_last)
         raise AssertionError("the last number of samples is final")
 
-    def _run(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> xr.Dataset:
-        """Return the curve; raise TooFewSamples where more of them may help."""
+    def _solve(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> Solved:
+        """Solve the curve; raise TooFewSamples where more of them may help."""
         block, plan, coords = self.block, self.plan, self.plan.coords
         values = plan.values[[place[0] for place in plan.visits]]
         total, done, assured = len(values), 0, 0
         often = AT_ONCE if block.is_smooth else CHUNK  # so that a stop need not wait for long
 
-        def assure_to(end: int) -> slice:
-            nonlocal assured
+        became = np.full(total, Status.NOT_COMPUTED, dtype=np.int8)
+
+        def judge(end: int) -> slice:
             found = slice(assured, end)
-            assure(block, values[None, found], solver.points[found])
-            assured = end
+            became[found] = statuses(solver.points[found], block, values[None, found])[0]
             return found
 
         def report_done(points: int) -> None:
-            nonlocal done
+            nonlocal done, assured
             done += points
             if done < total and done < assured + often:
                 return
-            found = assure_to(done)
-            if may_refine and (statuses(solver.points[found], block, values[None, found]) == Status.UNRESOLVED).any():
+            assure(block, values[None, assured:done], solver.points[assured:done])
+            found, assured = judge(done), done
+            if may_refine and (became[found] == Status.UNRESOLVED).any():
                 raise TooFewSamples
 
         def check_cancelled() -> None:
@@ -134,16 +167,22 @@ class PlannedCurve:
             progress(total, total, "")
         reached = int(solver.done[0])
         checked = assured + assure_in_grace(block, values[None, assured:reached], solver.points[assured:reached])
+        judge(reached)
         block.check_cancelled = never_cancelled
-        table.put_points(self.plan.visits[begun:reached], solver.points, slice(begun, reached), block, values)
-        for place in self.plan.visits[reached:]:
-            table.status[place] = Status.NOT_COMPUTED
-        kept_motions = self._motions(solver.points, table, begun, reached, values, earlier)
-        data = table.dataset(self._jumps(kept + solver.jumps[0]) | kept_motions, components(block.batch.example))
-        data.attrs |= {"samples_per_period": block.points, "protocol": actual(plan.protocol, block)}
-        if min(checked, reached) < total:
-            period = solver.motions[0].period if isinstance(solver, Stepwise) else 0
-            data.attrs |= {"interrupted": 1, PERIOD: period}
+        period = solver.motions[0].period if isinstance(solver, Stepwise) else 0
+        stopped_in = period if min(checked, reached) < total else None
+        return Solved(solver.points, became, values, table, begun, reached, kept + solver.jumps[0], stopped_in)
+
+    def _dataset(self, solved: Solved, earlier: xr.Dataset | None) -> xr.Dataset:
+        """Return what was solved as a Dataset."""
+        block, table, begun, reached = self.block, solved.table, solved.begun, solved.reached
+        new = slice(begun, reached)
+        table.put_points(self.plan.visits[new], solved.points, solved.became[new], new, block, solved.values)
+        kept_motions = self._motions(solved.points, table, begun, reached, solved.values, earlier)
+        data = table.dataset(self._jumps(solved.jumps) | kept_motions, components(block.batch.example))
+        data.attrs |= {"samples_per_period": block.points, "protocol": actual(self.plan.protocol, block)}
+        if solved.stopped_in is not None:
+            data.attrs |= {"interrupted": 1, PERIOD: solved.stopped_in}
         return data
 
     def _taken(self, earlier: xr.Dataset) -> int:

@@ -14,7 +14,7 @@ from dforce.procedures.recording import check_length, record_spectrum, record_tr
 from dforce.procedures.table import Table
 from dforce.procedures.thermal_dwell import thermal_dwell
 from dforce.results.status import Status
-from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.protocols import settle_at
 from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.states import States
@@ -29,11 +29,13 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
     if plan.is_whole:  # the whole way there is asked for, so it has to be gone
         settings = settings.replace(method="transient")
     table = Table((), {}, problem, harmonics)
-    plain = Block.of_one(problem, settings, harmonics)
+    plain = block_type(settings).of_one(problem, settings, harmonics)
     with until_stopped() as stop:
         report_progress(0, 1, "settling")
         for points, _ in sample_counts(plain.points, settings):
-            block = Block.of_one(problem, settings, harmonics, lambda: report_progress(0, 1, "settling"), points)
+            block = block_type(settings).of_one(
+                problem, settings, harmonics, lambda: report_progress(0, 1, "settling"), points
+            )
             [first] = initial_motions(block, np.array([zc]), plan.start)
             found = settle_at(block, first, zc)
             table.put((), found, problem)

@@ -10,7 +10,6 @@ import numpy as np
 
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.kernel import base_in_motion, tone_table, units_of
-from dforce.results.dataset import describe
 from dforce.solvers.states import States
 
 if TYPE_CHECKING:
@@ -91,7 +90,7 @@ def with_motions(data: xr.Dataset, dims: Sequence[str], rows: Array, problem: Pr
     """Return a result with motions of a problem as `rows_of` gives them."""
     data = data.assign_coords(components(problem))
     data[MOTION] = (*dims, COMPONENT), rows
-    return describe(data)
+    return data
 
 
 def motion_of(point: Any, problem: Problem) -> Motion:

@@ -10,7 +10,6 @@ import numpy as np
 from dforce.core.arrays import AnyArray, Array
 from dforce.core.errors import ParameterError
 from dforce.observables.averaging import weights, window_length
-from dforce.results.dataset import describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +53,6 @@ def record_traces(data: xr.Dataset, integrator: Integrator, motion: Motion, coun
     data["force"] = ("time", samples[:, -1])
     data["indentation"] = ("time", np.maximum(problem.a0 - d, 0.0))
     data.attrs["record_start_period"] = start
-    describe(data)
     return motion
 
 
@@ -82,7 +80,6 @@ def record_spectrum(data: xr.Dataset, integrator: Integrator, motion: Motion, co
     each = np.repeat(weights(frequencies, len(longer)), integrator.points)
     data["frequency"] = ("frequency", np.fft.rfftfreq(len(each), 1.0 / frequencies[0] / integrator.points))
     data["spectrum"] = ("frequency", amplitude_spectrum(np.concatenate(longer), each))
-    describe(data)
 
 
 def amplitude_spectrum(z: AnyArray, weight: AnyArray) -> AnyArray:

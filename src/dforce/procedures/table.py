@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,6 @@ from dforce.core.quantities import OBSERVABLES
 from dforce.kernel import size_of
 from dforce.observables.averaging import weights
 from dforce.observables.misfit import GROSS, is_wrong, misfit_of_rows
-from dforce.results.dataset import describe
 from dforce.results.status import Status, graded
 
 if TYPE_CHECKING:
@@ -81,16 +79,24 @@ class Table:
         self._write([place], columns, [status_of(found, problem)])
 
     def put_points(
-        self, places: Sequence[tuple[int, ...]], points: Points, which: slice, block: Block, values: Array
+        self,
+        places: Sequence[tuple[int, ...]],
+        points: Points,
+        became: AnyArray,
+        which: slice,
+        block: Block,
+        values: Array,
     ) -> None:
-        """Take some of the points of a block of one problem, found at values of its parameter, one for each place."""
+        """Take some of the points of a block of one problem, found at values of its parameter, one for each place.
+
+        `became` holds the status of each.
+        """
         if not len(places):
             return
         columns = {name: column[0, which] for name, column in points.columns(block, values[None]).items()}
-        became = statuses(points, block, values[None])[0, which]
         if block.settings.accuracy is not None:  # a run that was stopped knows the errors of its last points not yet
             unknown = (points.is_orbit & np.isnan(points.error))[0, which]
-            became[unknown & (became == Status.OK)] = Status.INACCURATE
+            became = np.where(unknown & (became == Status.OK), Status.INACCURATE, became)
         self._write(places, columns, became)
 
     def take_over(self, earlier: xr.Dataset, places: Sequence[tuple[int, ...]]) -> None:
@@ -118,15 +124,16 @@ class Table:
         self.status[where] = became if self.dims else became[0]
 
     def dataset(self, others: Mapping[str, Any] | None = None, coords: Mapping[str, Any] | None = None) -> xr.Dataset:
-        """Return the Dataset, with units and words; `others` are variables that go with it, `coords` coordinates."""
+        """Return the Dataset, without words; `others` are variables that go with it, `coords` coordinates."""
         import xarray as xr
 
         variables = {name: (self.dims + OBSERVABLES[name].dims, array) for name, array in self.arrays.items()}
         used = {dim for name in self.arrays for dim in OBSERVABLES[name].dims}
-        counted = tuple((dim, size) for dim, size in self.inner.items() if size and dim in used)
-        all_coords = _counted(counted).merge(xr.Coordinates(self.coords | dict(coords or {}))).coords
-        data = xr.Dataset(variables | {"status": (self.dims, self.status)} | dict(others or {}), coords=all_coords)
-        return describe(data)
+        counted = {dim: np.arange(1, size + 1) for dim, size in self.inner.items() if size and dim in used}
+        return xr.Dataset(
+            variables | {"status": (self.dims, self.status)} | dict(others or {}),
+            coords=xr.Coordinates(self.coords | counted | dict(coords or {})),
+        )
 
 
 def with_levers(data: xr.Dataset, dim: str, problems: Sequence[Problem]) -> xr.Dataset:
@@ -134,12 +141,4 @@ def with_levers(data: xr.Dataset, dim: str, problems: Sequence[Problem]) -> xr.D
     data["resonance_frequency"] = (dim, "mode"), [[mode.f0 for mode in one.modes] for one in problems]
     data["quality_factor"] = (dim, "mode"), [[mode.Q for mode in one.modes] for one in problems]
     data["free_amplitude"] = (dim, "tone"), [np.abs(one.detected_free) for one in problems]
-    return describe(data)
-
-
-@functools.lru_cache(maxsize=64)  # making indexes takes longer than solving ten points
-def _counted(sizes: tuple[tuple[str, int], ...]) -> xr.Coordinates:
-    """Return coordinates that count from 1."""
-    import xarray as xr
-
-    return xr.Coordinates({dim: np.arange(1, size + 1) for dim, size in sizes})
+    return data

@@ -39,16 +39,8 @@ def describe(dataset: xr.Dataset) -> xr.Dataset:
     The words come from :mod:`dforce.core.quantities`. `status` becomes int8 with CF flags and a sentence for each
     (`flag_sentences`, one a line). The Dataset is changed in place and returned.
     """
-    known = (
-        quantities.OBSERVABLES
-        | quantities.TRACES
-        | quantities.NOISES
-        | quantities.JUMPS
-        | quantities.AXES
-        | quantities.RECONSTRUCTED
-    )
     for name, variable in dataset.variables.items():
-        row = known.get(str(name))
+        row = quantities.OF_RESULTS.get(str(name))
         if row is not None:
             variable.attrs.update(row.words)
     if "status" in dataset:

@@ -10,6 +10,7 @@ import numpy as np
 from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked, nearest, shorten
 from dforce.core.quantities import AMOUNTS
+from dforce.core.quantity import Amount
 from dforce.observables.finish import driving_tone
 from dforce.results.dataset import COLUMN_DIMS
 from dforce.solvers.settings import SolverSettings
@@ -43,12 +44,23 @@ def with_scales(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
         "share": 1.0,
     }
     of_each = {"mode": of_modes, "tone": of_tones}  # energies
-    for name, amount in AMOUNTS.items():
-        if name in dataset.variables and amount.scale not in ("force", "work"):
-            inner = [of_each[dim] for dim in of_each if dim in dataset.variables[name].dims]
-            scale = inner[0] if inner else scales[amount.scale]
-            dataset.variables[name].attrs[SCALE] = scale if np.size(scale) > 1 else float(np.ravel(scale)[0])
+    for name, amount in _scaled_by_case(dataset):
+        variable = dataset.variables[name]
+        scale = next((of_each[dim] for dim in of_each if dim in variable.dims), scales[amount.scale])
+        variable.attrs[SCALE] = scale if np.size(scale) > 1 else float(np.ravel(scale)[0])
     return dataset
+
+
+def scaled(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
+    """Return a result with the scales: itself where it has them, else a copy."""
+    if all(SCALE in dataset.variables[name].attrs for name, _ in _scaled_by_case(dataset)):
+        return dataset
+    return with_scales(dataset.copy(), problem)
+
+
+def _scaled_by_case(dataset: xr.Dataset) -> list[tuple[str, Amount]]:
+    """Return the amounts of a result whose errors have scales that follow from the case."""
+    return [pair for pair in AMOUNTS.items() if pair[0] in dataset.variables and pair[1].scale not in ("force", "work")]
 
 
 def _energy(problem: Problem, n: int) -> float:

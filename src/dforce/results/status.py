@@ -47,7 +47,7 @@ REPEATING = (Status.OK, Status.INACCURATE)  # of motions that settled and repeat
 
 def repeats(status: Any) -> Bools:
     """Return at which points the motion settled into one that repeats."""
-    return np.isin(status, REPEATING)
+    return np.asarray(np.any([np.asarray(status) == one for one in REPEATING], axis=0))
 
 
 def graded(error: Array, accuracy: float | None) -> np.ndarray[Any, np.dtype[np.int8]]:
@@ -67,11 +67,10 @@ def count_status(dataset: xr.Dataset) -> dict[Status, int]:
 
 def keep_promise(result: xr.Dataset, accuracy: float | None) -> None:
     """Call no point ok whose estimated error is above the accuracy promised, however its status came about."""
-    error, status = result.get("error_estimate"), result.get("status")
+    error, status = result.variables.get("error_estimate"), result.variables.get("status")
     if accuracy is None or error is None or status is None or error.dims != status.dims:
         return  # basins have states of their own, and no estimates
-    broken = (status.values == Status.OK) & (error.values > accuracy)
-    status.values = np.where(broken, Status.INACCURATE, status.values).astype(np.int8)
+    status.values[(status.values == Status.OK) & (error.values > accuracy)] = Status.INACCURATE
 
 
 def check_computed(result: xr.Dataset) -> None:

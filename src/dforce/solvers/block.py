@@ -155,7 +155,7 @@ class Block:
         if len(self.batch) == 1:
             return self
         zc = self.numbers[case : case + 1, 0] if self.parameter == FREQUENCY else None
-        return Block(
+        return type(self)(
             self.batch.take([case]),
             lambda _, value: self.problem(case, value),
             self.settings,
@@ -170,7 +170,7 @@ class Block:
         """Return the block of the same problems with other samples per period."""
         if points not in self._finer:
             zc = self.numbers[:, 0] if self.parameter == FREQUENCY else None
-            self._finer[points] = Block(
+            self._finer[points] = type(self)(
                 self.batch,
                 self.problem,
                 self.settings,

@@ -24,6 +24,7 @@ from dforce.observables.finish import finish
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import Integrator, free_amplitudes, sample_count, with_amplitudes
 from dforce.solvers.newton import CONVERGED, Orbits, begin, choose_next, empty_orbits
 from dforce.solvers.period_map import FD_STEP, NOTHING, Slots
@@ -167,7 +168,7 @@ class ParameterRange:
         self._motion, self._memory_scale, self.is_smooth = block.size, block.memory_scale, block.is_smooth
         self.size, self.common = block.size + len(block.memory_scale), block.common
         # the average distance, and motions that march in lanes: then everything is compiled
-        self._is_compiled = zc is None and settings.integrator == "rk4" and self.is_smooth
+        self._is_compiled = zc is None and settings.method == "periodic" and self.is_smooth
 
     def problem_at(self, value: float) -> Problem:
         """Return the problem at a value (SI), with the lever as it is at the distance there."""
@@ -175,7 +176,9 @@ class ParameterRange:
 
     def _new_block(self, value: float) -> Block:
         problem = self._whole_at(value) if self.zc is None else self.problem_at(value)
-        return Block.of_one(problem, self.settings, self.harmonics, points=self.points, unit=self.span)
+        return block_type(self.settings).of_one(
+            problem, self.settings, self.harmonics, points=self.points, unit=self.span
+        )
 
     def block(self, value: float) -> Block:
         """Return the problem at a value (SI), as a block along the distance."""

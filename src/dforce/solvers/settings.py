@@ -9,6 +9,8 @@ import pydantic
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Parameters
 
+PERIODIC = ("rk4", "engine")  # integrators that find periodic orbits
+
 
 class SolverSettings(Parameters):
     """Settings of the solver: the integrator, its sampling, and the criterion of a settled motion."""
@@ -17,7 +19,7 @@ class SolverSettings(Parameters):
 
     method: Literal["periodic", "transient"] = pydantic.Field(
         default="periodic",
-        description="periodic: solve for the periodic orbit (with rk4); transient: integrate until the motion has settled",
+        description="periodic: solve for the periodic orbit (rk4 or engine); transient: integrate until the motion has settled",
     )
     integrator: Literal["rk4", "engine", "lsoda", "adaptive", "langevin"] = pydantic.Field(
         default="rk4",
@@ -94,9 +96,9 @@ class SolverSettings(Parameters):
 
     @pydantic.model_validator(mode="after")
     def _method_and_integrator_agree(self) -> Self:
-        if self.method == "periodic" and self.integrator != "rk4":
+        if self.method == "periodic" and self.integrator not in PERIODIC:
             raise ParameterError(
-                f'solver.integrator = {self.integrator} needs method = "transient"; periodic orbits use rk4'
+                f'solver.integrator = {self.integrator} needs method = "transient"; periodic orbits use rk4 or engine'
             )
         if self.method == "periodic" and self.settle == "fixed":
             raise ParameterError('solver.settle = fixed needs method = "transient"; a periodic orbit has no settling')
@@ -104,4 +106,4 @@ class SolverSettings(Parameters):
 
 
 def _asks_for_transient(given: dict[str, Any]) -> bool:
-    return bool(given.get("integrator", "rk4") != "rk4" or given.get("settle", "converged") != "converged")
+    return bool(given.get("integrator", "rk4") not in PERIODIC or given.get("settle", "converged") != "converged")

@@ -11,7 +11,7 @@ import numpy as np
 
 from dforce.core.arrays import Array, Bools
 from dforce.forces import Force
-from dforce.results.significance import is_none, with_scales
+from dforce.results.significance import is_none, scaled
 from dforce.results.status import Status, repeats
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ class Evidence:
 
     def __init__(self, case: Case, result: xr.Dataset | None) -> None:
         self.case, self.problem = case, case.problem
-        self.result = None if result is None else with_scales(_in_order(result).copy(), self.problem)
+        self.result = None if result is None else scaled(_in_order(result), self.problem)
         self._values: dict[str, Array] = {}
 
     @property

@@ -328,7 +328,7 @@ class Forms:
     def _tables(self, path: Path, field: Field, model: type[Parameters]) -> None:
         """Show a list of tables, such as modes: each with its number, a way to remove it, and one to add another."""
         items = self.view.document.value(path) or []
-        what = model.__name__.lower()
+        what = name_of(model).lower()
         for place in range(len(items)):
             with ui.element("div").classes("df-card"):
                 with ui.element("div").classes("df-card-head"):

@@ -1,4 +1,6 @@
 // A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
+const NARROW = 320; // px, below which titles of axes are smaller
+const MEASURED = /^(fit|measured|residual) /, STATES = /^states /; // what is drawn beside the curves of results
 const FREE = 600, GHOST = 6000; // ms after the hand is off until the axes follow again, and until the ghost goes
 let plotly = null;
 
@@ -29,7 +31,7 @@ function readColors() {
   };
 }
 
-function themed(figure) {
+function themed(figure, narrow) {
   const c = colors();
   const of = (name) => (typeof name === "number" ? c.series[name % c.series.length] : c[name] ?? name);
   const layout = structuredClone(figure.layout ?? {});
@@ -49,7 +51,7 @@ function themed(figure) {
       ticklabeloverflow: "allow", // the margins have room for labels, and measuring each takes long
       ...axis,
       tickfont: { color: own ?? c.soft, size: 11 },
-      title: { standoff: 8, ...axis.title, font: { size: 12, color: own ?? c.ink } },
+      title: { standoff: 8, ...axis.title, font: { size: narrow ? 10 : 12, color: own ?? c.ink } },
     };
   }
   if (layout.legend) layout.legend = { font: { color: c.soft, size: 11 }, bgcolor: "rgba(0,0,0,0)", ...layout.legend };
@@ -112,7 +114,7 @@ export default {
       if (!this.drawn) {
         this.drawn = true;
         this.$refs.plot.on("plotly_click", (event) => {
-          const point = event.points[0];
+          const point = this.nearest(event);
           this.$emit("point", { revision: this.revision, curve: point.curveNumber, index: point.pointIndex, x: point.x, y: point.y, id: point.data.meta });
         });
         this.$refs.plot.on("plotly_relayout", (changed) => {
@@ -124,8 +126,17 @@ export default {
       this.revision = revision;
       return revision;
     },
+    // of all points at one place across, which a unified hover gives, the one of the curve that was clicked
+    nearest({ points, event }) {
+      const curves = points.filter((point) => point.yaxis && !MEASURED.test(point.data.meta ?? ""));
+      if (curves.length < 2) return curves[0] ?? points[0];
+      const top = this.$refs.plot.getBoundingClientRect().top;
+      const away = ({ yaxis, y }) => Math.abs(top + yaxis._offset + yaxis.d2p(y) - event.clientY);
+      return curves.reduce((best, point) => (away(point) < away(best) ? point : best));
+    },
     async paint() {
-      const { data, layout } = themed(this.held());
+      this.narrow = this.$el.clientWidth < NARROW;
+      const { data, layout } = themed(this.held(), this.narrow);
       // no button that sends a chart to another host
       const config = { showSendToCloud: false, plotlyServerURL: "", displaylogo: false, responsive: false,
                        displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
@@ -140,7 +151,7 @@ export default {
       const now = this.$refs.plot._fullLayout;
       const axes = Object.keys(this.figure.layout).filter((key) => /^[xy]axis\d*$/.test(key));
       this.ranges = Object.fromEntries(axes.map((key) => [key, [...now[key].range]]));
-      const lines = this.figure.data.filter((trace) => trace.mode === "lines" && !/^(states|fit|measured) /.test(trace.meta ?? ""));
+      const lines = this.figure.data.filter((trace) => trace.mode === "lines" && !MEASURED.test(trace.meta ?? "") && !STATES.test(trace.meta ?? ""));
       this.ghost = lines.map((trace, n) => ({
         ...trace, line: { color: "soft", width: 1.5, dash: trace.line?.dash ?? "solid" }, opacity: 0.55, meta: "ghost",
         name: "before", showlegend: n === 0, hovertemplate: undefined, hoverinfo: "skip",
@@ -168,7 +179,9 @@ export default {
       this.stale = stale;
     },
     fit() {
-      if (this.drawn && this.$el.clientWidth > 0) window.Plotly.Plots.resize(this.$refs.plot);
+      if (!this.drawn || this.$el.clientWidth === 0) return;
+      if (this.$el.clientWidth < NARROW !== this.narrow) this.paint();
+      else window.Plotly.Plots.resize(this.$refs.plot);
     },
   },
 };

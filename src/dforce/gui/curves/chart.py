@@ -40,8 +40,8 @@ def ring(x: float, y: float, radius: int) -> dict[str, Any]:
 
 
 def legend() -> dict[str, Any]:
-    """Return the usual legend: a line above the frames."""
-    return {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"}
+    """Return the usual legend: lines above the frames, for which the chart makes room."""
+    return {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yref": "container", "yanchor": "top"}
 
 
 def name_of_axis(kind: str, tag: int) -> str:

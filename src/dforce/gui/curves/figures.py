@@ -110,7 +110,10 @@ class _FigureBuilder:
         self.dotted: list[Figure] = []  # lines across jumps, which come last
         self.jumps: dict[int, Mapping[int, list[Jump]]] = {}  # of each result, by its identity
         self.places: dict[str, tuple[str, str, float]] = {}
-        layout: Figure = {"margin": dict(MARGIN), "hovermode": "closest", "legend": legend(), "showlegend": True}
+        layout: Figure = {"margin": dict(MARGIN), "legend": legend(), "showlegend": True}
+        # where a curve is over its axis, one line across all frames shows the values of all of them
+        self.unified = wanted.x in layers[0].result.coords
+        layout |= {"hovermode": "x unified" if self.unified else "closest", "hoversubplots": "axis"}
         layout["shapes"] = []
         layout["uirevision"] = f"{wanted.x} {wanted.y} {wanted.together} {wanted.logarithmic}"
         self.layout = layout
@@ -123,9 +126,9 @@ class _FigureBuilder:
             for place, names in enumerate(groups):
                 self._axis(tag, host, number, place, names)
                 for name in names:
-                    self._lines(tag, host, name)
+                    self._lines(tag, name)
                 tag += 1
-            self._x_axis(host, number)
+        self._x_axis(host)
         for trace in self.dotted:
             self._add(None, trace)
         if self.several:
@@ -175,26 +178,25 @@ class _FigureBuilder:
         else:
             axis["domain"] = _domain(number, len(self.frames))
         if place == 1 or not place:
-            axis["anchor"] = name_of_axis("x", host)
+            axis["anchor"] = "x"
         self.layout[name_of_axis("yaxis", tag)] = axis
 
-    def _x_axis(self, host: int, number: int) -> None:
-        """Add the axis across: all frames have the same one, and the last its title."""
-        first, frames = self.layers[0].result, len(self.frames)
-        axis: Figure = {"anchor": name_of_axis("y", host)} | ({"matches": "x"} if host else {})
-        groups = len(self.frames[number])
+    def _x_axis(self, lowest: int) -> None:
+        """Add the axis across, which all frames share, below the lowest one."""
+        axis: Figure = {"anchor": name_of_axis("y", lowest)}
+        axis["title"] = {"text": title(self.layers[0].result[self.wanted.x], self.x_unit)}
+        groups = len(self.frames[-1])
         if groups > 2:
             axis["domain"] = [SIDE, 1.0 - SIDE * (groups > 3)]
-        if number == frames - 1:
-            axis["title"] = {"text": title(first[self.wanted.x], self.x_unit)}
-        else:
-            axis["showticklabels"] = False
+        if self.unified:
+            axis |= {"unifiedhovertitle": {"text": self._across()}, "showspikes": True, "spikemode": "across"}
+            axis |= {"spikethickness": 1, "spikedash": "solid", "spikesnap": "hovered data"}
         if self.wanted.logarithmic_across:
             begin = start_across(line for _, line in filter(None, self.traces)) / self.x_scale
             axis |= {"type": "log", "range": [math.log10(begin), math.log10(self._last_x())]}
         elif self.wanted.logarithmic:
             axis["range"] = [0.0, self._last_x()]
-        self.layout[name_of_axis("xaxis", host)] = axis
+        self.layout["xaxis"] = axis
 
     def _last_x(self) -> float:
         """Return how far out there is something on a logarithmic picture."""
@@ -205,10 +207,10 @@ class _FigureBuilder:
                 ends.append(float(np.nanmax(np.where(seen, trace[1].x, 0.0))))
         return 1.05 * max(ends) / self.x_scale
 
-    def _lines(self, tag: int, host: int, name: str) -> None:
+    def _lines(self, tag: int, name: str) -> None:
         """Add the traces of one quantity: a line for each direction, branch or case, and marks at its jumps."""
         scale, unit = self.scales[name]
-        x_axis, y_axis = name_of_axis("x", host), name_of_axis("y", tag)
+        x_axis, y_axis = "x", name_of_axis("y", tag)
         self.places[name] = x_axis, y_axis, scale
         for layer in self.layers:
             errors = error_of(layer.result, name)
@@ -217,8 +219,7 @@ class _FigureBuilder:
                 y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
                 y = np.where(np.abs(y) <= along(errors, layer.result[name].dims, line), 0.0, y)
                 look = self._look(layer, line, name)
-                hover = self._hover(name, unit)
-                hover += f"<br>{plain(layer.name)}" if self.several and layer.name else ""
+                hover = self._hover(name, unit, [line.name, layer.name if self.several else ""])
                 self._add(
                     (layer, line),
                     {
@@ -250,13 +251,13 @@ class _FigureBuilder:
             self.jumps[id(result)] = {way: found for _, way, found in jumps_of_all(result, along)} if has else {}
         return self.jumps[id(result)]
 
-    def _hover(self, name: str, unit: str) -> str:
-        """Return names, values and units of the point under the pointer."""
-        first = self.layers[0].result
-        said = ((self.wanted.x, "x", self.x_unit), (name, "y", unit))
-        return "<br>".join(
-            f"{label_of(first[what])} %{{{letter}:.4g}} {plain(one)}".strip() for what, letter, one in said
-        )
+    def _hover(self, name: str, unit: str, which: Sequence[str]) -> str:
+        """Return names, values and units of the point under the pointer, and of which curve it is."""
+        up, words = hover_of(self.layers[0].result[name], "y", unit), [plain(word) for word in which if word]
+        return ", ".join([up, *words]) if self.unified else "<br>".join([self._across(), up, *words])
+
+    def _across(self) -> str:
+        return hover_of(self.layers[0].result[self.wanted.x], "x", self.x_unit)
 
     def _add(self, what: tuple[Layer, Line] | None, trace: Figure) -> None:
         words = "" if self.several and what is not None else str(trace["name"])
@@ -359,6 +360,11 @@ def unit_of(variable: xr.DataArray) -> tuple[float, str]:
 def label_of(variable: xr.DataArray) -> str:
     """Return the name of a quantity in words."""
     return plain(str(variable.attrs.get("long_name") or variable.name).partition(";")[0])
+
+
+def hover_of(variable: xr.DataArray, letter: str, unit: str) -> str:
+    """Return what is shown under the pointer: the name of a quantity, its value on the axis `letter`, and its unit."""
+    return f"{label_of(variable)} %{{{letter}:.4g}}{'' if unit == '1' else f' {plain(unit)}'}"
 
 
 def title(variable: xr.DataArray, unit: str) -> str:

@@ -26,6 +26,7 @@ from dforce.gui.curves.numbers import FitNumbers, Numbers
 from dforce.gui.curves.panel import Pane, Scene
 from dforce.gui.curves.setpoint import SetPoint
 from dforce.gui.curves.states import CoexistingStates, with_states
+from dforce.gui.curves.states_panel import StatesPanel
 from dforce.gui.document.document import MOST_PLOTS
 from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.panel import MeasuredCurve
@@ -94,6 +95,10 @@ class Plots:
                 self.waiting = WaitingWords()
             self.explorer.stage()
         self.explorer.on_stage = self._set_stage
+        self.states = CoexistingStates(view)
+        self.all_states = StatesPanel(
+            view, self._all_states, lambda: self.states.is_looking(view.curve), self._open_motion
+        )
         panels = (
             self.set_point,
             self.fit_numbers,
@@ -101,12 +106,12 @@ class Plots:
             self.reconstruction,
             self.explorer,
             self.motion,
+            self.all_states,
             self.numbers,
             self.differences,
             Advice(view),
         )
         self.pane = Pane(view, panels)
-        self.states = CoexistingStates(view)
         view.compose = self.compose
         view.picture = lambda: self.shown
         for element in (self.set_point.element, self.fit_numbers.sheet, self.numbers.sheet, self.differences.element):
@@ -136,7 +141,7 @@ class Plots:
             points = [self.motion.place_in(layer.result) for layer in (*self.layers, *self._behind())]
             self.drawn = clicked(self.drawn, self.shown, points)
             if (beside := self.measured.beside()) is not None:
-                self.drawn = overlay.with_measured(self.drawn, self.shown, beside)
+                self.drawn = overlay.with_measured(self.drawn, self.shown, beside, first)
             for layer in self._behind():
                 self.drawn = with_states(self.drawn, self.shown, layer.result)
         self.wait()
@@ -151,6 +156,12 @@ class Plots:
         self.answer.set_text(self._answer())
         self.motion.follow(self.view.curve, (*self.layers, *self._behind()))
         self.pane.show(Scene(self.layers, self.shown, self.drawn))
+
+    def _all_states(self) -> xr.Dataset | None:
+        """Return all states of what is drawn on top: a result of branches has them, those of a curve are behind it."""
+        if self.layers and "branch" in self.layers[-1].result:
+            return self.layers[-1].result
+        return self.states.of(self.view.curve)
 
     def _behind(self) -> list[figures.Layer]:
         """Return the states behind the curve, once they are known."""

@@ -11,6 +11,7 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
+from dforce.core.arrays import Bools
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import AMOUNTS, NONE
 from dforce.findings.set_point import SHOWN
@@ -122,11 +123,11 @@ def _columns(layers: Sequence[Layer], wanted: Picture) -> list[ReadoutColumn]:
     first = layers[-1]
     assert first.states is not None
     names = dict.fromkeys([str(first.states.attrs["along"]), *_asked_first(first.result), *wanted.y])
-    found = (column for name in names if name in first.states for column in _of_quantity(first.states, name))
+    found = (column for name in names if name in first.states for column in of_quantity(first.states, name))
     return list(found)[:MOST_COLUMNS]
 
 
-def _of_quantity(states: xr.Dataset, name: str) -> Iterator[ReadoutColumn]:
+def of_quantity(states: xr.Dataset, name: str) -> Iterator[ReadoutColumn]:
     """Give the columns of a quantity, one for each tone or mode."""
     variable = states[name]
     dims = variable.dims[1:]
@@ -136,7 +137,13 @@ def _of_quantity(states: xr.Dataset, name: str) -> Iterator[ReadoutColumn]:
         yield ReadoutColumn(name, index, {"label": label, "symbol": html_symbol(str(variable.attrs.get("symbol", "")))})
 
 
-def _cell(states: xr.Dataset, none: Mapping[str, Any], column: ReadoutColumn, crossing: int) -> str:
+def nones_of(states: xr.Dataset, columns: Sequence[ReadoutColumn]) -> dict[str, Bools]:
+    """Return where amounts are below their estimated error, by the names of the columns."""
+    names = {column.name for column in columns if column.name in AMOUNTS and column.name in states}
+    return {name: is_none(states, name) for name in names}
+
+
+def cell_of(states: xr.Dataset, none: Mapping[str, Any], column: ReadoutColumn, crossing: int) -> str:
     """Return a value with three digits and the unit in which it reads best, as it would stand in a text."""
     if column.name not in states:
         return "–"
@@ -164,15 +171,11 @@ def _rows(layer: Layer, columns: Sequence[ReadoutColumn], several: bool) -> list
     states = layer.states
     assert states is not None
     merged: dict[tuple[str, ...], list[str]] = {}
-    none = {
-        column.name: is_none(states, column.name)
-        for column in columns
-        if column.name in AMOUNTS and column.name in states
-    }
+    none = nones_of(states, columns)
     for n in range(states.sizes["crossing"]):
         unstable = "stable" in states and not bool(states["stable"][n])
         state = " ".join(["unstable"] * unstable + [str(states["regime"].values[n])])
-        cells = tuple(_cell(states, none, column, n) for column in columns)
+        cells = tuple(cell_of(states, none, column, n) for column in columns)
         ways = merged.setdefault((state, *cells), [])
         ways += [str(states["direction"].values[n])] if "direction" in states.coords else []
     name = {"name": layer.name, "color": layer.color} if several else {}

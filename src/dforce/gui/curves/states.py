@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 REST = 0.3  # s without a change after which the states are looked for
 PATIENCE = 20.0  # s; what was found by then is drawn
 NAMES = {True: "stable states", False: "unstable states"}
+ONE = {True: "a stable state", False: "an unstable state"}
 
 
 @dataclass(frozen=True)
@@ -53,10 +54,14 @@ class CoexistingStates:
             return None
         return found.states
 
+    def is_looking(self, curve: DrawnResult | None) -> bool:
+        """Return whether the states behind a curve are not known yet."""
+        found = self.found
+        return curve is not None and (found is None or not found.document.same_case(curve.document))
+
     def _ask(self) -> None:
         curve = self.view.curve
-        known = self.found is not None and curve is not None and self.found.document.same_case(curve.document)
-        if curve is not None and not known:
+        if curve is not None and self.is_looking(curve):
             self._latest.ask(curve)
 
     async def _find(self, curve: DrawnResult) -> None:
@@ -117,6 +122,6 @@ def _traces(drawn: Drawn, lines: list[tuple[str, Line]]) -> Iterator[Figure]:
             "line": {"color": "soft", **look},
             "opacity": 0.35 if line.stable else 0.7,
             "showlegend": line.stable not in named,
-            "hovertemplate": f"{NAMES[line.stable]}<extra></extra>",
+            "hovertemplate": f"{ONE[line.stable]} %{{y:.4g}}<extra></extra>",
         }
         named.add(line.stable)

@@ -7,6 +7,7 @@ import contextlib
 import re
 import tempfile
 import threading
+import tomllib
 import weakref
 from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
@@ -20,6 +21,7 @@ from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.plots import Plots
 from dforce.gui.document.document import Document
 from dforce.gui.files import project, uploads
+from dforce.gui.files.last_files import LastFiles
 from dforce.gui.measured import lever, reading
 from dforce.gui.measured.overlay import shows
 from dforce.gui.measured.reading import ask_table
@@ -28,6 +30,7 @@ from dforce.gui.study.parameter_study import Over, with_approach
 from dforce.gui.window.dialogs import as_sentence, ask, choice, menu, say, telling, text
 from dforce.gui.window.view import View
 from dforce.inverse.readers import endings
+from dforce.library import measured_data
 from dforce.results.curves import Picture
 from dforce.results.kinds import is_kind
 
@@ -43,7 +46,7 @@ TOO_LARGE = (
     "The result over parameters is too large for the project file. It is not saved in it; its own file is unchanged."
 )
 NOTHING = "No result yet; press Run."
-UNSAVED = "the file could not be made"
+UNSAVED, UNOPENED = "the file could not be made", "the file could not be opened"
 UNSENT = "The file did not arrive: the server of the window has no room, or cannot be reached."
 REFUSED = (
     f"Only a case (.toml), a result (.nc), a measured curve ({', '.join(endings())}) or a project ({ENDING}) of at most "
@@ -66,6 +69,7 @@ class FileMenu:
 
     def __init__(self, view: View, new: Callable[[], None]) -> None:
         self.view = view
+        self.last = LastFiles(view.session.results.folder / "last")
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (
@@ -100,7 +104,39 @@ class FileMenu:
                 say(REFUSED)
             return
         data, name = await event.file.read(), event.file.name
-        await self._attempt("the file could not be opened", lambda: self.open(data, name))
+        await self._attempt(UNOPENED, lambda: self._open_and_keep(data, name))
+
+    async def _open_and_keep(self, data: bytes, name: str) -> None:
+        await self.open(data, name)
+        await asyncio.to_thread(self.last.keep, data, name)
+
+    async def open_last(self, name: str) -> None:
+        """Open one of the last files again, or say that it is gone."""
+
+        async def open_again() -> None:
+            await self._open_and_keep(await asyncio.to_thread(self.last.take, name), name)
+
+        await self._attempt(UNOPENED, open_again)
+
+    async def open_shipped(self, name: str) -> None:
+        """Open an example, or a measured file that is shipped, with the case that fits it."""
+
+        async def open_it() -> None:
+            if name in df.examples():
+                self.view.open(Document.of(df.example(name)))
+                self.view.session.hide_kept()  # they were of another case, and are a press away
+                return
+            shipped = measured_data()
+            text = shipped.get(f"{Path(name).stem}.toml")
+            if text is None:
+                await self.open(shipped[name], name)
+                return
+            table = tomllib.loads(text.decode())
+            settings = {key: value for key, value in table.pop("data").items() if key in reading.SETTINGS}
+            self.view.open(Document.of(with_approach(df.Case(**table))))
+            await self.open_measured(shipped[name], name, settings)
+
+        await self._attempt(UNOPENED, open_it)
 
     async def open(self, data: bytes, name: str = "") -> None:
         """Open a file by its content.
@@ -185,7 +221,7 @@ class FileMenu:
                 except df.DForceError as error:
                     self._ask(question, str(error), data, name, told)
 
-            await self._attempt("the file could not be opened", read)
+            await self._attempt(UNOPENED, read)
 
         ask_table(f"Read {shorten(name, 60)}", as_sentence(sentence), question.head, settings, question.asked, answered)
 

@@ -1,15 +1,16 @@
-"""A measured curve in a figure of curves: its points under the lines of the model, the best fit, and what that leaves."""
+"""A measured curve in a figure of curves: its points under the lines of the model, the best fit, and residuals."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.core.notation import html_symbol
+from dforce.findings.residuals import residuals
 from dforce.gui.curves.chart import name_of_axis, packed
 from dforce.gui.curves.figures import Drawn, Figure
 from dforce.results.curves import Picture
@@ -57,10 +58,11 @@ def shows(wanted: Picture) -> bool:
     return wanted.x in QUANTITIES and bool({*QUANTITIES} & {*wanted.y}) and not wanted.logarithmic
 
 
-def with_measured(drawn: Drawn, wanted: Picture, beside: Beside) -> Drawn:
+def with_measured(drawn: Drawn, wanted: Picture, beside: Beside, model: xr.Dataset | None = None) -> Drawn:
     """Return a figure with the points of a measured curve under its lines, and with its fit where there is one.
 
-    Only quantities that were measured get points; a picture of others stays as it is.
+    Below are the residuals of `model`, the curve on top, at the points that the fit used. Only quantities that were measured
+    get points; a picture of others stays as it is.
     """
     there = by_model(beside.moved())
     names = [name for name in wanted.y if name in there and name in drawn.places]
@@ -70,8 +72,8 @@ def with_measured(drawn: Drawn, wanted: Picture, beside: Beside) -> Drawn:
     layout = dict(drawn.figure["layout"])
     if beside.fit is not None and wanted.x == "zc":
         above += _lines(drawn, beside.fit, beside, names)
-        if not wanted.together:
-            extra, layout = _residuals(drawn, beside.fit, beside, names)
+        if not wanted.together and model is not None:
+            extra, layout = _residuals(drawn, beside.fit, beside, residuals(model, beside.moved()))
             above += extra
     layout["showlegend"] = True
     data = [*below, *drawn.figure["data"], *above]
@@ -106,7 +108,7 @@ def _points(
                     "name": words,
                     "marker": {"symbol": symbol, "size": 5, "color": 1},
                     "showlegend": words not in named,
-                    "hovertemplate": "%{x:.4g}, %{y:.4g}<extra>measured</extra>",
+                    "hovertemplate": f"{words} %{{y:.4g}}<extra></extra>",
                 }
                 named.add(words)
 
@@ -149,39 +151,35 @@ def along(fit: xr.Dataset, values: Array) -> tuple[Array, Array]:
     return np.concatenate(xs), np.concatenate(ys)
 
 
-def _residuals(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) -> tuple[list[Figure], Figure]:
+def _residuals(
+    drawn: Drawn, fit: xr.Dataset, beside: Beside, found: Mapping[str, Array]
+) -> tuple[list[Figure], Figure]:
     """Return the residuals in frames below those of the curves, and the layout with room for them."""
-    names = [name for name in names if f"{name}_residual" in fit]
+    names = [name for name in found if name in drawn.places]
     layout: Figure = dict(drawn.figure["layout"])
     room = len(names) * SHARE + GAP / 2.0
-    across = dict[str, Any]()
     for key, axis in drawn.figure["layout"].items():
         if key.startswith("yaxis") and "domain" in axis:
             layout[key] = axis | {"domain": [room + (1.0 - room) * end for end in axis["domain"]]}
-        if key.startswith("xaxis") and "title" in axis:
-            across = axis["title"]
-            layout[key] = {word: value for word, value in axis.items() if word != "title"} | {"showticklabels": False}
     tag = max(int(key[5:] or 1) for key in layout if key.startswith("yaxis"))
     shapes, traces = list(layout.get("shapes", [])), list[Figure]()
-    used = fit["used"].values
+    used = fit["used"].values if fit.sizes["point"] == beside.curve.sizes["point"] else slice(None)
+    x = beside.moved()["height"].values[used]
     for number, name in enumerate(names):
         bottom = (len(names) - 1 - number) * SHARE
-        x_axis, y_axis = name_of_axis("x", tag + number), name_of_axis("y", tag + number)
-        last = number == len(names) - 1
-        layout[name_of_axis("xaxis", tag + number)] = {"anchor": y_axis, "matches": "x", "showticklabels": last} | (
-            {"title": across} if last else {}
-        )
+        y_axis = name_of_axis("y", tag + number)
         layout[name_of_axis("yaxis", tag + number)] = {
-            "anchor": x_axis,
+            "anchor": "x",
             "domain": [bottom, bottom + SHARE - GAP],
             "zeroline": True,
             "nticks": 4,
             "title": {"text": f"Δ<i>{html_symbol(str(fit[name].attrs.get('symbol', '')))}</i> / σ"},
         }
+        layout["xaxis"] = layout["xaxis"] | {"anchor": y_axis}
         shapes.append(
             {
                 "type": "rect",
-                "xref": f"{x_axis} domain",
+                "xref": "x domain",
                 "yref": y_axis,
                 "x0": 0,
                 "x1": 1,
@@ -192,14 +190,12 @@ def _residuals(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) 
                 "fillcolor": "rgba(128,128,128,0.14)",
             }
         )
-        for tone in range(fit.sizes["tone"]):
-            x = fit["height"].values[used] + beside.shift
-            y = fit[f"{name}_residual"].values[used, tone]
+        for tone, y in enumerate(found[name][used].T):
             traces.append(
                 {
                     "x": packed(x / drawn.x_scale),
                     "y": packed(y),
-                    "xaxis": x_axis,
+                    "xaxis": "x",
                     "yaxis": y_axis,
                     "type": "scatter",
                     "mode": "markers",
@@ -207,7 +203,7 @@ def _residuals(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) 
                     "name": "residual",
                     "showlegend": False,
                     "marker": {"symbol": "circle", "size": 4, "color": 2 * tone},
-                    "hovertemplate": "%{x:.4g}, %{y:.3g} standard deviations<extra></extra>",
+                    "hovertemplate": "residual %{y:.3g} standard deviations<extra></extra>",
                 }
             )
     layout |= {"shapes": shapes, "uirevision": f"{layout.get('uirevision')} fit"}

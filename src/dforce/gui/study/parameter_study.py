@@ -63,7 +63,10 @@ class PlanJob(Job):
         if len(several) == 2 and not plan.attrs.get("interrupted"):
             self.plan = plan
             over = {path: values for path, values in self.over.items() if not isinstance(values, list)}
-            self.regimes = df.regimes(self.case, over, self.set_points, progress=self._watch)
+            try:
+                self.regimes = df.regimes(self.case, over, self.set_points, progress=self._watch)
+            except df.ParameterError as error:  # such as forces with memory; the plan itself is whole
+                plan.attrs["findings"] += f"\nThe boundaries of the regimes are not drawn: {error}."
         return plan
 
 

@@ -78,17 +78,21 @@ class Classroom:
             else:
                 self._page(sessions)
 
-    def _page(self, sessions: Mapping[str, Session]) -> None:
+    def invitation(self) -> None:
+        """Show the address as a QR code and as text, and the limits of each guest."""
         import segno
 
+        ui.html(segno.make(self.address).svg_inline(scale=6, dark="#000", light="#fff"), sanitize=False).props(
+            f'role="img" aria-label="QR code of {self.address}"'
+        )
+        ui.label(self.address).classes("df-class-address")
+        ui.label(told(self.limits)).classes("df-text")
+
+    def _page(self, sessions: Mapping[str, Session]) -> None:
         with ui.element("main").classes("df-class"):
             with ui.element("section").props('aria-label="how to join"'):
                 ui.label("Join the class").classes("df-class-title").props('role="heading" aria-level="1"')
-                ui.html(segno.make(self.address).svg_inline(scale=6, dark="#000", light="#fff"), sanitize=False).props(
-                    f'role="img" aria-label="QR code of {self.address}"'
-                )
-                ui.label(self.address).classes("df-class-address")
-                ui.label(told(self.limits)).classes("df-text")
+                self.invitation()
             with ui.element("section").props('aria-label="who is there"'):
                 count = ui.label().classes("df-class-title").props('role="heading" aria-level="2"')
                 rows = ui.element("div").classes("df-class-people").props('role="list"')

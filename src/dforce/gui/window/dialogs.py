@@ -47,15 +47,22 @@ def telling(what: str) -> Iterator[None]:
 Item = tuple[str, str, Callable[[], object]]  # title, sentence (empty for none), what a press does
 
 
-def menu(items: Iterable[Item]) -> ui.menu:
-    """Make the menu of the button that is the current container; arrow keys go through it."""
+def menu(*groups: Iterable[Item], titles: Sequence[str] = ("",)) -> ui.menu:
+    """Make the menu of the button that is the current container; arrow keys go through it.
+
+    Each of several groups of items has a title.
+    """
     with ui.menu().props("max-height=70vh") as made, ui.element("div").classes("df-menu").props("role=presentation"):
-        for title, sentence, press in items:
-            # the roles of a menu, where Quasar has those of a list
-            with ui.menu_item(on_click=press).props("role=menuitem"), ui.element("div"):
-                ui.label(title).classes("df-menu-title")
-                if sentence:
-                    ui.label(sentence).classes("df-menu-text")
+        for heading, items in zip(titles, groups, strict=True):
+            with ui.element("div").props(f'role=group aria-label="{heading}"' if heading else "role=presentation"):
+                if heading:
+                    ui.label(heading).classes("df-menu-heading").props("aria-hidden=true")
+                for title, sentence, press in items:
+                    # the roles of a menu, where Quasar has those of a list
+                    with ui.menu_item(on_click=press).props("role=menuitem"), ui.element("div"):
+                        ui.label(title).classes("df-menu-title")
+                        if sentence:
+                            ui.label(sentence).classes("df-menu-text")
     return made
 
 

@@ -32,6 +32,7 @@ from dforce.gui.window.security import ALONE, GUEST, Limits
 from dforce.gui.window.shown import PagePart, Said
 from dforce.gui.window.start import StartPage
 from dforce.gui.window.view import View
+from dforce.library import FOLDERS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,9 +94,7 @@ def register(
         if classroom is not None and request.scope.get(GUEST, True):
             classroom.welcome(session)
         guest = session.person is not None  # who comes to see what the class looks at
-        Page(
-            session, start=session.fresh and over is None and not guest, class_page=classroom is not None and not guest
-        )
+        Page(session, session.fresh and over is None and not guest, None if guest else classroom)
 
     if classroom is not None:
         classroom.register(sessions, dress)
@@ -116,17 +115,22 @@ def dress() -> ui.dark_mode:
 
 
 class Page:
-    """One page of a session: makes the elements and ties them to a view; `start` shows the first page before the case."""
+    """One page of a session: makes the elements and ties them to a view; `start` shows the first page before the case.
 
-    def __init__(self, session: Session, start: bool = False, class_page: bool = False) -> None:
+    The teacher's pages have a `classroom`.
+    """
+
+    files: FileMenu
+
+    def __init__(self, session: Session, start: bool = False, classroom: Classroom | None = None) -> None:
         self.view = View(session)
         self.dark = dress()
         ui.add_body_html(f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script>")
         with ui.element("header").classes("df-header"):
             self._header()
-            if class_page:
+            if classroom is not None:
                 ui.link("Class", CLASS_PAGE, new_tab=True).classes("df-class-link")
-        self.start = StartPage(self.view, self._open_tab, self._turn_to_start)
+        self.start = StartPage(self.view, self.files, self._open_tab, self._turn_to_start, classroom)
         with ui.element("div").classes("df-body") as self.body:
             with ui.element("aside").classes("df-left").props('aria-label="parameters"') as self.left:
                 self._left()
@@ -161,7 +165,12 @@ class Page:
         with (
             ui.button("Examples", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button")
         ):
-            menu((one.title, one.shows, partial(self._open, one.name)) for one in df.examples().values())
+            examples = df.examples().values()
+            folders = [
+                [(one.title, one.shows, partial(self._open, one.name)) for one in examples if one.folder == folder]
+                for folder in FOLDERS
+            ]
+            menu(*folders, titles=tuple(FOLDERS.values()))
         self.files = FileMenu(view, lambda: self.start.show())
         undo, redo = _icon("undo", "Undo", view.session.undo), _icon("redo", "Redo", view.session.redo)
         title = ui.input(placeholder="Untitled").props('dense borderless aria-label="title of the case" maxlength=300')
@@ -195,9 +204,8 @@ class Page:
     def _open_tab(self, title: str) -> None:
         next(panel for panel in self.plots.pane.panels if panel.title == title).open()
 
-    def _open(self, name: str) -> None:
-        self.view.open(Document.of(df.example(name)))
-        self.view.session.hide_kept()  # they were of another case, and are a press away
+    async def _open(self, name: str) -> None:
+        await self.files.open_shipped(name)
 
     def _left(self) -> None:
         banner = ui.label().classes("df-banner wrong").props('role="alert"')
@@ -234,13 +242,11 @@ class Page:
 
 
 def _about(view: View) -> None:
-    """Show the sentence on what the case shows, where it has one; once the case is edited, it is of the one before."""
+    """Show the sentence on what the case shows, where it has one; an edited case may show something else."""
     line = ui.label().classes("df-about")
 
     def show(anew: bool) -> None:
-        text = str(view.document.value(("about", "shows")) or "")
-        if text and view.document.edited:
-            text = f"Before the edit: {text}"
+        text = "" if view.document.edited else str(view.document.value(("about", "shows")) or "")
         if line.text != text:
             line.set_text(text)
             line.props["title"] = text
@@ -258,8 +264,8 @@ class RunBar:
         with ui.element("div").classes("df-run") as self.frame:
             self.progress = ui.element("progress").props('max=1 aria-label="progress of the run"')
             self.text = ui.label().classes("df-run-text").props('role="status"')
-            self.stop = ui.button("Stop", icon="stop", on_click=view.session.stop, color=None).props(
-                "flat dense no-caps"
+            self.stop = ui.button("Stop", icon="stop", on_click=view.session.stop).props(
+                "unelevated dense no-caps color=primary"
             )
             self.run = ui.button("Run", icon="play_arrow", on_click=self._run).props(
                 "unelevated dense no-caps color=primary"

@@ -2,39 +2,95 @@
 
 from __future__ import annotations
 
+import datetime
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from nicegui import ui
+from nicegui.elements.mixins.text_element import TextElement
 
 import dforce as df
 from dforce.experiments import EXPERIMENTS
 from dforce.gui.document.document import FIRST, Document
+from dforce.gui.files.file_menu import FileMenu
+from dforce.gui.window.classroom import PAGE as CLASS_PAGE
+from dforce.gui.window.classroom import Classroom, told
 from dforce.gui.window.dialogs import as_sentence, say
+from dforce.gui.window.security import SHARED
 from dforce.gui.window.view import View
+from dforce.library import FOLDERS, measured_data
 
 
 @dataclass(frozen=True)
 class Question:
-    """A question, the example that answers it, and the tab that comes first; its picture has the same key."""
+    """A question, the example that answers it, and the tab that comes first; its picture has the same key.
+
+    The examples of the folder of its key, and `also` other examples and measured files, are offered beside it.
+    """
 
     key: str
     title: str
     sentence: str
     example: str
-    tab: str = ""
+    tab: str = "Set point"
+    also: tuple[str, ...] = ()
+
+    def offers(self) -> dict[str, str]:
+        """Return the titles of its examples by name."""
+        known, measured = df.examples(), measured_data()
+        names = [*(one.name for one in known.values() if one.folder == self.key), *self.also]
+        texts = {name: measured.get(f"{name.partition('.')[0]}.toml") for name in names if name in measured}
+        titles = {name: tomllib.loads(text.decode())["title"] for name, text in texts.items() if text is not None}
+        return {name: known[name].title if name in known else titles.get(name, f"Measured: {name}") for name in names}
 
 
 QUESTIONS = (
-    Question("curve", "Explain my curve", "Modulus and adhesion from a measured curve", "hysteresis", "Fit"),
-    Question("safe", "Safe settings", "The amplitude that my sample tolerates", "figure-4-soft", "Against"),
-    Question("states", "Two states and jumps", "Jumps of the motion, and their reason", "hysteresis"),
-    Question("bimodal", "Bimodal contrast", "Phase of the second mode", "figure-6"),
-    Question("thermal", "Thermal tune of a lever", "f0, k and Q from thermal motion", "figure-3-air"),
-    Question("class", "Teach a class", "One window for all students", "hysteresis"),
+    Question(
+        "curve",
+        "Explain my curve",
+        "Modulus and adhesion from a measured curve",
+        "hysteresis",
+        "Fit",
+        ("stiff.csv", "liquid.csv", "air.csv"),
+    ),
+    Question(
+        "safe",
+        FOLDERS["safe"],
+        "The amplitude that my sample tolerates",
+        "figure-4-soft",
+        "Against",
+        ("figure-4-soft", "figure-4-hard"),
+    ),
+    Question(
+        "states",
+        FOLDERS["states"],
+        "Jumps of the motion, and their reason",
+        "hysteresis",
+        also=("figure-3-branches", "figure-3-basins"),
+    ),
+    Question(
+        "bimodal",
+        "Bimodal contrast",
+        "Phase of the second mode",
+        "figure-6",
+        also=("figure-6", "figure-7-low", "figure-7-high"),
+    ),
+    Question(
+        "thermal",
+        "Thermal tune of a lever",
+        "f0, k and Q from thermal motion",
+        "figure-3-air",
+        tab="Thermal tune",
+        also=("thermal.csv",),
+    ),
+    Question(
+        "class", "Teach a class", "One window for all students", "hysteresis", also=("figure-3-air", "figure-3-water")
+    ),
 )
+TIP = "borosilicate_glass"  # for the native oxide of a silicon tip
 ONE_MODE = "Bimodal needs a lever with two modes. Leave the lever empty, then type the modes of yours"
 
 
@@ -90,6 +146,13 @@ def case_for(question: Question, lever: str = "", Q: str = "", medium: str = "",
         table["sample"] = {"youngs_modulus": df.show(material.youngs_modulus, "Pa")}
         if material.poisson_ratio is not None:
             table["sample"]["poisson_ratio"] = material.poisson_ratio
+        given = table.get("medium") or {}
+        hamaker = material.hamaker_with(
+            df.materials()[TIP], given if isinstance(given, str) else given.get("name", "air")
+        )
+        for force in table["forces"]:
+            if "hamaker" in force and hamaker is not None:
+                force["hamaker"] = df.show(hamaker, "J", 3)
     kind = table.pop("experiment")["kind"]
     table["experiment"] = {"kind": kind, **EXPERIMENTS[kind].suggested(df.Case(**table).problem)}
     return df.Case(**table)
@@ -98,7 +161,14 @@ def case_for(question: Question, lever: str = "", Q: str = "", medium: str = "",
 MEDIA = {"": "as in the example", "air": "air", "water": "water", "vacuum": "vacuum"}
 DROP = "Drop a file anywhere: a measured curve, a thermal spectrum, a case or a project."
 KEPT = "Forces and free amplitude are the values of the example."
-SHARED = "Start the window with dforce gui --host 0.0.0.0: it prints the address for your students."
+ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as for a silicon tip with its oxide."
+TWO_MODES = "This needs a lever with two modes: type your modes at Cantilever."
+NO_Q = "The library has no quality factor of this lever. Type it at “Quality factor Q”."
+COMMAND = "dforce gui --host 0.0.0.0"
+HOW_TO_TEACH = (
+    "This window is for you alone. Type this command in a terminal. It opens a window for everyone in your network, with a "
+    "short address and a QR code for your students, and a page that shows who is there."
+)
 
 
 class StartPage:
@@ -108,21 +178,34 @@ class StartPage:
     ----------
     view
         Where a case is opened.
+    files
+        Opens examples, and the last files again.
     open_tab
         Opens a tab of the pane by its title.
     turn
         Called with True when the page comes, and with False when it goes.
+    classroom
+        The class that this person teaches; None where the window is for one person, or this is a guest.
     """
 
-    def __init__(self, view: View, open_tab: Callable[[str], None], turn: Callable[[bool], None]) -> None:
-        self.view, self.open_tab, self.turn = view, open_tab, turn
+    def __init__(
+        self,
+        view: View,
+        files: FileMenu,
+        open_tab: Callable[[str], None],
+        turn: Callable[[bool], None],
+        classroom: Classroom | None = None,
+    ) -> None:
+        self.view, self.files, self.open_tab, self.turn, self.classroom = view, files, open_tab, turn, classroom
         self.chosen = QUESTIONS[0]
+        self.offered: Question | None = None
         self.buttons: dict[str, ui.element] = {}
         with ui.element("main").classes("df-start").props('aria-label="start"') as self.element:
             ui.label("Choose your question").classes("df-start-title").props('role="heading" aria-level="2"')
             with ui.element("div").classes("df-questions").props('role="group" aria-label="questions"'):
                 for question in QUESTIONS:
-                    self._picture(question)
+                    if question.key != "class" or view.session.person is None:  # a guest teaches nobody
+                        self._picture(question)
             with ui.element("div").classes("df-choices"):
                 self.lever = ui.select(lever_labels(), label="Lever", with_input=True, clearable=True)
                 self.medium = ui.select(MEDIA, value="", label="Medium")
@@ -133,24 +216,30 @@ class StartPage:
                     one.on_value_change(self._follow)
                 ui.button("Start", icon="arrow_forward", on_click=self._start).props("unelevated no-caps color=primary")
             self.note = ui.label().classes("df-text")
+            self.offers = ui.element("div").classes("df-offers").props('role="group" aria-label="examples"')
             with ui.element("div").classes("df-start-drop"):
                 ui.label(DROP)
-                with ui.element("button").classes("df-plain").props('type="button"') as button:
-                    ui.label("Open a file")
-                button.on("click", js_handler="() => window.dforceFiles.pick()")
-                with ui.element("button").classes("df-plain").props('type="button"') as self.last:
-                    self.words = ui.label()
-                self.last.on("click", self.hide)
+                quiet("Open a file").on("click", js_handler="() => window.dforceFiles.pick()")
+                self.back = quiet("").on("click", self.hide)
+                self.last = ui.element("div").classes("df-offers").props('role="group" aria-label="last files"')
         self._choose(self.chosen)
         view.on_show.append(lambda anew: self.hide() if anew else None)
-        view.on_anew.append(self.hide)  # a measured curve was opened
+        view.on_anew.append(self._leave_for_curve)
+        self._measured = view.document.measured
 
     def show(self) -> None:
         """Show the page in place of the case."""
-        self.words.set_text(f"Back to: {self.view.document.title or 'the case'}")
-        self.last.set_visibility(not self.view.session.fresh)
+        self.back.set_text(f"Back to: {self.view.document.title or 'the case'}")
+        self.back.set_visibility(not self.view.session.fresh)
+        self._list_last()
         self.element.set_visibility(True)
         self.turn(True)
+
+    def _leave_for_curve(self) -> None:
+        """Show the case where a measured curve was opened; results that are drawn anew behind this page change nothing."""
+        before, self._measured = self._measured, self.view.document.measured
+        if self._measured is not None and (before is None or before.id != self._measured.id):
+            self.hide()
 
     def hide(self) -> None:
         """Show the case."""
@@ -171,7 +260,40 @@ class StartPage:
         self.chosen = question
         for key, button in self.buttons.items():
             button.props["aria-pressed"] = "true" if key == question.key else "false"
+        if question.key == "bimodal":
+            self.lever.value = None
+        self.lever.set_enabled(question.key != "bimodal")
+        if self.offered is not question:  # a button that is made anew loses a press
+            self._offer(question)
         self._follow()
+
+    def _offer(self, question: Question) -> None:
+        """Offer the examples of a question."""
+        self.offered = question
+        self.offers.clear()
+        with self.offers:
+            ui.label("Or open an example:")
+            for name, title in question.offers().items():
+                quiet(title).on("click", partial(self.files.open_shipped, name))
+
+    def _list_last(self) -> None:
+        """Show the last files."""
+        files, now = self.files.last.listed(), datetime.datetime.now()
+        self.last.clear()
+        self.last.set_visibility(bool(files))
+        with self.last:
+            ui.label("Last files:")
+            for one in files:
+                quiet(one.words(now)).on("click", partial(self._open_last, one.name))
+            quiet("Forget them").on("click", self._forget)
+
+    async def _open_last(self, name: str) -> None:
+        await self.files.open_last(name)
+        self._list_last()
+
+    def _forget(self) -> None:
+        self.files.last.forget()
+        self._list_last()
 
     def _follow(self) -> None:
         """Ask for Q where nothing gives it, and say where the values of the sample are from."""
@@ -179,13 +301,20 @@ class StartPage:
             self.medium.value = "air"
         self.q.set_visibility(asks_for_q(self.lever.value or "", self.medium.value or ""))
         material = df.materials().get(self.sample.value or "")
-        notes = [KEPT] if self.lever.value or material is not None else []
-        notes += [f"Nominal values of the sample: {material.source}."] if material is not None else []
-        self.note.set_text(" ".join([SHARED] * (self.chosen.key == "class") + notes))
+        notes = [TWO_MODES] if self.chosen.key == "bimodal" else []
+        notes += [KEPT] if self.lever.value or material is not None else []
+        if material is not None:
+            medium = self.medium.value or "air"
+            notes += [ATTRACTED] if material.hamaker_with(df.materials()[TIP], medium) is not None else []
+            notes.append(f"Nominal values of the sample: {material.source}.")
+        self.note.set_text(" ".join(notes))
 
     def _start(self) -> None:
         """Open the case of the question."""
         asks = self.q.visible
+        if asks and not self.q.value:
+            say(NO_Q)
+            return
         try:
             case = case_for(
                 self.chosen,
@@ -199,5 +328,34 @@ class StartPage:
             return
         self.view.open(Document.first() if case == df.example(FIRST) else Document.of(case))
         self.hide()
-        if self.chosen.tab:
-            self.open_tab(self.chosen.tab)
+        self.open_tab(self.chosen.tab)
+        if self.chosen.key == "class":
+            self._teach()
+
+    def _teach(self) -> None:
+        """Show the address of the class; where the window is for one person, the command that starts one for a class."""
+        with ui.dialog(value=True).props('aria-label="teach a class"') as dialog, ui.card().classes("df-dialog"):
+            with ui.element("div").classes("df-save wide"):
+                TextElement(tag="h2", text="Teach a class")
+                if self.classroom is not None:
+                    self.classroom.invitation()
+                    name = "See who is there"
+                    press: Callable[[], None] = partial(ui.navigate.to, CLASS_PAGE, new_tab=True)
+                else:
+                    ui.label(HOW_TO_TEACH).classes("df-text")
+                    TextElement(tag="code", text=COMMAND).classes("df-command")
+                    ui.label(f"Your students read: “{told(SHARED)}”").classes("df-text")
+                    name, press = "Copy the command", self._copy
+                with ui.element("div").classes("df-save-buttons"):
+                    quiet("Close").on("click", dialog.close)
+                    quiet(name).classes("df-main-button").on("click", press)
+        dialog.on("hide", dialog.delete)
+
+    def _copy(self) -> None:
+        ui.clipboard.write(COMMAND)
+        ui.notify("The command is copied.")
+
+
+def quiet(text: str) -> TextElement:
+    """Show a button without color."""
+    return TextElement(tag="button", text=text).classes("df-plain").props('type="button"')

@@ -27,6 +27,7 @@ from dforce.observables.finish import finish_each
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.period_map import MOTION
 from dforce.solvers.problem_batch import ProblemBatch
@@ -121,7 +122,7 @@ class ModelBranches:
 
     def _block(self, problems: Sequence[Problem]) -> Block:
         batch = ProblemBatch.of(problems)
-        block = Block(
+        block = block_type(self.settings)(
             batch,
             lambda case, zc: (problems[case].at_height(zc), zc),
             self.settings,

@@ -21,7 +21,7 @@ from dforce.inverse.fitting.typed import DEGREE, number_of
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
 from dforce.inverse.measured import check_measured
 from dforce.results.provenance import provenance
-from dforce.solvers.block import Block
+from dforce.solvers.blocks import block_type
 from dforce.solvers.quasi_static_walk import Walk
 from dforce.solvers.states import States
 
@@ -214,7 +214,7 @@ def _noise(case: Case, errors: Mapping[str, Any]) -> tuple[Array, Array]:
 def _behind(case: Case, along: Array) -> tuple[Array, Array] | None:
     """Return amplitudes and phases at the nearest distance behind a jump of an approach; None where there is no jump."""
     curves = ModelBranches(case.problem, [], case.solver, len(case.problem.tones))
-    block = Block.of_one(case.problem, curves.settings, 1, points=curves.samples)
+    block = block_type(curves.settings).of_one(case.problem, curves.settings, 1, points=curves.samples)
     count = len(block.memory_scale), block.hysteresis
     start = States(block.batch.at_heights(along[:1]).free(), np.zeros((1, count[0])), np.zeros((1, count[1])))
     walk = Walk(block, along[None], start, lambda points: None)

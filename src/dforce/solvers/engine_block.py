@@ -1,0 +1,305 @@
+"""Problems side by side on the engine: steps that fit the motion, derivatives carried along, Newton's method over slots."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from dforce.core.arrays import Array, Bools, Indices
+from dforce.core.errors import ParameterError
+from dforce.engine.marching import Marched, Marcher, Start
+from dforce.kernel.codegen import CONTACT, FIRST_MODE, PER_MODE
+from dforce.solvers.block import DISTANCE, Block
+from dforce.solvers.engine_follow import follow
+from dforce.solvers.engine_relax import relaxed
+from dforce.solvers.newton import CONVERGED, FAILED, Orbits
+from dforce.solvers.period_map import NOTHING, Slots
+from dforce.solvers.quasi_static import Branch
+from dforce.solvers.states import States
+
+MOTION, COLUMNS, HARMONIC = 0.03, 0.003, 0.1  # of the accuracy times a mode's damping: error of a step; see `limits`
+ACCURACY = 1e-4  # where none is promised
+NEARBY = 1e-5  # of the free amplitude: Newton step behind which the next one is smaller than rounding
+STRAY = (
+    1e-3  # of the free amplitude: longest Newton step where the derivatives are kept: marches that are measured differ
+)
+ACCEPTED = 3e-3  # of the accuracy: Newton step, in free amplitudes, with which an orbit is accepted as it was marched
+LONG, CONTRACTS = 0.3, 0.5  # of the free amplitude: longest Newton step; of the step before: the next one
+MOST_STEPS, MOST_PASSES = 10, 6
+BESIDE = 1e-4  # of the free amplitude, or of the parameter's unit: neighbors, where differences give derivatives
+FINE = 0.01  # times the errors of steps, for such neighbors
+ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
+LONGEST = 16  # periods in one call, for the same reason
+FINER = 4.0  # errors of steps fall with this power of the samples that a finer block is asked for
+
+
+class Found(NamedTuple):
+    """What Newton's method has found, a row for each slot.
+
+    Attributes
+    ----------
+    value
+        The parameter, (slots,).
+    x, memory, branch
+        The state at the start of a common period.
+    monodromy, by_parameter, slope
+        Derivatives of the map by the motion and by the parameter (per unit); that of the orbit by the parameter.
+    rows
+        What was measured over each period; NaN where that was not wanted.
+    residual, steps, good
+        How far from its start the orbit ends, Newton steps, and whether it was found.
+    """
+
+    value: Array
+    x: Array
+    memory: Array
+    branch: Array
+    monodromy: Array
+    by_parameter: Array
+    slope: Array
+    rows: Array
+    residual: Array
+    steps: Indices
+    good: Bools
+
+
+class EngineBlock(Block):
+    """Problems that differ in numbers only, on the engine."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        if self.late:
+            raise ParameterError(
+                'solver.integrator = "engine" takes no fluid with a memory; write integrator = "rk4" for it'
+            )
+        remembers = next((force for force in self.batch.example.forces if force.memory), None)
+        if remembers is not None:
+            raise ParameterError(
+                f'solver.integrator = "engine" finds no periodic orbit with the memory of {remembers.name}; '
+                'write integrator = "rk4", or method = "transient"'
+            )
+        self._marcher = Marcher.of(self.batch.example)
+        self._places = np.unique(
+            np.concatenate([self.batch.kinks, self.numbers[:, CONTACT : CONTACT + 1]], axis=1), axis=1
+        )
+        self._fineness = 1.0
+
+    def finer(self, points: int) -> EngineBlock:
+        """Return the block of the same problems with smaller errors of steps."""
+        block = super().finer(points)
+        assert isinstance(block, EngineBlock)
+        block._fineness = self._fineness * (points / self.points) ** FINER
+        return block
+
+    @property
+    def accuracy(self) -> float:
+        """Error that quantities may have, as a share of their scales."""
+        return (self.settings.accuracy or ACCURACY) / self._fineness
+
+    def limits(self, numbers: Array, share: float = 1.0) -> Array:
+        """Return the errors of steps that motions may have: errors add up over as many periods as the slowest mode rings."""
+        modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * self.modes].reshape(len(numbers), -1, PER_MODE)
+        damping = np.minimum(modes[:, :, 1].min(axis=1), 1.0)
+        accuracy = share * self.accuracy
+        return np.stack(
+            [MOTION * accuracy * damping, COLUMNS * share * damping, np.full(len(damping), HARMONIC * accuracy)], axis=1
+        )
+
+    def marched(
+        self, which: Indices, states: States, at: Array, periods: int, *, share: float = 1.0, **wanted: Any
+    ) -> Marched:
+        """March motions over so many periods of the first tone; see `Marcher.march`."""
+        numbers, tones = self.tables_of(which, at)
+        if self.parameter == DISTANCE:
+            numbers[:, 0] = at
+        start = Start(numbers, tones, self._places[which], states.x, states.memory, states.branch)
+        return self._marcher.march(start, periods, self.limits(numbers, share), **wanted)
+
+    def derived(
+        self, which: Indices, states: States, at: Array, repeats: int, harmonics: int | None = None
+    ) -> tuple[Marched, Array]:
+        """March over so many common periods; return the ends and the map's derivatives, (motions, size, size + 1).
+
+        The last column is by the parameter (per unit): by differences where all numbers change with it.
+        """
+        periods, unit = self.common * repeats, self.unit[which]
+        out = self.marched(which, states, at, periods, harmonics=harmonics, unit=unit)
+        if self.parameter == DISTANCE and self.batch.levers is None:
+            return out, out.columns
+        ends = [
+            self.marched(which, states, value, periods, share=FINE).path[:, -1] for value in (at, at + BESIDE * unit)
+        ]
+        out.columns[:, :, -1] = (ends[1] - ends[0]) / BESIDE
+        return out, out.columns
+
+    def newton(
+        self,
+        which: Indices,
+        states: States,
+        at: Array,
+        wanted: Bools,
+        repeats: int = 1,
+        normal: Array | None = None,
+        at_once: bool = False,
+    ) -> Found:
+        """Find orbits near states by Newton's method, and measure those that are wanted.
+
+        `normal` borders the equations, see ``newton``; left out: the parameter stays. `at_once` says that the states are
+        predicted so well that the first march may be the last one, so that it is measured.
+        """
+        count, size, periods = len(which), self.size, self.common * repeats
+        if normal is None:
+            normal = np.zeros((count, size + 1))
+            normal[:, size] = 1.0
+        harmonics = self.harmonics if wanted.any() else None
+        accepted = ACCEPTED * min(self.accuracy, ACCURACY)
+        found = Found(
+            at.astype(float),
+            states.x.copy(),
+            states.memory.copy(),
+            states.branch.copy(),
+            np.full((count, size, size), np.nan),
+            np.full((count, size), np.nan),
+            np.full((count, size), np.nan),
+            np.full((count, periods, self.columns), np.nan),
+            np.full(count, np.nan),
+            np.zeros(count, np.int64),
+            np.zeros(count, bool),
+        )
+        state, before = States(found.x, found.memory, found.branch), np.full(count, np.inf)
+        going, near = np.arange(count), [np.empty(0, np.int64)]
+        for turn in range(MOST_STEPS):
+            if not len(going):
+                break
+            measured = harmonics if at_once and turn == 0 else None
+            out, by = self.derived(which[going], state.take(going), found.value[going], repeats, measured)
+            miss = out.path[:, -1] - state.x[going]
+            step, slope = bordered(by, normal[going], miss)
+            length = np.abs(step[:, :size]).max(axis=1)
+            fine = (length < np.inf) & ~((length > CONTRACTS * before[going]) & (length > NEARBY))
+            going, by, miss, step, slope, length = (one[fine] for one in (going, by, miss, step, slope, length))
+            found.steps[going] += 1
+            found.monodromy[going], found.by_parameter[going] = by[:, :, :size], by[:, :, size]
+            found.slope[going], found.residual[going] = slope[:, :size], np.abs(miss).max(axis=1)
+            part = np.minimum(1.0, LONG / np.maximum(length, 1e-300))
+            state.x[going] += part[:, None] * step[:, :size]
+            found.value[going] += part * step[:, size] * self.unit[which[going]]
+            state.memory[going], state.branch[going] = out.memory[fine], out.branch[fine]
+            before[going] = np.where(part == 1.0, length, np.inf)
+            close = length < NEARBY
+            done = close & ~wanted[going]
+            if measured is not None:
+                found.rows[going] = out.rows[fine]
+                done = length < accepted
+            found.good[going[done]] = True
+            near.append(going[close & ~done])
+            going = going[~close]
+        going = np.concatenate(near)
+        before[:] = np.inf
+        for _ in range(MOST_PASSES):
+            if not len(going):
+                break
+            out = self.marched(which[going], state.take(going), found.value[going], periods, harmonics=harmonics)
+            miss = out.path[:, -1] - state.x[going]
+            by = np.concatenate([found.monodromy[going], found.by_parameter[going, :, None]], axis=2)
+            step, _ = bordered(by, normal[going], miss)
+            length = np.abs(step[:, :size]).max(axis=1)
+            same = (out.branch == state.branch[going]).all(axis=1)
+            found.residual[going] = np.where(same, np.abs(miss).max(axis=1), np.inf)
+            if harmonics is not None:
+                found.rows[going] = out.rows
+            lost = ~(length < STRAY) | ((length > CONTRACTS * before[going]) & same)
+            done = (length < accepted) & same
+            kept = ~lost
+            state.x[going[kept]] += step[kept, :size]
+            found.value[going[kept]] += step[kept, size] * self.unit[which[going[kept]]]
+            state.memory[going], state.branch[going] = out.memory, out.branch
+            found.good[going[done]] = True
+            before[going] = length
+            going = going[~done & ~lost]
+        return found
+
+    def follow(
+        self, which: Indices, starts: States, at: Array, values: Array, counts: Indices | None = None, repeats: int = 1
+    ) -> Branch:
+        """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
+
+        `counts` says how many of its values each has; left out: all. The orbits last `repeats` common periods.
+        """
+        counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
+        return follow(self, which, starts, at, values, counts, repeats)
+
+    def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
+        """Return states so many common periods later."""
+        out = states.copy()
+        for done in range(0, periods, LONGEST):
+            found = self.marched(which, out, at, self.common * min(LONGEST, periods - done))
+            out = States(found.path[:, -1].copy(), found.memory, found.branch)
+            self.check_cancelled()
+        return out
+
+    def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
+        """Advance motions of the first problem by so many common periods, and measure them if asked for."""
+        which, states = np.zeros(len(slots.case), np.int64), States(slots.x, slots.memory, slots.branch)
+        harmonics = self.harmonics if measured else None
+        out = self.marched(which, states, slots.value, self.common * repeats, harmonics=harmonics)
+        slots.ends[:, 0], slots.memory_after[:], slots.branch_after[:] = out.path[:, -1], out.memory, out.branch
+        if measured:
+            slots.rows[:] = out.rows
+
+    def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
+        """Find the orbits of the first problem near motions by Newton's method."""
+        which, states = np.zeros(len(slots.case), np.int64), States(slots.x, slots.memory, slots.branch)
+        wanted = np.asarray(slots.wanted != NOTHING)
+        found = self.newton(which, states, slots.value, wanted, repeats, orbits.normal)
+        slots.value[:], slots.x[:], slots.memory[:], slots.branch[:] = found[:4]
+        orbits.monodromy[:], orbits.by_parameter[:], orbits.slope[:] = found[4:7]
+        slots.rows[:], orbits.residual[:], orbits.steps[:] = found[7:10]
+        orbits.outcome[:] = np.where(found.good, CONVERGED, FAILED)
+
+    def relax(self, which: Indices, states: States, at: Array) -> tuple[States, Any, Array]:
+        """Return where motions come to, which of them are near a stable orbit there, and the periods that it took them.
+
+        Of forces that are functions of the motion; see ``relaxation``.
+        """
+        x, settled, periods = relaxed(self, which, states, at, self.most_periods(which))
+        return States(x, states.memory.copy(), states.branch.copy()), settled, periods * self.common
+
+    def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> Array:
+        """Return what is measured, (problems, periods, columns), on the orbits that one Newton step from some states leads to.
+
+        `monodromy` are matrices known from elsewhere: of the same orbits with other errors of steps.
+        """
+        rows: Array = np.empty((len(which), self.common, self.columns))
+        for start in range(0, len(which), ABREAST):
+            some = slice(start, start + ABREAST)
+            here = states.take(some)
+            out = self.marched(which[some], here, at[some], self.common)
+            by = np.concatenate([monodromy[some], np.zeros((len(here), self.size, 1))], axis=2)
+            normal = np.zeros((len(here), self.size + 1))
+            normal[:, -1] = 1.0
+            step, _ = bordered(by, normal, out.path[:, -1] - here.x)
+            moved = States(here.x + step[:, :-1], out.memory, out.branch)
+            rows[some] = self.marched(which[some], moved, at[some], self.common, harmonics=self.harmonics).rows
+            self.check_cancelled()
+        return rows
+
+
+def bordered(by: Array, normal: Array, miss: Array) -> tuple[Array, Array]:
+    """Solve (1 - M) dx - dP/dv dv = miss with normal (dx, dv) = 0; and, for the slope, = 0 with normal (dx, dv) = 1.
+
+    Rows are NaN where there is no solution.
+    """
+    count, size = miss.shape
+    matrix = np.empty((count, size + 1, size + 1))
+    matrix[:, :size] = -by
+    matrix[:, range(size), range(size)] += 1.0
+    matrix[:, size] = normal
+    sides = np.zeros((count, size + 1, 2))
+    sides[:, :size, 0], sides[:, size, 1] = miss, 1.0
+    regular = np.asarray(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(miss).all(axis=1))
+    regular[regular] = np.abs(np.linalg.det(matrix[regular])) > 0.0
+    out = np.full((count, size + 1, 2), np.nan)
+    out[regular] = np.linalg.solve(matrix[regular], sides[regular])
+    return out[..., 0], out[..., 1]

@@ -1,0 +1,317 @@
+"""Stable orbits of the engine followed while a parameter changes, see ``quasi_static``: first anchors, then all between.
+
+Anchors are the orbits that steps lead to, each as far as the last ones foretell it. The orbits at values that a step passed lie
+between two of them, and are predicted by polynomials through the nearest anchors and their slopes: so well that they
+are found side by side, and most of them by one march.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from dforce.core.arrays import Array, Bools, Indices
+from dforce.solvers.quasi_static import (
+    BENT,
+    CHORD,
+    ENDED,
+    EXACT,
+    FARTHEST,
+    FIRST,
+    FOLLOWED,
+    GROWTH,
+    LARGEST,
+    SHRINK,
+    SMALLEST,
+    TURNED,
+    Branch,
+    fold_ahead,
+)
+from dforce.solvers.stability import is_stable
+from dforce.solvers.states import States
+
+ANCHORS = 4  # through so many the orbits between are predicted
+ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
+AIMED = 0.2  # of the largest error allowed in a prediction: that of the next one
+SHORTER = 0.7  # of a step that was refused: the next one, at most
+ONE_BY_ONE = 1  # how many values a step may lead to, where those that it passed were not found
+
+
+class Solver(Protocol):
+    """What finds orbits of problems side by side."""
+
+    size: int
+    common: int
+    columns: int
+    predicted: float
+    unit: Array
+    memory_scale: Array
+    hysteresis: int
+
+    def newton(
+        self, which: Indices, states: States, at: Array, wanted: Bools, repeats: int = 1, *, at_once: bool = False
+    ) -> Any:
+        """Find orbits near states, and measure those that are wanted."""
+
+    def check_cancelled(self) -> Any:
+        """Raise when the run is to stop."""
+
+
+class Anchor(NamedTuple):
+    """An orbit that a step led to, and the number of the last value of the path up to it."""
+
+    value: float
+    x: Array
+    slope: Array
+    memory: Array
+    branch: Array
+    place: int
+
+
+def follow(
+    block: Solver, which: Indices, starts: States, at: Array, values: Array, counts: Indices, repeats: int
+) -> Branch:
+    """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
+
+    The first orbit is sought at the start. A problem without a stable orbit there has ENDED with nothing done. Where a state
+    ends, it ends between two anchors: no step between them is as short as SMALLEST.
+    """
+    found = empty_branch(block, starts, at, values.shape, repeats)
+    walk = _Walk(block, which, values, counts, repeats, found)
+    while walk.step():
+        pass
+    return found
+
+
+class _Walk:
+    """Problems on the way along their paths."""
+
+    def __init__(
+        self, block: Solver, which: Indices, values: Array, counts: Indices, repeats: int, found: Branch
+    ) -> None:
+        cases = len(values)
+        self.block, self.which, self.values, self.counts = block, which, values, counts
+        self.repeats, self.found, self.unit = repeats, found, block.unit[which]
+        self.reach, self.fresh, self.going = np.full(cases, FIRST), np.ones(cases, bool), np.ones(cases, bool)
+        self.most = np.full(cases, values.shape[1])  # values up to which a step may lead
+        self.way = np.where(values[np.arange(cases), np.maximum(counts - 1, 0)] < found.last_value, -1.0, 1.0)
+        self.before_value = found.last_value.copy()
+        self.before_x, self.before_slope = found.last_x.copy(), found.last_slope.copy()
+        self.anchors: list[list[Anchor]] = [[] for _ in range(cases)]
+        self.place = np.full(cases, -1)  # the last value of the path that the anchors have come to
+
+    def step(self) -> bool:
+        """Go to the next anchors, or find what they have passed; say whether there was anything to do."""
+        going = np.flatnonzero(self.going)
+        if len(going):
+            self._next(going)
+        elif not self._fill():
+            return False
+        self.block.check_cancelled()
+        return True
+
+    def _next(self, going: Indices) -> None:
+        """Look for the next anchor of some problems."""
+        found, last, unit = self.found, self.found.last_value[going], self.unit[going]
+        ahead = self.way[going, None] * (self.values[going] - last[:, None]) / unit[:, None]
+        index = np.arange(self.values.shape[1])
+        open_to = (index > self.place[going, None]) & (index < self.counts[going, None])
+        open_to &= index <= (self.place + self.most)[going, None]
+        within = open_to & (ahead <= self.reach[going, None])
+        fresh = self.fresh[going]
+        at_start = open_to & (ahead == 0.0) & (index == 0)
+        place = np.where(within.any(axis=1), within.shape[1] - 1 - within[:, ::-1].argmax(axis=1), -1)
+        place = np.where(fresh, np.where(at_start.any(axis=1), 0, -1), place)
+        value = np.where(place >= 0, self.values[going, place], last + self.way[going] * self.reach[going] * unit)
+        value = np.where(fresh & (place < 0), last, value)
+        guess = np.where(fresh[:, None], found.last_x[going], self._foretold(going, value))
+        states = States(guess, found.last_memory[going], found.last_branch[going])
+        orbits = self.block.newton(self.which[going], states, value, place >= 0, self.repeats)
+        fits = orbits.good.copy()
+        for i in np.flatnonzero(fits).tolist():
+            fits[i] = is_stable(orbits.monodromy[i])
+        fits &= fresh | self._continues(going, value, orbits, guess)
+        astray = np.abs(orbits.x - guess).max(axis=1)
+        self._refuse(going[~fits], value[~fits], np.where(orbits.good, astray, np.inf)[~fits])
+        for i in np.flatnonzero(fits).tolist():
+            self._take(int(going[i]), int(place[i]), i, orbits, astray[i])
+        self.going[going] &= self.found.outcome[going] == FOLLOWED
+        self.going[going] &= self.place[going] < self.counts[going] - 1
+
+    def _foretold(self, going: Indices, value: Array) -> Array:
+        """Return the states at values by the cubics through the last two anchors, or by lines where there is only one."""
+        unit, found = self.unit[going], self.found
+        last, x, slope = found.last_value[going], found.last_x[going], found.last_slope[going]
+        reach, span = (value - last) / unit, (last - self.before_value[going]) / unit
+        line = x + slope * reach[:, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = (reach / span)[:, None]  # 0 at the last anchor, -1 at the one before
+        rise, a = x - self.before_x[going], span[:, None] * slope
+        b = span[:, None] * self.before_slope[going]
+        with np.errstate(invalid="ignore"):
+            cubic = x + s * (a + s * ((2.0 * a + b - 3.0 * rise) + s * (a + b - 2.0 * rise)))
+        return np.asarray(np.where((np.abs(reach) > FARTHEST * np.abs(span))[:, None], line, cubic))
+
+    def _continues(self, going: Indices, value: Array, orbits: Any, guess: Array) -> Bools:
+        """Say which orbits continue the last ones of their problems: value, state and slope."""
+        found = self.found
+        x, slope = found.last_x[going], found.last_slope[going]
+        step = ((value - found.last_value[going]) / self.unit[going])[:, None]
+        moved = orbits.x - x
+        with np.errstate(invalid="ignore"):
+            astray, chord = np.abs(orbits.x - guess).max(axis=1), np.abs(moved).max(axis=1)
+            turned = np.abs(step * (orbits.slope - slope)).max(axis=1)
+            bent = np.abs(moved - 0.5 * step * (orbits.slope + slope)).max(axis=1)
+            steepest = np.maximum(np.abs(orbits.slope).max(axis=1), np.abs(slope).max(axis=1))
+            near = (chord < CHORD) & (bent < BENT * np.abs(step[:, 0]) * steepest)
+            return np.asarray((turned < TURNED) & ((astray < self.block.predicted) | near))
+
+    def _fitting(self, astray: Any) -> Any:
+        """Return by which factor a step changes whose orbit was so far from its prediction, of the fourth order."""
+        return (AIMED * self.block.predicted / np.maximum(astray, 1e-300)) ** 0.25
+
+    def _refuse(self, cases: Indices, value: Array, astray: Array) -> None:
+        """Shorten the steps of problems whose orbits do not continue the last ones; end their states where there are none."""
+        ended = self.fresh[cases]
+        shorter = np.clip(self._fitting(astray), SHRINK, SHORTER)
+        self.reach[cases] = shorter * np.abs(value - self.found.last_value[cases]) / self.unit[cases]
+        ended |= self.reach[cases] < SMALLEST
+        self.found.outcome[cases[ended]] = ENDED
+
+    def _take(self, case: int, place: int, i: int, orbits: Any, astray: float) -> None:
+        """Make an orbit the next anchor of a problem."""
+        found, begun = self.found, float(self.found.last_value[case])
+        slopes = float(np.abs(orbits.slope[i]).max()), float(np.abs(found.last_slope[case]).max())
+        found.fold[case] = fold_ahead(float(orbits.value[i]), slopes[0], begun, slopes[1])
+        self.before_value[case], self.before_x[case], self.before_slope[case] = (
+            begun,
+            found.last_x[case],
+            found.last_slope[case],
+        )
+        found.last_value[case], found.last_x[case] = orbits.value[i], orbits.x[i]
+        found.last_memory[case], found.last_branch[case] = orbits.memory[i], orbits.branch[i]
+        found.last_slope[case], found.last_monodromy[case] = orbits.slope[i], orbits.monodromy[i]
+        if place >= 0:
+            self.keep(case, place, i, orbits)
+            self.place[case] = place
+        if self.fresh[case]:
+            self.before_value[case], self.before_x[case] = orbits.value[i], orbits.x[i]
+            self.before_slope[case], self.fresh[case] = orbits.slope[i], False
+        else:
+            step = abs(orbits.value[i] - begun) / self.unit[case]
+            longer = step * min(GROWTH, max(1.0, self._fitting(astray)))
+            self.reach[case] = max(longer, self.reach[case]) if astray < EXACT else min(LARGEST, longer)
+        here = orbits.x[i], orbits.slope[i], orbits.memory[i], orbits.branch[i]
+        x, slope, memory, branch = (one.copy() for one in here)
+        self.anchors[case].append(Anchor(float(orbits.value[i]), x, slope, memory, branch, int(self.place[case])))
+
+    def keep(self, case: int, place: int, i: int, orbits: Any) -> None:
+        """Keep an orbit at a value of its path."""
+        found, where = self.found, (case, place)
+        found.x[where], found.memory[where], found.branch[where] = orbits.x[i], orbits.memory[i], orbits.branch[i]
+        found.monodromy[where], found.rows[where] = orbits.monodromy[i], orbits.rows[i]
+        found.residual[where], found.steps[where] = orbits.residual[i], orbits.steps[i]
+
+    def _fill(self) -> bool:
+        """Find the orbits that steps have passed; say whether a problem goes on from an earlier anchor."""
+        found = self.found
+        passed = np.isnan(found.residual) & (np.arange(self.values.shape[1]) <= self.place[:, None])
+        cases, places = np.nonzero(passed)
+        again = False
+        for start in range(0, len(cases), ABREAST):
+            case, place = cases[start : start + ABREAST], places[start : start + ABREAST]
+            value = self.values[case, place]
+            guesses = [self._between(*one) for one in zip(case.tolist(), place.tolist(), strict=True)]
+            states = States(*(np.array(column) for column in zip(*guesses, strict=True)))
+            guess = states.x.copy()
+            orbits = self.block.newton(
+                self.which[case], states, value, np.ones(len(case), bool), self.repeats, at_once=True
+            )
+            with np.errstate(invalid="ignore"):
+                fits = orbits.good & (np.abs(orbits.x - guess).max(axis=1) < self.block.predicted)
+            for i in range(len(case)):
+                if fits[i] and is_stable(orbits.monodromy[i]):
+                    self.keep(int(case[i]), int(place[i]), i, orbits)
+            self.block.check_cancelled()
+        for one in range(len(self.values)):
+            missing = np.flatnonzero(np.isnan(found.residual[one, : self.place[one] + 1]))
+            if len(missing):
+                self._go_back(one, int(missing[0]))
+                again = again or bool(self.going[one])
+        found.done[:] = self.place + 1
+        return again
+
+    def _between(self, case: int, place: int) -> tuple[Array, Array, Array]:
+        """Return the state at a value between two anchors: by a polynomial through the nearest, with memory and branches."""
+        anchors, value, unit = self.anchors[case], float(self.values[case, place]), float(self.unit[case])
+        after = next(k for k, anchor in enumerate(anchors) if anchor.place >= place)
+        first = max(0, min(after - ANCHORS // 2, len(anchors) - ANCHORS))
+        some = anchors[first : first + ANCHORS]
+        x = hermite(
+            np.array([(one.value - value) / unit for one in some]),
+            np.array([one.x for one in some]),
+            np.array([one.slope for one in some]),
+        )
+        before = anchors[max(after - 1, 0)]
+        return x, before.memory, before.branch
+
+    def _go_back(self, case: int, place: int) -> None:
+        """Let a problem go on from the anchor before a value whose orbit was not found, value by value."""
+        found, anchors = self.found, self.anchors[case]
+        after = next(k for k, anchor in enumerate(anchors) if anchor.place >= place)
+        del anchors[after:]
+        last = anchors[-1]
+        self.most[case] = ONE_BY_ONE
+        self.place[case] = last.place
+        found.residual[case, last.place + 1 :] = np.nan
+        found.last_value[case], found.last_x[case], found.last_slope[case] = last.value, last.x, last.slope
+        found.last_memory[case], found.last_branch[case] = last.memory, last.branch
+        earlier = anchors[-2] if len(anchors) > 1 else last
+        self.before_value[case], self.before_x[case], self.before_slope[case] = earlier.value, earlier.x, earlier.slope
+        found.outcome[case], self.going[case] = FOLLOWED, True
+        self.reach[case] = min(self.reach[case], LARGEST)
+
+
+def hermite(at: Array, x: Array, slope: Array) -> Array:
+    """Return the value at 0 of the polynomial that has values x and slopes at some places, (places, size)."""
+    count = len(at)
+    nodes, table = np.repeat(at, 2), np.repeat(x, 2, axis=0)
+    out, factor = table[0].copy(), 1.0
+    for order in range(1, 2 * count):
+        rise = np.diff(table, axis=0)
+        run = nodes[order:] - nodes[:-order]
+        table = np.where(run[:, None] == 0.0, 0.0, rise / np.where(run == 0.0, 1.0, run)[:, None])
+        if order == 1:
+            table[::2] = slope
+        factor *= -nodes[order - 1]
+        out = out + factor * table[0]
+    return np.asarray(out)
+
+
+def empty_branch(block: Solver, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Branch:
+    """Return room for what is found along paths."""
+    cases, size = len(at), block.size
+    states, branches, periods = len(block.memory_scale), block.hysteresis, block.common * repeats
+
+    def room(*inner: int) -> Array:
+        return np.full((*shape, *inner), np.nan)
+
+    return Branch(
+        room(size),
+        room(states),
+        room(branches),
+        room(size, size),
+        room(periods, block.columns),
+        room(),
+        np.zeros(shape, np.int64),
+        np.zeros(cases, np.int64),
+        np.full(cases, FOLLOWED, np.int64),
+        at.astype(float),
+        starts.x.copy(),
+        starts.memory.copy(),
+        starts.branch.copy(),
+        np.full((cases, size, size), np.nan),
+        np.zeros((cases, size)),
+        np.full(cases, np.nan),
+    )
