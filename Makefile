@@ -10,6 +10,8 @@ LOWEST_GUI := .venv-lowest-gui
 SOURCES := pyproject.toml
 # Of the thousands of files that are installed a few hundred are ever imported: those are compiled then.
 INSTALL := -m pip install --quiet --disable-pip-version-check --no-compile
+# So compiled modules are kept even where the shell says not to: else each of the hundreds of processes compiles them anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 # Looks for a Python that runs dForce; PYTHON=/path/to/python takes that one and no other.
 PYTHON ?=

@@ -34,7 +34,7 @@ LONGEST = 16  # periods in one call, for the same reason
 FINER = 4.0  # errors of steps fall with this power of the samples that a finer block is asked for
 
 
-class Found(NamedTuple):
+class NewtonOrbits(NamedTuple):
     """What Newton's method has found, a row for each slot.
 
     Attributes
@@ -142,7 +142,7 @@ class EngineBlock(Block):
         repeats: int = 1,
         normal: Array | None = None,
         at_once: bool = False,
-    ) -> Found:
+    ) -> NewtonOrbits:
         """Find orbits near states by Newton's method, and measure those that are wanted.
 
         `normal` borders the equations, see ``newton``; left out: the parameter stays. `at_once` says that the states are
@@ -154,7 +154,7 @@ class EngineBlock(Block):
             normal[:, size] = 1.0
         harmonics = self.harmonics if wanted.any() else None
         accepted = ACCEPTED * min(self.accuracy, ACCURACY)
-        found = Found(
+        found = NewtonOrbits(
             at.astype(float),
             states.x.copy(),
             states.memory.copy(),

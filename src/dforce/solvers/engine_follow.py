@@ -38,7 +38,7 @@ SHORTER = 0.7  # of a step that was refused: the next one, at most
 ONE_BY_ONE = 1  # how many values a step may lead to, where those that it passed were not found
 
 
-class Solver(Protocol):
+class OrbitFinder(Protocol):
     """What finds orbits of problems side by side."""
 
     size: int
@@ -70,7 +70,7 @@ class Anchor(NamedTuple):
 
 
 def follow(
-    block: Solver, which: Indices, starts: States, at: Array, values: Array, counts: Indices, repeats: int
+    block: OrbitFinder, which: Indices, starts: States, at: Array, values: Array, counts: Indices, repeats: int
 ) -> Branch:
     """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
 
@@ -88,7 +88,7 @@ class _Walk:
     """Problems on the way along their paths."""
 
     def __init__(
-        self, block: Solver, which: Indices, values: Array, counts: Indices, repeats: int, found: Branch
+        self, block: OrbitFinder, which: Indices, values: Array, counts: Indices, repeats: int, found: Branch
     ) -> None:
         cases = len(values)
         self.block, self.which, self.values, self.counts = block, which, values, counts
@@ -289,7 +289,7 @@ def hermite(at: Array, x: Array, slope: Array) -> Array:
     return np.asarray(out)
 
 
-def empty_branch(block: Solver, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Branch:
+def empty_branch(block: OrbitFinder, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Branch:
     """Return room for what is found along paths."""
     cases, size = len(at), block.size
     states, branches, periods = len(block.memory_scale), block.hysteresis, block.common * repeats
