@@ -50,13 +50,11 @@ def test_the_free_amplitude_that_keeps_the_force_low_at_the_set_point_is_found_w
     forces = window.page.locator(".df-setpoint tbody td:nth-child(3)")
     handle = window.page.locator('.df-slider input[type="range"]')
     forces.first.wait_for()
-    window.page.wait_for_timeout(1000)  # a page that opens moves the focus once
-    handle.focus()
     while True:
         before = forces.all_inner_texts()
         if max(0.0 if text == "none" else parse(text, "N") for text in before) < 200e-12:
             break
-        window.page.keyboard.press("PageDown")
+        handle.press("PageDown")  # whatever has the focus in a page that opens
         window.page.wait_for_function(  # the table comes after the curves
             """(before) => [...document.querySelectorAll(".df-setpoint tbody td:nth-child(3)")]
                 .map((one) => one.innerText).join() !== before""",
