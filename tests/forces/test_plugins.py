@@ -234,5 +234,5 @@ def test_the_guide_to_a_new_force_says_what_the_contract_demands():
     model = df.forces.REGISTRY["hertz"]
     assert "a0" in model.model_fields and isinstance(model.stiffness, property)
     # what every shipped model gives is explained
-    assert all(f"`{word}" in guide for word in ("name`", "source`", "contains`", "law(", "potential`", "kinks`"))
+    assert all(f"`{word}" in guide for word in ("name`", "source`", "contains`", "law(", "potential(", "kinks`"))
     assert model.contains[0] in guide
