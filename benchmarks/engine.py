@@ -11,7 +11,7 @@ import math
 import time
 
 import numpy as np
-from judge import one_u
+from curve_times import one_u
 from witness import Witness
 
 import dforce as df
