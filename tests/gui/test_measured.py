@@ -148,6 +148,7 @@ def test_points_lie_where_they_were_measured_and_move_with_their_shift():
     first = figure["data"][0]  # under the lines
     curve = beside().curve
     assert first["meta"] == "measured amplitude"
+    assert first["hovertemplate"] == "amplitude %{y:.4g} nm, measured, approach<extra></extra>"
     assert np.allclose(numbers(first["x"]), 1e9 * curve["height"].values + 1.5)
     assert np.allclose(of(figure, "measured amplitude")[0], 1e9 * curve["amplitude"].values)
     assert np.allclose(of(figure, "measured phase")[0], curve["phase"].values - 2.0)

@@ -10,7 +10,7 @@ import html
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -64,17 +64,30 @@ class Layer:
     states: xr.Dataset | None = None
 
 
+class Place(NamedTuple):
+    """The place of a quantity in a figure: its axes, the divisor of its values, and its words under the pointer."""
+
+    x_axis: str
+    y_axis: str
+    scale: float
+    words: str
+
+    def hover(self, *which: str) -> str:
+        """Return the words under the pointer, with the kind of point that they belong to."""
+        return f"{', '.join([self.words, *which])}<extra></extra>"
+
+
 @dataclass(frozen=True)
 class Drawn:
     """A figure, and what each of its traces shows: its layer and line; None for marks.
 
-    Of curves, also where each quantity is drawn (names of its axes, and what its values are divided by), the scale across, and
-    by the numbers of their traces the lines of all states behind the curves.
+    Of curves, also the place of each quantity, the scale across, and by the numbers of their traces the lines of all states
+    behind the curves.
     """
 
     figure: Figure
     traces: tuple[tuple[Layer, Line] | None, ...] = ()
-    places: Mapping[str, tuple[str, str, float]] = field(default_factory=dict)
+    places: Mapping[str, Place] = field(default_factory=dict)
     x_scale: float = 1.0
     behind: Mapping[int, Line] = field(default_factory=dict)
 
@@ -109,7 +122,7 @@ class _FigureBuilder:
         self.named: set[str] = set()
         self.dotted: list[Figure] = []  # lines across jumps, which come last
         self.jumps: dict[int, Mapping[int, list[Jump]]] = {}  # of each result, by its identity
-        self.places: dict[str, tuple[str, str, float]] = {}
+        self.places: dict[str, Place] = {}
         layout: Figure = {"margin": dict(MARGIN), "legend": legend(), "showlegend": True}
         # where a curve is over its axis, one line across all frames shows the values of all of them
         self.unified = wanted.x in layers[0].result.coords
@@ -211,7 +224,7 @@ class _FigureBuilder:
         """Add the traces of one quantity: a line for each direction, branch or case, and marks at its jumps."""
         scale, unit = self.scales[name]
         x_axis, y_axis = "x", name_of_axis("y", tag)
-        self.places[name] = x_axis, y_axis, scale
+        self.places[name] = Place(x_axis, y_axis, scale, hover_of(self.layers[0].result[name], "y", unit))
         for layer in self.layers:
             errors = error_of(layer.result, name)
             for whole in lines_of(layer.result, self.wanted.x, name):
@@ -219,7 +232,7 @@ class _FigureBuilder:
                 y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
                 y = np.where(np.abs(y) <= along(errors, layer.result[name].dims, line), 0.0, y)
                 look = self._look(layer, line, name)
-                hover = self._hover(name, unit, [line.name, layer.name if self.several else ""])
+                hover = self._hover(name, [line.name, layer.name if self.several else ""])
                 self._add(
                     (layer, line),
                     {
@@ -230,7 +243,7 @@ class _FigureBuilder:
                         "type": "scatter",
                         "mode": "lines",
                         "meta": name,
-                        "hovertemplate": hover + "<extra></extra>",
+                        "hovertemplate": hover,
                         **look,
                     },
                 )
@@ -251,10 +264,14 @@ class _FigureBuilder:
             self.jumps[id(result)] = {way: found for _, way, found in jumps_of_all(result, along)} if has else {}
         return self.jumps[id(result)]
 
-    def _hover(self, name: str, unit: str, which: Sequence[str]) -> str:
+    def _hover(self, name: str, which: Sequence[str]) -> str:
         """Return names, values and units of the point under the pointer, and of which curve it is."""
-        up, words = hover_of(self.layers[0].result[name], "y", unit), [plain(word) for word in which if word]
-        return ", ".join([up, *words]) if self.unified else "<br>".join([self._across(), up, *words])
+        place, words = self.places[name], [plain(word) for word in which if word]
+        return (
+            place.hover(*words)
+            if self.unified
+            else "<br>".join([self._across(), place.words, *words]) + "<extra></extra>"
+        )
 
     def _across(self) -> str:
         return hover_of(self.layers[0].result[self.wanted.x], "x", self.x_unit)

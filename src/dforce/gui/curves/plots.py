@@ -303,7 +303,7 @@ def clicked(drawn: figures.Drawn, wanted: Picture, points: Sequence[xr.Dataset |
     """Return a figure with a ring around the points that were clicked."""
     shapes = list(drawn.figure["layout"].get("shapes", []))
     for point in points:
-        for name, (x_axis, y_axis, scale) in drawn.places.items() if point is not None else ():
+        for name, (x_axis, y_axis, scale, _) in drawn.places.items() if point is not None else ():
             if point is not None and {name, wanted.x} <= {*point.variables}:
                 x, y = (float(np.ravel(point[one].values)[0]) for one in (wanted.x, name))
                 at = ring(x / drawn.x_scale, y / scale, 2 * figures.RING)

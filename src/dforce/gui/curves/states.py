@@ -107,13 +107,13 @@ def with_states(drawn: Drawn, wanted: Picture, states: xr.Dataset) -> Drawn:
 def _traces(drawn: Drawn, lines: list[tuple[str, Line]]) -> Iterator[Figure]:
     named: set[bool] = set()
     for name, line in lines:
-        x_axis, y_axis, scale = drawn.places[name]
+        place = drawn.places[name]
         look = {"width": 4, "dash": "solid"} if line.stable else {"width": 1.5, "dash": "dash"}
         yield {
             "x": packed(line.x / drawn.x_scale),
-            "y": packed(line.y / scale),
-            "xaxis": x_axis,
-            "yaxis": y_axis,
+            "y": packed(line.y / place.scale),
+            "xaxis": place.x_axis,
+            "yaxis": place.y_axis,
             "zorder": -1,  # under the curves, whose numbers stay as they are
             "type": "scatter",
             "mode": "lines",
@@ -122,6 +122,6 @@ def _traces(drawn: Drawn, lines: list[tuple[str, Line]]) -> Iterator[Figure]:
             "line": {"color": "soft", **look},
             "opacity": 0.35 if line.stable else 0.7,
             "showlegend": line.stable not in named,
-            "hovertemplate": f"{ONE[line.stable]} %{{y:.4g}}<extra></extra>",
+            "hovertemplate": place.hover(ONE[line.stable]),
         }
         named.add(line.stable)

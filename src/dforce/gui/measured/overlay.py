@@ -89,7 +89,7 @@ def _points(
     step = -(-len(directions) // MOST_POINTS)
     named: set[str] = set()
     for name in names:
-        x_axis, y_axis, scale = drawn.places[name]
+        place = drawn.places[name]
         for tone, values in enumerate(there[name]):
             across = there[wanted.x][min(tone, len(there[wanted.x]) - 1)]
             for word, symbol in SYMBOLS.items():
@@ -99,16 +99,16 @@ def _points(
                 words = f"measured, {word}"
                 yield {
                     "x": packed(across[rows] / drawn.x_scale),
-                    "y": packed(values[rows] / scale),
-                    "xaxis": x_axis,
-                    "yaxis": y_axis,
+                    "y": packed(values[rows] / place.scale),
+                    "xaxis": place.x_axis,
+                    "yaxis": place.y_axis,
                     "type": "scatter",
                     "mode": "markers",
                     "meta": f"measured {name}",
                     "name": words,
                     "marker": {"symbol": symbol, "size": 5, "color": 1},
                     "showlegend": words not in named,
-                    "hovertemplate": f"{words} %{{y:.4g}}<extra></extra>",
+                    "hovertemplate": place.hover(words),
                 }
                 named.add(words)
 
@@ -119,7 +119,7 @@ def _lines(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) -> I
     for name in names:
         if f"{name}_fit" not in fit:
             continue
-        x_axis, y_axis, scale = drawn.places[name]
+        x_axis, y_axis, scale, _ = drawn.places[name]
         for tone in range(fit.sizes["tone"]):
             x, y = along(fit, fit[f"{name}_fit"].values[:, tone])
             turn = beside.turn if name == "phase" and not tone else 0.0
