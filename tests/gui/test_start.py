@@ -53,6 +53,12 @@ def test_bimodal_with_one_mode_is_refused_in_a_sentence():
         case_for(BY_KEY["bimodal"], "PPP-NCHR", "", "air")
 
 
+@pytest.mark.parametrize("question", QUESTIONS, ids=lambda one: one.key)
+def test_a_medium_alone_is_refused_for_the_q_of_an_example_is_not_that_of_another_medium(question):
+    with pytest.raises(df.ParameterError, match="lever"):
+        case_for(question, medium="water")
+
+
 def test_a_named_lever_stands_in_its_field():
     document = Document.of(case_for(BY_KEY["curve"], "PPP-NCHR", "", "air"))
     assert document.value(("cantilever", "name")) == "PPP-NCHR" and document.value(("medium", "name")) == "air"
@@ -90,8 +96,9 @@ def test_a_sample_sets_its_hamaker_constant_where_a_source_has_one_and_a_force_u
     material, glass = df.materials()[sample], df.materials()["borosilicate_glass"]
     for question in QUESTIONS:
         before = {force.name: force for force in case_for(question).forces}
-        wanted = material.hamaker_with(glass, medium or "air")
-        for force in case_for(question, "", "", medium, sample).forces:
+        given = ("PPP-NCHR", "5", medium) if medium and question.key != "bimodal" else ("", "", "")
+        wanted = material.hamaker_with(glass, given[2] or "air")
+        for force in case_for(question, *given, sample).forces:
             if hasattr(force, "hamaker"):
                 assert force.hamaker == pytest.approx(wanted or before[force.name].hamaker, rel=5e-3)
 

@@ -91,7 +91,8 @@ QUESTIONS = (
     ),
 )
 TIP = "borosilicate_glass"  # for the native oxide of a silicon tip
-ONE_MODE = "Bimodal needs a lever with two modes. Leave the lever empty, then type the modes of yours"
+ONE_MODE = "Bimodal needs a lever with two modes. Leave lever and medium empty, then type the modes of yours"
+NO_LEVER = "Choose a lever, too: the medium decides its Q, and the example has none for this one"
 
 
 def lever_labels() -> dict[str, str]:
@@ -131,10 +132,12 @@ def case_for(question: Question, lever: str = "", Q: str = "", medium: str = "",
         return df.example(question.example)
     table.pop("about", None)
     table["title"] = question.title
+    if (lever or medium) and len(table["cantilever"].get("modes", ())) > 1:
+        raise df.ParameterError(ONE_MODE)
+    if medium and not lever and medium != table.get("medium"):
+        raise df.ParameterError(NO_LEVER)
     if lever:
         probe = df.cantilevers()[lever]
-        if len(table["cantilever"].get("modes", ())) > 1:
-            raise df.ParameterError(ONE_MODE)
         table["cantilever"] = {"name": lever, **({"Q": Q} if Q else {})}
         table["drive"] = {"A0": table["drive"]["A0"]}
         if probe.tip_radius is not None:
