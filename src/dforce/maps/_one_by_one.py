@@ -19,7 +19,7 @@ from dforce.core.parallel import Crew
 from dforce.experiments.base import MotionExperiment
 from dforce.maps._grid import CORNERS
 from dforce.maps._part import SideBySide, load
-from dforce.maps._result import Layout, finished
+from dforce.maps._result import SweepLayout, finished
 from dforce.maps._resume import ALL
 from dforce.results.status import Status
 from dforce.runs import carry_out
@@ -31,7 +31,7 @@ RAGGED = ("point", "state", "jump")  # dimensions along which a case may have mo
 ALWAYS = ("status", "jump_")  # beginnings of the names of what is kept in any case
 
 
-def cases_of(case: Case, layout: Layout) -> SideBySide | OneByOne:
+def cases_of(case: Case, layout: SweepLayout) -> SideBySide | OneByOne:
     """Return the cases of a sweep, or of a block of it: side by side where that is possible, else one by one."""
     return SideBySide(case, layout) if layout.plan is not None else OneByOne(case, layout)
 
@@ -39,7 +39,7 @@ def cases_of(case: Case, layout: Layout) -> SideBySide | OneByOne:
 class OneByOne:
     """The cases of a sweep, in the order of its dimensions."""
 
-    def __init__(self, case: Case, layout: Layout) -> None:
+    def __init__(self, case: Case, layout: SweepLayout) -> None:
         self.case, self.layout = case, layout
         self.places = [
             dict(zip(layout.dims, place, strict=True))

@@ -19,7 +19,7 @@ import numpy as np
 from dforce.core.arrays import Array, Bools
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
-from dforce.procedures.table import statuses
+from dforce.procedures.statuses import statuses
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block
