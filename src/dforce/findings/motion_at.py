@@ -190,7 +190,7 @@ def _apart(values: Any, point: xr.Dataset) -> float:
 
 def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset) -> xr.Dataset:
     place = CurvePlan("zc", np.array([float(point["zc"])]), [()])
-    data = dataset(Layout(place, {}), [Found.of([found], [integrator.problem])], integrator.problem)
+    data = dataset(Layout([place], {}), [Found.of([found], [integrator.problem])], integrator.problem)
     common = common_period([tone.frequency for tone in integrator.problem.tones])
     if common is not None:
         common *= _repeats(point, common)

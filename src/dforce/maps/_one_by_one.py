@@ -14,7 +14,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import changed
-from dforce.core.errors import DForceError, ParameterError
+from dforce.core.errors import DForceError
 from dforce.core.parallel import Crew
 from dforce.experiments.base import MotionExperiment
 from dforce.maps._grid import CORNERS
@@ -80,11 +80,7 @@ class OneByOne:
         """
         ends = [sorted({0, self.layout.lengths[dim] - 1}) for dim in self.layout.dims]
         for corner in itertools.islice(itertools.product(*ends), CORNERS):
-            case = self._case_at(dict(zip(self.layout.dims, corner, strict=True)))
-            assert case.experiment is not None
-            for name, values in case.experiment.coordinates(case.problem).items():
-                if not np.array_equal(values, self.layout.inner[name]):
-                    raise ParameterError(f"{name} differs from case to case; give all cases the same in the experiment")
+            self.layout.check(self._case_at(dict(zip(self.layout.dims, corner, strict=True))))
 
     def _compute(self, i: int, crew: Crew, kept: frozenset[str]) -> None:
         """Carry out one case, in a thread of the crew; it counts as it goes."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
-import itertools
 import threading
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, cast
@@ -13,7 +12,6 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from dforce.case import Case
-from dforce.case.paths import changed
 from dforce.core.parallel import Crew, Stopped
 from dforce.core.stopping import watching
 from dforce.experiments.base import DISTANCE, CurveExperiment, initial_motions
@@ -67,12 +65,9 @@ class SideBySide:
         checks
             Whether cases at the corners are validated as a whole.
         """
-        paths = [axis.path for axis in self.layout.choices]
-        values = itertools.product(*(axis.values for axis in self.layout.choices))
-        cases = (type(self.case)(**changed(self.case, zip(paths, chosen, strict=True))) for chosen in values)
         parts = [
             Part(case, self.layout.numbers, crew, kept, found, checks)
-            for case, found in zip(cases if paths else [self.case], self.founds, strict=True)
+            for case, found in zip(self.layout.side_by_side, self.founds, strict=True)
         ]
         self.example = parts[0].grid.example
         return all(part.run() for part in parts)

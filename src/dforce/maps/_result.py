@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import itertools
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from dforce.case import Case
+from dforce.case.paths import changed
+from dforce.core.errors import ParameterError
 from dforce.core.quantities import jumps_along
 from dforce.experiments.base import CurveExperiment
 from dforce.maps.axes import Axis, amplitude_axis, dims_of
@@ -30,6 +33,8 @@ class SweepLayout(Layout):
     ----------
     plan
         The curve that each case is, where curves along the distance are solved side by side; None: each case by itself.
+    side_by_side
+        The case of each part, with its choices, where curves are solved so.
     jumps
         Names of the jumps that cases may have.
     free
@@ -44,14 +49,38 @@ class SweepLayout(Layout):
         self.axes = axes
         self.choices = [axis for axis in axes if axis.quantity is None]
         self.numbers = [axis for axis in axes if axis.quantity is not None]
-        inner = experiment.coordinates(problem)
+        inner = self._coords = experiment.coordinates(problem)
         shares = None if plan is None else plan.shares
         self.free = None if shares is None else amplitude_axis(case, axes)
         if self.free is not None:
             inner = {RATIO if dim == "zc" else dim: values for dim, values in inner.items()} | {RATIO: shares}
-        side_by_side = plan is not None and plan.zc is None
-        order = tuple(dims_of((*self.choices, *self.numbers)))
-        super().__init__(plan if side_by_side else None, inner, dims_of(axes), order, len(self.choices))
+        self.side_by_side = self._parts(case) if plan is not None and plan.zc is None else []
+        plans = [cast(CurveExperiment, one.experiment).plan(one.problem) for one in self.side_by_side]
+        super().__init__(plans, inner, dims_of(axes), tuple(dims_of((*self.choices, *self.numbers))))
+
+    def _parts(self, case: Case) -> list[Case]:
+        """Return the cases with all combinations of the choices."""
+        if not self.choices:
+            return [case]
+        paths, values = [axis.path for axis in self.choices], (axis.values for axis in self.choices)
+        cases = [type(case)(**changed(case, zip(paths, chosen, strict=True))) for chosen in itertools.product(*values)]
+        for one in cases:
+            self.check(one)
+        return cases
+
+    def check(self, case: Case) -> None:
+        """Check that a case has the dimensions known beforehand.
+
+        Raises
+        ------
+        ParameterError
+            When it has others.
+        """
+        assert case.experiment is not None
+        own = case.experiment.coordinates(case.problem)
+        for name in self._coords | own:
+            if not np.array_equal(own.get(name, ()), self._coords.get(name, ())):
+                raise ParameterError(f"{name} differs from case to case; give all cases the same in the experiment")
 
     @property
     def distances(self) -> tuple[tuple[str, str], Any] | None:

@@ -144,7 +144,7 @@ def _dataset(
     problems = [among.problem_at(orbit.value) for _, orbit in orbits]
     points = CurvePlan("point", np.array([orbit.value for _, orbit in orbits]), [(i,) for i in range(len(orbits))])
     found = Found.of([among.steady(orbit) for _, orbit in orbits], problems)
-    data = dataset(Layout(points, {"point": np.arange(1, len(orbits) + 1)}), [found], among.problem)
+    data = dataset(Layout([points], {"point": np.arange(1, len(orbits) + 1)}), [found], among.problem)
     if orbits:
         bases = [base_of(problem) * scales_of(problem) for problem in problems]
         kept = [

@@ -78,7 +78,7 @@ class PlannedCurve:
     block: Block = field(init=False)
 
     def __post_init__(self) -> None:
-        self.layout = Layout(self.plan, self.plan.coords)
+        self.layout = Layout([self.plan], self.plan.coords)
 
     def run(self, progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
         """Return the curve as a Dataset; what is there when it is stopped is kept."""

@@ -28,7 +28,7 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
         return thermal_dwell(plan, problem, settings, report_progress)
     if plan.is_whole:  # the whole way there is asked for, so it has to be gone
         settings = settings.replace(method="transient")
-    layout, kept = Layout(plan.plan(problem), {}), Found.empty()
+    layout, kept = Layout([plan.plan(problem)], {}), Found.empty()
     plain = block_type(settings).of_one(problem, settings, harmonics)
     with until_stopped() as stop:
         report_progress(0, 1, "settling")

@@ -84,33 +84,32 @@ class Layout:
 
     Parameters
     ----------
-    plan
-        The curve that each case is; None where each is a result by itself.
+    plans
+        The curve of the cases of each part of a sweep: they may go over their points in another order. None where each case is
+        a result by itself.
     inner
         Dimensions of each case that are known beforehand, with their coordinates.
     lengths
         Dimensions of the parameters that differ from case to case, and their lengths.
     order
-        The same dimensions as the cases are numbered, the last one fastest.
-    choices
-        So many of these, the first ones, separate the parts of a sweep.
+        The same dimensions as the cases are numbered, part after part, the last one fastest.
     """
 
     def __init__(
         self,
-        plan: CurvePlan | None,
+        plans: Sequence[CurvePlan],
         inner: Mapping[str, Any],
         lengths: Mapping[str, int] | None = None,
         order: Sequence[str] = (),
-        choices: int = 0,
     ) -> None:
-        self.plan, self.inner, self.lengths = plan, dict(inner), dict(lengths or {})
+        self.plan, self.inner, self.lengths = plans[0] if plans else None, dict(inner), dict(lengths or {})
         self.points = math.prod(map(len, self.inner.values()))
         self.shape = tuple(self.lengths[dim] for dim in order)
-        self.parts, self.cases = math.prod(self.shape[:choices]), math.prod(self.shape[choices:])
+        self.parts = max(1, len(plans))
+        self.cases = math.prod(self.shape) // self.parts
         self._order = [self.dims.index(dim) for dim in order]
-        if plan is not None:
-            self._places = tuple(np.array(plan.visits, dtype=int).reshape(self.points, len(self.inner)).T)
+        shape = self.points, len(self.inner)
+        self._places = [tuple(np.array(plan.visits, dtype=int).reshape(shape).T) for plan in plans]
 
     @property
     def dims(self) -> tuple[str, ...]:
@@ -131,16 +130,17 @@ class Layout:
         shapes = [array.shape[2:] for array in filled if array is not None]
         behind = tuple(map(max, zip(*shapes, strict=True)))  # some cases may have more modes, or more to remember
         out = np.full((self.parts, self.cases, *map(len, self.inner.values()), *behind), fill)
-        for row, array in zip(out, filled, strict=True):
+        for row, array, places in zip(out, filled, self._places, strict=True):
             if array is not None:
                 own = (..., *map(slice, array.shape[2:]))
-                row[own][(slice(None), *self._places)] = array if self.inner else array[:, 0]
+                row[own][(slice(None), *places)] = array if self.inner else array[:, 0]
         return self.over_axes(out)
 
     def by_point(self, array: Any) -> Any:
         """Undo :meth:`over_all`, in a copy: (parts, cases, points, ...)."""
         rows = self.by_case(array)
-        return rows[(slice(None), slice(None), *self._places)] if self.inner else rows[:, :, None].copy()
+        parts = zip(rows, self._places, strict=True)
+        return np.stack([row[(slice(None), *places)] if self.inner else row[:, None] for row, places in parts])
 
 
 def dataset(layout: Layout, parts: Sequence[Found], example: Problem) -> xr.Dataset:

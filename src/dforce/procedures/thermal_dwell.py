@@ -29,7 +29,7 @@ def thermal_dwell(plan: Dwell, problem: Problem, settings: SolverSettings, progr
     """
     integrator = Langevin(problem, settings, plan.harmonics)
     integrator.place(plan.zc)
-    layout = Layout(plan.plan(problem), {})
+    layout = Layout([plan.plan(problem)], {})
 
     def check_cancelled() -> None:
         progress(0, 1, "periods")
