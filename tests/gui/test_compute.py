@@ -124,7 +124,9 @@ def test_a_curve_is_given_up_when_something_newer_waits():
 def test_the_time_in_which_code_is_compiled_is_no_time_of_a_curve(run_as, monkeypatch):
     """Each of two functions takes longer to compile than a curve may, one of them after the first points."""
     now = [0.0]
-    clock = types.SimpleNamespace(monotonic=lambda: now[0], thread_time=lambda: now[0])  # a busy machine's would count what others take
+    clock = types.SimpleNamespace(
+        monotonic=lambda: now[0], thread_time=lambda: now[0]
+    )  # a busy machine's would count what others take
     monkeypatch.setattr(compute, "time", clock)
     monkeypatch.setattr(log, "time", clock)
     result = df.run(df.example("figure-3-air").set("experiment.zc.points=5"))

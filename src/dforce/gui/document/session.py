@@ -114,7 +114,9 @@ class Session:
         """Draw a result that was hidden among those kept."""
         own = self.kept_as(result)
         if own is not None and not own.shown:
-            results = tuple(dataclasses.replace(kept, shown=kept.shown or kept is own) for kept in self.document.results)
+            results = tuple(
+                dataclasses.replace(kept, shown=kept.shown or kept is own) for kept in self.document.results
+            )
             self.look(dataclasses.replace(self.document, results=results))
 
     def undo(self) -> None:
