@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from served import Window, served
 
 import dforce as df
@@ -10,6 +11,7 @@ from dforce.gui.document.document import FIRST
 COLD = 540_000  # ms; some 30 s on a machine that does nothing else
 
 
+@pytest.mark.long
 def test_the_first_start_says_in_the_empty_plot_what_it_waits_for_and_draws_by_itself(browser, tmp_path, monkeypatch):
     monkeypatch.setenv("DFORCE_CACHE_DIR", str(tmp_path / "cache"))
     with served(tmp_path / "window") as server:

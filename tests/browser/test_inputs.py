@@ -72,6 +72,7 @@ def test_a_mistake_opens_the_fold_that_it_stands_in(window):
     tolerance.locator(".df-error").wait_for()
 
 
+@pytest.mark.long
 def test_each_force_model_brings_its_fields_with_units_and_goes_again(window):
     window.type(AMPLITUDE, "")  # what is incomplete is not computed, so that no model is compiled here
     window.page.get_by_role("button", name="remove DMT").click()

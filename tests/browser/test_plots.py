@@ -45,6 +45,7 @@ def test_results_kept_are_drawn_over_each_other_and_their_difference_is_listed(v
     window.shows(df.example(FIRST).replace(AMPLITUDE, "8 nm"))
 
 
+@pytest.mark.long
 def test_the_free_amplitude_that_keeps_the_force_low_at_the_set_point_is_found_with_the_slider(visit):
     window = visit()
     forces = window.page.locator(".df-setpoint tbody td:nth-child(3)")

@@ -35,6 +35,7 @@ def test_a_quick_benchmark_gives_times_spread_contact_and_machine():
     assert near["points"] == 562 and near["in_contact"] > 0.5
 
 
+@pytest.mark.long
 @with_window
 def test_few_people_at_the_window_all_see_their_last_value():
     median, late, slowest, behind, *memory = many_users.measures(*many_users.FEW)

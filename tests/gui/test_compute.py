@@ -90,6 +90,30 @@ def test_a_curve_that_takes_too_long_is_given_up(monkeypatch):
     assert live.gave_up
 
 
+def test_a_curve_that_waits_for_the_machine_is_given_more_time(run_as, monkeypatch):
+    """Its thread sleeps, as where others compute: that is no time of its own, but its end comes, too."""
+    result = df.run(df.example("figure-3-air").set("experiment.zc.points=5"))
+    monkeypatch.setattr(compute, "PATIENCE", 0.2)
+    monkeypatch.setattr(compute, "LATEST", 1.0)
+
+    def sleeping(seconds):
+        def run(case, progress):
+            try:
+                for done in range(10):
+                    progress(done, 10, "")
+                    time.sleep(seconds)
+            except KeyboardInterrupt:
+                return result.assign_attrs(interrupted=1)
+            return result
+
+        return run
+
+    run_as(sleeping(0.04))
+    assert not live_curve(slow_case(), lambda: False, lambda text: None).gave_up
+    run_as(sleeping(0.2))
+    assert live_curve(slow_case(), lambda: False, lambda text: None).gave_up
+
+
 def test_a_curve_is_given_up_when_something_newer_waits():
     begun = time.monotonic()
     live = live_curve(slow_case(), lambda: True, lambda text: None)
@@ -100,7 +124,9 @@ def test_a_curve_is_given_up_when_something_newer_waits():
 def test_the_time_in_which_code_is_compiled_is_no_time_of_a_curve(run_as, monkeypatch):
     """Each of two functions takes longer to compile than a curve may, one of them after the first points."""
     now = [0.0]
-    clock = types.SimpleNamespace(monotonic=lambda: now[0])  # a busy machine's would count what others take
+    clock = types.SimpleNamespace(
+        monotonic=lambda: now[0], thread_time=lambda: now[0]
+    )  # a busy machine's would count what others take
     monkeypatch.setattr(compute, "time", clock)
     monkeypatch.setattr(log, "time", clock)
     result = df.run(df.example("figure-3-air").set("experiment.zc.points=5"))

@@ -454,6 +454,7 @@ def test_what_a_range_cannot_tell_stands_at_its_row_before_the_fit(tmp_path):
     asyncio.run(flow())
 
 
+@pytest.mark.long
 def test_safe_settings_are_found_for_the_sample_of_a_fit(tmp_path):
     data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
     best = fitted_curves.case_of("air").to_toml(complete=True)

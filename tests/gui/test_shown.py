@@ -208,6 +208,22 @@ def test_a_page_that_is_opened_again_shows_the_result_of_the_run(tmp_path, live_
     asyncio.run(flow())
 
 
+def test_a_case_that_is_opened_again_shows_the_result_of_its_run(tmp_path, live_as):
+    """Opening hides all results kept, and the one of this case is among them."""
+    live_as(too_long)
+
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            for _ in range(2):
+                page.view.session.hide_kept()
+                page.view.open(DOCUMENT)
+                await until(lambda: page.view.result is not None and not page.view._latest.busy)
+                assert page.view.result is page.view.session.job.result
+                assert [layer.result for layer in page.plots.kept.layers(page.view.result)] == [page.view.result]
+
+    asyncio.run(flow())
+
+
 def test_a_curve_is_asked_for_again_at_once_after_something_was_compiled(tmp_path, live_as):
     given = [Live(None, gave_up=True, compiled=True)] * 2 + [Live(result())]
     live_as(lambda *_: given.pop(0))

@@ -26,6 +26,7 @@ def test_blocks_are_as_long_as_neighbors_are_alike() -> None:
     assert bootstrap.block_length([np.ones((50, 2))], 0.0) == 10  # five blocks at least
 
 
+@pytest.mark.long
 def test_the_bootstrap_finds_the_noise_that_is_there() -> None:
     data = fc.data_of("air")
     data = data.assign_attrs(amplitude_error=2.0 * data.attrs["amplitude_error"], phase_error=0.6)

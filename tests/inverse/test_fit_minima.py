@@ -62,6 +62,7 @@ def test_steps_along_a_fold_go_on_where_plain_steps_lose_a_point(sets: dict[int,
     assert fold is not None and fold.root < 0.1
 
 
+@pytest.mark.long
 def test_minima_that_are_not_excluded_lie_within_the_intervals_and_are_named(two_minima: xr.Dataset) -> None:
     fit = two_minima
     kept = ~fit["minimum_excluded"].values

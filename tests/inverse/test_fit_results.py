@@ -48,6 +48,7 @@ def test_a_fit_is_no_measured_curve(air: xr.Dataset, tmp_path: Path) -> None:
             call()
 
 
+@pytest.mark.long
 def test_a_fit_done_again_gives_the_same_advice() -> None:
     # noise found in few points is as uncertain the second time: no advice on a chi2 that it explains
     case = fc.case_of("stiff")
@@ -225,6 +226,7 @@ def test_stretches_are_cut_out_by_ranges_of_heights() -> None:
             df.fit(case.replace(data={"use": {"height": wrong}}), data, free=[H])
 
 
+@pytest.mark.long
 def test_the_noise_of_heights_counts_where_the_curve_is_steep() -> None:
     data, error = fc.data_of("stiff"), 0.1e-9
     flat = measured(data, checked_reading("measured", 2, {"height": 0.0}, None, ""))

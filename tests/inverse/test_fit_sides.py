@@ -25,6 +25,7 @@ def profiled() -> xr.Dataset:
     return df.fit(fc.case_of("stiff"), fc.data_of("stiff"), free=[E, H, ETA], search=False, profile=[H])
 
 
+@pytest.mark.long
 def test_errors_to_both_sides_are_those_of_a_profile(plain: xr.Dataset, profiled: xr.Dataset) -> None:
     one, there = plain.sel(parameter=H), profiled.sel(parameter=H)
     error = float(one["error"])

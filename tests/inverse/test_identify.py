@@ -68,6 +68,7 @@ def test_a_radius_is_dead_and_the_products_that_are_known_are_named() -> None:
     assert "only products are constrained" in df.identify_report(found, "sample")
 
 
+@pytest.mark.long
 def test_other_amplitudes_are_tried_and_told() -> None:
     found = df.identify(fc.case_of("air"), free=[E, H, ETA])
     assert {"half the free amplitude", "twice the free amplitude", "with a second tone"} <= set(

@@ -35,6 +35,7 @@ def test_an_amplitude_that_is_allowed_presses_less_than_the_limit(stiff):
     assert float(df.at_set_point(curve, 0.8)["peak_force"].max()) < 3e-9
 
 
+@pytest.mark.long
 def test_a_soft_sample_is_reached_below_the_range_of_a_stiff_one():
     # reference (soft liquid, set point 0.8): 100 pN at A0 = 1.488972 nm, indentation 0.859803 nm
     case = df.Case(

@@ -35,6 +35,7 @@ with sigterm_as_ctrl_c():
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("number", "goes_on"), [(None, True), (signal.SIGTERM, False), (signal.SIGINT, False), (signal.SIGKILL, False)]
 )

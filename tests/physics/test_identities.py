@@ -96,6 +96,7 @@ def test_identities_hold_on_random_single_mode_cases(Q, share, hamaker, viscosit
     check_identities(problem, found.values, squares)
 
 
+@pytest.mark.long
 @settings(max_examples=6, derandomize=True, deadline=None)
 @given(
     Q=st.floats(3.0, 100.0), share=st.floats(0.4, 1.0), hamaker=st.floats(0.0, 1e-19),

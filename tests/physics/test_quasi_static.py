@@ -59,7 +59,7 @@ def check_same_curve(one, other, a0, same_jump=SAME_JUMP):
     assert float(turned.max()) < SAME_PHASE
 
 
-@pytest.mark.parametrize("family", some_long(FAMILIES, ["sagging"]))
+@pytest.mark.parametrize("family", some_long(FAMILIES, ["sagging", "capillary"]))
 @settings(max_examples=6, derandomize=True, phases=[Phase.explicit, Phase.generate])
 @example(A0=20e-9, k=10.0, Q=80.0, modulus=2e9, turn=0.3)
 @given(
@@ -277,6 +277,7 @@ def test_escape_falls_like_a_square_root_towards_a_fold():
         assert np.ptp(shares) < 0.2 * shares.max()
 
 
+@pytest.mark.long
 def test_behind_a_fold_the_motion_goes_where_another_integrator_takes_it():
     """DOP853, from the last motion before the fold and a hair behind it, comes to the state that the curve goes on with."""
     a0, f0, k, Q, modulus, hamaker = 20e-9, 70e3, 2.7, 40.0, 1e9, 1e-19

@@ -31,6 +31,7 @@ def test_most_shipped_examples_are_conservative():
     assert len(CONSERVATIVE) > 12 and "figure-5" not in CONSERVATIVE
 
 
+@pytest.mark.long
 @every(CONSERVATIVE)
 def test_no_conservative_example_shows_any_dissipated_energy(name):
     result = computed(name)

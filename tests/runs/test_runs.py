@@ -144,7 +144,10 @@ def undisturbed(name):
     return whole, sorted(at_stretches | set(np.linspace(1, len(told) - 1, 6).astype(int).tolist()))
 
 
-@pytest.mark.parametrize("name", some_long(SLOW_CHANGES, ["of two taps"]))
+@pytest.mark.parametrize(
+    "name",
+    some_long(SLOW_CHANGES, ["of two taps", "over four folds of the frequency", "of a motion that loses its period"]),
+)
 def test_a_slow_change_stopped_anywhere_goes_on_to_the_same_numbers_bit_for_bit(name, tmp_path, monkeypatch):
     monkeypatch.setattr(transient, "CHUNK_SECONDS", 1e9)  # so that each run looks at its progress at the same places
     monkeypatch.setattr(accuracy, "GRACE", math.inf)  # and so that a busy machine knows as much as another

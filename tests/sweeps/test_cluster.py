@@ -108,6 +108,7 @@ def same(one: xr.Dataset, other: xr.Dataset) -> None:
     xr.testing.assert_identical(one.load().assign_attrs(date=""), other.load().assign_attrs(date=""))
 
 
+@pytest.mark.long
 def test_a_cluster_finds_the_numbers_of_threads_and_its_workers_may_be_killed(processes, client, tmp_path):
     threads = df.sweep(case(), OVER, store=tmp_path / "threads.zarr")
     same(df.sweep(case(), OVER, store=tmp_path / "cluster.zarr", client=client), threads)

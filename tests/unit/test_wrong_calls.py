@@ -199,6 +199,7 @@ def answer(function, arguments):
     return ""
 
 
+@pytest.mark.long
 @every(CALLS)
 def test_a_wrong_argument_is_answered_with_one_sentence(name, workdir):
     df.save_case(CASE, "case.toml")

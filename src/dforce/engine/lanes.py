@@ -7,6 +7,8 @@ from typing import Any, NamedTuple, TypeVar
 
 import numba
 import numpy as np
+from numba import carray, types  # type: ignore[attr-defined]
+from numba.extending import intrinsic
 
 from dforce.engine.tableau import STAGES, WIDTH
 
@@ -90,6 +92,7 @@ class Lanes(NamedTuple):
 class Lane(NamedTuple):
     """One motion: what it is made of, where it is, and room for the stages of a step (q = 1 + columns)."""
 
+    room: Any  # what holds all others that belong to no motion's row: they are views that hold nothing themselves
     numbers: Any
     mode: Any  # (modes, 4): half damping, square of the damped frequency, stiffness, gain
     turn: Any  # (tones, 8): ratio; free tip, complex; cosine and sine at the start of the step; phase; base, complex
@@ -99,6 +102,7 @@ class Lane(NamedTuple):
     unit: Any
     u: Any  # (modes, 2, q): deviation and columns at the start of the step
     end: Any  # the same at its end
+    moved: Any  # (modes, 2, q, WIDTH): in the frame, deviation and columns at each stage, at the end, and two errors
     w: Any  # (2, q): the same of the tip, at a stage
     push: Any  # (q, WIDTH): force at each stage and its change for each column, times the pace of time
     table: Any  # (modes, 6, WIDTH): what a mode does up to each stage, see ``step``
@@ -117,64 +121,139 @@ class Lane(NamedTuple):
     t: Any
     result: Any
     kept: Any  # (3, states): memory there
-    at: Any  # (7,): addresses of d, rate, t, result, kept, change and the laws' numbers
+    at: Any  # addresses of d, rate, t, result, kept, change and the laws' numbers
     state: Any  # (STATES,): what goes from step to step, see the places below
+
+
+def _pointer(context: Any, at: Any) -> Any:
+    """Type, and make, a pointer of an address."""
+
+    def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
+        return builder.inttoptr(values[0], target.get_value_type(types.voidptr))
+
+    return types.voidptr(at), generate
+
+
+pointer: Any = intrinsic(_pointer)
+
+
+@inlined
+def address_of(array: Any) -> int:
+    """Return where the numbers of an array lie."""
+    return array.ctypes.data  # type: ignore[no-any-return]
+
+
+@inlined
+def unowned(array: Any) -> Any:
+    """Return the same array as a view that holds nothing: who calls holds it. Holding costs an atomic count at each use."""
+    return carray(pointer(array.ctypes.data), array.shape, np.float64)
+
+
+@inlined
+def carved(room: Any, at: int, shape: Any) -> Any:
+    """Return a part of a room as a view that holds nothing, and the place behind it."""
+    count = 1
+    for size in shape:
+        count *= size
+    return carray(pointer(room.ctypes.data + 8 * at), shape, np.float64), at + count
 
 
 @compiled
 def lane_of(lanes: Any, i: int) -> Lane:
     """Return one motion with room to advance it."""
-    numbers, tones, scale, kinks = lanes.numbers[i], lanes.tones[i], lanes.scale, lanes.kinks[i]
-    modes, q, states = lanes.deviation.shape[1], lanes.deviation.shape[3], scale.shape[0]
-    mode, turn = np.empty((modes, 4)), np.zeros((tones.shape[0], 8))
+    numbers, tones, modes, states = (
+        unowned(lanes.numbers[i]),
+        lanes.tones[i],
+        lanes.deviation.shape[1],
+        lanes.scale.shape[0],
+    )
+    q, pairs = lanes.deviation.shape[3], unowned(lanes.pairs)
+    tones_count, pair_count = tones.shape[0], pairs.shape[0]
+    room = np.zeros(  # as many numbers as all parts below have
+        modes * (4 + 2 * q + 2 * q + 6 * WIDTH + 2 * q * WIDTH)
+        + tones_count * (8 + 2 * WIDTH)
+        + (2 + WIDTH) * q
+        + WIDTH * (3 + 4 + 2 * pair_count + 1 + 2)
+        + states * (2 + STAGES + 3)
+        + 4 * 3
+        + STATES
+    )
+    mode, at = carved(room, 0, (modes, 4))
+    turn, at = carved(room, at, (tones_count, 8))
+    u, at = carved(room, at, (modes, 2, q))
+    end, at = carved(room, at, (modes, 2, q))
+    moved, at = carved(room, at, (modes, 2, q, WIDTH))
+    w, at = carved(room, at, (2, q))
+    push, at = carved(room, at, (q, WIDTH))
+    table, at = carved(room, at, (modes, 6, WIDTH))
+    tip, at = carved(room, at, (3, WIDTH))
+    wave, at = carved(room, at, (tones_count, 2, WIDTH))
+    swing, at = carved(room, at, (4, WIDTH))
+    fourier, at = carved(room, at, (pair_count, 2, WIDTH))
+    force, at = carved(room, at, (WIDTH,))
+    stage, at = carved(room, at, (2, WIDTH))
+    memory, at = carved(room, at, (2, states))
+    change, at = carved(room, at, (STAGES, states))
+    kept, at = carved(room, at, (3, states))
+    d, at = carved(room, at, (3,))
+    rate, at = carved(room, at, (3,))
+    t, at = carved(room, at, (3,))
+    result, at = carved(room, at, (3,))
+    state, at = carved(room, at, (STATES,))
+    assert at == room.shape[0]
     for n in range(modes):
         first = FIRST_MODE + PER_MODE * n
         stiff, drag, gain = numbers[first], numbers[first + 1], numbers[first + 2]
         mode[n, 0], mode[n, 1], mode[n, 2], mode[n, 3] = 0.5 * drag, stiff - 0.25 * drag * drag, stiff, gain
-    for j in range(tones.shape[0]):
+        for part in range(2):
+            for k in range(q):
+                u[n, part, k] = lanes.deviation[i, n, part, k]
+    for j in range(tones_count):
         turn[j, 0], turn[j, 6], turn[j, 7] = tones[j, 0], tones[j, 1], tones[j, 2]
         for n in range(modes):
             turn[j, 1] += tones[j, 3 + 2 * n]
             turn[j, 2] += tones[j, 4 + 2 * n]
-    d, rate, t, result = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
-    kept, change, at = np.zeros((3, states)), np.zeros((STAGES, states)), np.empty(7, np.int64)
-    at[0], at[1], at[2], at[3] = d.ctypes.data, rate.ctypes.data, t.ctypes.data, result.ctypes.data
-    at[4], at[5], at[6] = (
-        kept.ctypes.data,
-        change.ctypes.data,
-        numbers.ctypes.data + 8 * (FIRST_MODE + PER_MODE * modes),
-    )
-    u, memory = lanes.deviation[i].copy(), np.zeros((2, states))
     for m in range(states):
         memory[0, m] = lanes.memory[i, m]
+    places = (
+        address_of(d),
+        address_of(rate),
+        address_of(t),
+        address_of(result),
+        address_of(kept),
+        address_of(change),
+        address_of(numbers) + 8 * (FIRST_MODE + PER_MODE * modes),
+    )
     return Lane(
+        room,
         numbers,
         mode,
         turn,
-        kinks,
-        lanes.limits[i],
-        lanes.pairs,
-        lanes.unit[i],
+        unowned(lanes.kinks[i]),
+        unowned(lanes.limits[i]),
+        pairs,
+        unowned(lanes.unit[i]),
         u,
-        np.empty((modes, 2, q)),
-        np.empty((2, q)),
-        np.zeros((q, WIDTH)),
-        np.empty((modes, 6, WIDTH)),
-        np.empty((3, WIDTH)),
-        np.empty((tones.shape[0], 2, WIDTH)),
-        np.empty((4, WIDTH)),
-        np.zeros((lanes.pairs.shape[0], 2, WIDTH)),
-        np.empty(WIDTH),
-        np.empty((2, WIDTH)),
+        end,
+        moved,
+        w,
+        push,
+        table,
+        tip,
+        wave,
+        swing,
+        fourier,
+        force,
+        stage,
         memory,
         change,
-        scale,
-        lanes.latched[i],
+        unowned(lanes.scale),
+        unowned(lanes.latched[i]),
         d,
         rate,
         t,
         result,
         kept,
-        at,
-        np.zeros(STATES),
+        places,
+        state,
     )

@@ -15,7 +15,7 @@ from typing import Any
 
 from dforce.engine.lanes import BEGIN, D0, D1, F1, HIGH, LENGTH, LOW, OMEGA, SPEED, V0, V1, ZC, T, compiled, inlined
 from dforce.engine.laws import call_block
-from dforce.engine.tableau import ARRIVING, FIFTH, LEAVING, PACE, SHARE, STAGES, THIRD, A
+from dforce.engine.tableau import ARRIVING, FIFTH, LEAVING, PACE, SHARE, STAGES, THIRD, WEIGHTS, A
 
 C1, C2, C3, C4, C5 = -1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0
 C6, C7, C8, C9 = (
@@ -122,7 +122,7 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
 
     The arrays are taken out of the lane once: each time costs the compiled code a counted reference.
     """
-    u, end, w, push, table, tip, stage, force = (
+    u, end, w, push, table, tip, stage, force, moved = (
         lane.u,
         lane.end,
         lane.w,
@@ -131,6 +131,7 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
         lane.tip,
         lane.stage,
         lane.force,
+        lane.moved,
     )
     memory, change, kept, d, rate, t, result = (
         lane.memory,
@@ -148,6 +149,11 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
     low, high, begin = state[LOW] + BESIDE, state[HIGH] - BESIDE, state[BEGIN] + state[T]
     derived, rate_step, step, worst = q > 1, RATE_STEP * speed, DISTANCE_STEP, 0.0
     prepare(lane.mode, lane.turn, table, tip, lane.wave, SHARE, kind, h)
+    for n in range(modes):
+        for part in range(2):
+            for k in range(q):
+                for i in range(moved.shape[3]):
+                    moved[n, part, k, i] = u[n, part, k] if i <= STAGES else 0.0
     for i in range(STAGES + 1):
         last = i == STAGES  # the end of the step
         for k in range(q):
@@ -155,11 +161,7 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
         for n in range(modes):
             xx, xv, vx, vv = table[n, XX, i], table[n, XV, i], table[n, VX, i], table[n, VV, i]
             for k in range(q):
-                wx, wv = u[n, 0, k], u[n, 1, k]
-                for j in range(i):
-                    part = A[i, j] * push[k, j]
-                    wx += part * table[n, PUSH_X, j]
-                    wv += part * table[n, PUSH_V, j]
+                wx, wv = moved[n, 0, k, i], moved[n, 1, k, i]
                 x, v = xx * wx + xv * wv, vx * wx + vv * wv
                 end[n, 0, k], end[n, 1, k] = x, v
                 w[0, k] += x
@@ -209,8 +211,14 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
             by_distance = (result[1] - result[0]) / step
             by_rate = (result[2] - result[0]) / rate_step if of_rate else 0.0
             for k in range(1, q):
-                moved = length * w[0, k] + unit[k - 1]
-                push[k, i] = pace * (by_distance * moved + by_rate * speed * w[1, k])
+                way = length * w[0, k] + unit[k - 1]
+                push[k, i] = pace * (by_distance * way + by_rate * speed * w[1, k])
+        for n in range(modes):
+            for k in range(q):
+                by_x, by_v = push[k, i] * table[n, PUSH_X, i], push[k, i] * table[n, PUSH_V, i]
+                for j in range(moved.shape[3]):
+                    moved[n, 0, k, j] += WEIGHTS[i, j] * by_x
+                    moved[n, 1, k, j] += WEIGHTS[i, j] * by_v
         if states > 0:
             for f in range(forces):
                 if place[f, 2] > 0:
@@ -230,13 +238,7 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
                 change[i, m] *= pace / omega
     for n in range(modes):
         for k in range(q):
-            x5, v5, x3, v3 = 0.0, 0.0, 0.0, 0.0
-            for j in range(STAGES):
-                px, pv = push[k, j] * table[n, PUSH_X, j], push[k, j] * table[n, PUSH_V, j]
-                x5 += A[FIFTH, j] * px
-                v5 += A[FIFTH, j] * pv
-                x3 += A[THIRD, j] * px
-                v3 += A[THIRD, j] * pv
+            x5, v5, x3, v3 = moved[n, 0, k, FIFTH], moved[n, 1, k, FIFTH], moved[n, 0, k, THIRD], moved[n, 1, k, THIRD]
             error = max(embedded(x5, x3), embedded(v5, v3))
             worst = max(worst, error / (limits[0] if k == 0 else limits[1]))
     for m in range(states):

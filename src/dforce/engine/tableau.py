@@ -15,6 +15,7 @@ FIFTH, THIRD = STAGES + 1, STAGES + 2  # rows of A with the weights of the diffe
 A = np.zeros((WIDTH, WIDTH))  # a row for each stage, then one for the end of the step
 A[:STAGES, :STAGES], A[STAGES, :STAGES] = DOP853.A[:STAGES, :STAGES], DOP853.B
 A[FIFTH, :STAGES], A[THIRD, :STAGES] = DOP853.E5[:STAGES], DOP853.E3[:STAGES]
+WEIGHTS = np.ascontiguousarray(A.T)  # of a stage in all that follow it
 C = np.append(DOP853.C[:STAGES], np.ones(WIDTH - STAGES))
 PLAIN, LEAVING, ARRIVING = 0, 1, 2  # how a step counts its time
 SHARE = np.array([C, C**2, 2.0 * C - C**2])  # time at each stage, in steps, for each way to count it

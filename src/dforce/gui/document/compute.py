@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 R = TypeVar("R")
 
-PATIENCE = 1.0  # s that a curve may take to follow what is typed; longer ones are for Run
+PATIENCE = 1.0  # s of computing that a curve may take to follow what is typed; longer ones are for Run
+LATEST = 5.0  # s that it may take on a machine that computes for others, too
 STOPPED_WITHIN = 0.6  # s; what does not stop by then counts as stopped, and is left to end by itself
 
 TURN = 1.0  # s that a run computes while others wait
@@ -121,7 +122,7 @@ class Live:
 
 
 def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str], None]) -> Live:
-    """Return the result of a case's experiment if it is quick; it is given up after :data:`PATIENCE`.
+    """Return the result of a case's experiment if it is quick; it is given up after :data:`PATIENCE`, or :data:`LATEST`.
 
     Parameters
     ----------
@@ -132,13 +133,14 @@ def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str]
     say
         Called, in this thread, with what dForce says, such as that it compiles; the time that takes is not counted.
     """
-    began: float | None = None
+    began: tuple[float, float] | None = None
 
     def report_progress(done: int, total: int, note: str) -> None:
         nonlocal began
-        spent = time.monotonic() - heard.seconds
-        began = spent if began is None else began
-        if done < total and (spent - began > PATIENCE or (spent - began > 0.2 and overtaken())):
+        now = time.thread_time() - heard.seconds, time.monotonic() - heard.seconds
+        began = now if began is None else began
+        computed, waited = now[0] - began[0], now[1] - began[1]
+        if done < total and (computed > PATIENCE or waited > LATEST or (waited > 0.2 and overtaken())):
             raise KeyboardInterrupt
 
     with listening(say) as heard, early_answers():

@@ -110,6 +110,15 @@ class Session:
             hidden = tuple(dataclasses.replace(kept, shown=False) for kept in self.document.results)
             self.look(dataclasses.replace(self.document, results=hidden))
 
+    def show_kept(self, result: xr.Dataset) -> None:
+        """Draw a result that was hidden among those kept."""
+        own = self.kept_as(result)
+        if own is not None and not own.shown:
+            results = tuple(
+                dataclasses.replace(kept, shown=kept.shown or kept is own) for kept in self.document.results
+            )
+            self.look(dataclasses.replace(self.document, results=results))
+
     def undo(self) -> None:
         """Go back a step."""
         if self.steps:

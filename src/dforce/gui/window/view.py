@@ -215,6 +215,8 @@ class View:
             if wanted.document.opened != self.document.opened:  # what is computed belongs under another title
                 return
             if result is not None:
+                if wanted.run or result is not self.result:  # opening a case hides all results kept, its own among them
+                    self.session.show_kept(result)
                 self._status(STOPPED if result is wanted.result and result.attrs.get("interrupted") else "")
                 self.curve = DrawnResult(wanted.document, result)
                 await self.draw()
