@@ -16,6 +16,10 @@ from dforce.core.stopping import heard, watching
 LOOK = 0.05  # s between looks at the jobs
 
 
+def uncounted(*_: object) -> None:
+    """Report to nobody."""
+
+
 class Stopped(BaseException):
     """The work was stopped: no error, so that nothing on the way takes it for one."""
 

@@ -15,10 +15,8 @@ from dforce.inverse.wishes import Goal
 from dforce.maps.operating import OperatingPoints, Wanted, solve
 from dforce.maps.seeds import Curves
 from dforce.problem import Problem
-from dforce.procedures.motion import base_of, rows_of, scales_of, states_of
-from dforce.solvers.blocks import block_type
-from dforce.solvers.integrator import sample_count
-from dforce.solvers.problem_batch import ProblemBatch
+from dforce.procedures.motion import in_si, scaled
+from dforce.solvers.blocks import side_by_side
 from dforce.solvers.states import States
 
 SAME = 1e-4  # of the free amplitude: distances and motions so near are one state
@@ -91,15 +89,12 @@ class Solver:
         )
         points.zc = found.zc.copy()
         for i, problem in enumerate(problems):
-            points.motions[i] = rows_of(found.states.take([i]), scales_of(problem), base_of(problem), problem)[0]
+            points.motions[i] = in_si(found.states.take([i]), problem)[0]
         return found
 
     def _states(self, problems: Sequence[Problem], motions: Array) -> Any:
         """Return motions in SI as scaled states."""
-        each = [
-            states_of(motion[None], problem, scales_of(problem), base_of(problem))
-            for problem, motion in zip(problems, motions, strict=True)
-        ]
+        each = [scaled(motion[None], problem) for problem, motion in zip(problems, motions, strict=True)]
         if not each:
             return States(np.empty((0, 2)), np.empty((0, 0)), np.empty((0, 0)))
         return States(*(np.concatenate([getattr(one, name) for one in each]) for name in ("x", "memory", "branch")))
@@ -113,18 +108,8 @@ class Solver:
             for zc, motion in self.curves.beside(int(points.near[i]), float(points.zc[i]))
         ]
         problems = [self.problem(points.values[i]) for i, *_ in pairs]
-        groups: dict[int, list[int]] = {}
-        for number, problem in enumerate(problems):
-            groups.setdefault(sample_count(problem, self.case.solver), []).append(number)
-        for samples, numbers in groups.items():
+        for numbers, block in side_by_side(problems, self.case.solver, 1, self.check_cancelled):
             some, own = [problems[n] for n in numbers], np.array([pairs[n][0] for n in numbers])
-
-            def at(case: int, zc: float, some: list[Problem] = some) -> tuple[Problem, float]:
-                return some[case], zc
-
-            block = block_type(self.case.solver)(
-                ProblemBatch.of(some), at, self.case.solver, 1, samples, self.check_cancelled
-            )
             start = self._states(some, np.array([pairs[n][2] for n in numbers]))
             here = self._states(some, points.motions[own])
             begun = np.array([pairs[n][1] for n in numbers])

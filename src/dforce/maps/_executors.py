@@ -17,7 +17,7 @@ from typing import Any
 from dforce.case import Case
 from dforce.core.errors import ParameterError, ResultError
 from dforce.core.files import beside
-from dforce.core.parallel import Crew, Stopped, cores
+from dforce.core.parallel import Crew, Stopped, cores, uncounted
 from dforce.core.stopping import watching
 from dforce.forces import read_plugin
 from dforce.maps._one_by_one import cases_of
@@ -35,15 +35,11 @@ AHEAD = 2  # blocks for each thread of a cluster, so that none waits for the nex
 Arrays = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by name
 
 
-def _nothing(done: int, total: int, note: str) -> None:
-    """Tell nobody."""
-
-
 class Alone(Crew):
     """Does the jobs of one block in the thread that calls it, until `stop` is set."""
 
     def __init__(self, stop: threading.Event) -> None:
-        super().__init__(0, _nothing, 1)
+        super().__init__(0, uncounted, 1)
         self._stop = stop
 
     def check_cancelled(self) -> None:
@@ -62,10 +58,9 @@ class Alone(Crew):
 
 @dataclass(frozen=True)
 class KeptQuantities:
-    """What is kept of each case: quantities, of the states at a set point where one is given; None: all quantities."""
+    """What is kept of each case: quantities, of the states at a set point where one is given."""
 
     names: frozenset[str]
-    wanted: frozenset[str] | None
     set_point: float | None
 
     def result(self, case: Case, axes: list[Axis], crew: Crew) -> Any:
@@ -81,7 +76,7 @@ class KeptQuantities:
         if not cases.compute(crew, names, checks=False):
             raise Stopped
         data = cases.result(case)
-        return data if self.set_point is None else states_of(data, cases.layout, self.set_point, self.wanted)
+        return data if self.set_point is None else states_of(data, cases.layout, self.set_point, self.names)
 
     def arrays(self, case: Case, axes: list[Axis], crew: Crew) -> Arrays:
         """Return the arrays of :meth:`result` that differ from case to case."""

@@ -27,7 +27,7 @@ from dforce.maps._executors import LOST, Alone, Arrays, Cluster, Hands, KeptQuan
 from dforce.maps._one_by_one import fill
 from dforce.maps._pace import paced
 from dforce.maps._result import QUANTITIES, SweepLayout, unfinished
-from dforce.maps._resume import ALL, check_same, quantities_of
+from dforce.maps._resume import check_same, quantities_of
 from dforce.maps.axes import Axis
 from dforce.results import store
 from dforce.results.seal import identity_of, part
@@ -93,7 +93,7 @@ class Map:
                 self._mend(writer, names)
             else:
                 writer.make(self._plan(names))
-            kept = self._kept(names)
+            kept = KeptQuantities(names, self.set_point)
             hands: Hands = Threads(self.case, kept, workers) if client is None else Cluster(self.case, kept, client)
             work = _Run(self, writer, hands, paced(report_progress))
             try:
@@ -105,9 +105,6 @@ class Map:
         if whole:
             _say(writer, work)
         return store.open_store(self.store)
-
-    def _kept(self, names: frozenset[str]) -> KeptQuantities:
-        return KeptQuantities(names, None if names == ALL else names, self.set_point)
 
     def _identity(self, names: frozenset[str]) -> str:
         """Return a name for this sweep: the same for another one only where all its numbers are the same."""
@@ -139,7 +136,7 @@ class Map:
         """Return the plan of the store, after a look at the first case of each choice."""
         import xarray as xr
 
-        pilots = self._pilots(self._kept(names))
+        pilots = self._pilots(KeptQuantities(names, self.set_point))
         dims, axes = self.layout.dims, {axis.name for axis in self.layout.axes}
         inner: dict[str, int] = {}
         variables: dict[str, Variable] = {}

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from dforce.case import Case
-from dforce.core.parallel import Crew, Stopped
+from dforce.core.parallel import Crew, Stopped, uncounted
 from dforce.core.stopping import watching
 from dforce.experiments.base import DISTANCE, CurveExperiment, initial_motions
 from dforce.maps._grid import ProblemGrid
@@ -150,14 +150,14 @@ class Part:
     def _block(self, which: Any, alone: bool = False) -> None:
         """Compute cases side by side, and those that need more samples again with more."""
         first = self._problem(int(which[0]))
-        report_done = self.crew.add
+        report_done: Callable[[int], None] = self.crew.add
         with contextlib.suppress(Stopped):  # what is done is kept
             for points, _ in sample_counts(sample_count(first, self.settings), self.settings):
                 self._solve(which, alone, points, first, report_done)
                 which = which[(self.found.status[which] == Status.UNRESOLVED).any(axis=1)]
                 if not len(which):
                     break
-                report_done = _nothing  # they are counted
+                report_done = uncounted  # they were counted
 
     def _solve(self, which: Any, alone: bool, points: int, first: Problem, report_done: Callable[[int], None]) -> None:
         """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
@@ -203,7 +203,3 @@ def load(problem: Problem) -> None:
     """Load the kernels of a problem once, before threads ask for them at the same time."""
     with _loading:
         load_kernels(problem)
-
-
-def _nothing(points: int) -> None:
-    """Count nothing."""

@@ -12,6 +12,7 @@ from dforce.core.units import parse_share
 from dforce.experiments import Approach
 from dforce.findings.set_point import RATIO, at_set_point
 from dforce.maps._result import SweepLayout
+from dforce.maps._resume import ALL
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +39,7 @@ def check_set_point(case: Case, set_point: float | str | None, names: Iterable[s
     return share
 
 
-def states_of(data: xr.Dataset, layout: SweepLayout, set_point: float, names: Iterable[str] | None) -> xr.Dataset:
+def states_of(data: xr.Dataset, layout: SweepLayout, set_point: float, names: frozenset[str]) -> xr.Dataset:
     """Return the states of a sweep's curves at a set point.
 
     Parameters
@@ -46,13 +47,13 @@ def states_of(data: xr.Dataset, layout: SweepLayout, set_point: float, names: It
     data
         The curves, with :data:`NEEDED` and the quantities that are wanted.
     names
-        The quantities that are wanted; None: all.
+        The quantities that are wanted.
 
     Returns
     -------
     xarray.Dataset
         What :func:`dforce.at_set_point` gives, and of each case as `status` the largest number among those of its points.
     """
-    found = at_set_point(data, set_point, None if names is None else sorted(names))
+    found = at_set_point(data, set_point, None if names == ALL else sorted(names))
     status = data["status"].max(list(layout.inner)).astype(data["status"].dtype)
     return found.assign(status=status.assign_attrs(data["status"].attrs)).assign_attrs(data.attrs | found.attrs)

@@ -15,7 +15,7 @@ from dforce.maps._advice import advice_on_sweep
 from dforce.maps._one_by_one import cases_of
 from dforce.maps._pace import paced
 from dforce.maps._result import QUANTITIES, SweepLayout, unfinished
-from dforce.maps._resume import ALL, check_same, quantities_of
+from dforce.maps._resume import check_same, quantities_of
 from dforce.maps._states import NEEDED, check_set_point, states_of
 from dforce.maps.axes import MOST_POINTS, axes_of, count
 from dforce.runs import watched
@@ -142,4 +142,4 @@ def sweep(
     data = data if done else data.assign_attrs(unfinished(kept))
     if set_point is None or crew.done == 0:
         return data
-    return states_of(data, layout, set_point, None if kept == ALL else kept)
+    return states_of(data, layout, set_point, kept)

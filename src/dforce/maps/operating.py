@@ -23,10 +23,8 @@ from dforce.procedures.statuses import statuses
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block
-from dforce.solvers.blocks import block_type
-from dforce.solvers.integrator import sample_count
+from dforce.solvers.blocks import side_by_side
 from dforce.solvers.points import Points
-from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.states import States
 
 if TYPE_CHECKING:
@@ -104,26 +102,9 @@ def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, check_cancel
         {},
         np.full(count, Status.FAILED, dtype=np.int8),
     )
-    for which, samples in _alike(wanted.problems, settings):
-        some = wanted.take(which)
-        batch = ProblemBatch.of(some.problems)
-
-        def at(case: int, zc: float, some: Wanted = some) -> tuple[Problem, float]:
-            return some.problems[case], zc
-
-        _Search(block_type(settings)(batch, at, settings, harmonics, samples, check_cancelled), some).write(out, which)
+    for which, block in side_by_side(wanted.problems, settings, harmonics, check_cancelled):
+        _Search(block, wanted.take(which)).write(out, which)
     return out
-
-
-def _alike(problems: Sequence[Problem], settings: SolverSettings) -> list[tuple[Any, int]]:
-    """Return the numbers of problems that march side by side: with the same samples, phases and ratios of their tones."""
-    groups: dict[tuple[Any, ...], list[int]] = {}
-    for number, problem in enumerate(problems):
-        first = problem.tones[0].frequency
-        samples = sample_count(problem, settings)
-        tones = tuple((round(tone.frequency / first, 12), tone.phase) for tone in problem.tones)
-        groups.setdefault((samples, tones), []).append(number)
-    return [(np.array(numbers), key[0]) for key, numbers in groups.items()]
 
 
 class _Search:

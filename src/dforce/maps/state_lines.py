@@ -14,7 +14,7 @@ from dforce.core.arrays import Array
 from dforce.maps.axes import Axis
 from dforce.maps.loci import FreeParameter, LinePoint, Lines
 from dforce.maps.seeds import Curves
-from dforce.procedures.motion import base_of, scales_of, states_of
+from dforce.procedures.motion import scaled
 
 # what a cell of the map says; its numbers stand in the result
 REGIMES = ("none", "no contact", "attractive", "both", "repulsive")
@@ -57,7 +57,7 @@ def lines_at(
     out: list[StateLine] = []
     for seed in curves.seeds([of.share]):
         value, problem = values[seed.case], lines.problem(values[seed.case])
-        x = states_of(seed.motion[None], problem, scales_of(problem), base_of(problem)).x[0]
+        x = scaled(seed.motion[None], problem).x[0]
         if any(_lies_on(line.places, x, seed.zc / lines.length, free_parameter.scaled(value)) for line in out):
             continue
         start = lines.seed(x, seed.zc, value)

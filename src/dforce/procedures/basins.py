@@ -14,7 +14,7 @@ import xarray as xr
 from dforce.case import Case
 from dforce.core.arrays import Array, Complexes, Indices
 from dforce.core.errors import ParameterError
-from dforce.core.parallel import Crew
+from dforce.core.parallel import Crew, uncounted
 from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import Basins
 from dforce.experiments.base import Progress
@@ -126,7 +126,7 @@ class Starts:
             which = self._settle_with(points, which, motions, crew.check_cancelled, crew_add, is_last)
             if not len(which):
                 return
-            crew_add = _nothing  # they are counted
+            crew_add = uncounted  # they were counted
 
     def _settle_with(
         self,
@@ -188,7 +188,3 @@ class Starts:
             if column and len(column) == len(order) and name not in ("settling_periods", "drift", "corrections"):
                 table[name] = (("state", *observable.dims), np.array(column))
         return table
-
-
-def _nothing(points: int) -> None:
-    """Count nothing."""

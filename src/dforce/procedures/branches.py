@@ -22,7 +22,7 @@ from dforce.experiments.base import CurvePlan, Progress
 from dforce.experiments.branches import Span
 from dforce.problem import Problem
 from dforce.procedures.found import Found, Layout, dataset, with_levers
-from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, with_motions
+from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows
 from dforce.procedures.varied import VariedParameter, varied_by
 from dforce.solvers.continuation import Curve
 from dforce.solvers.doubling import doublings
@@ -144,14 +144,13 @@ def _dataset(
     problems = [among.problem_at(orbit.value) for _, orbit in orbits]
     points = CurvePlan("point", np.array([orbit.value for _, orbit in orbits]), [(i,) for i in range(len(orbits))])
     found = Found.of([among.steady(orbit) for _, orbit in orbits], problems)
-    data = dataset(Layout([points], {"point": np.arange(1, len(orbits) + 1)}), [found], among.problem)
     if orbits:
         bases = [base_of(problem) * scales_of(problem) for problem in problems]
-        kept = [
-            rows_of(orbit.kept, np.ones(1), base, among.problem) for (_, orbit), base in zip(orbits, bases, strict=True)
+        rows = [
+            rows_of(one.kept, np.ones(1), base, among.problem) for (_, one), base in zip(orbits, bases, strict=True)
         ]
-        rows = np.concatenate(kept)
-        data = with_motions(data, ("point",), rows, among.problem)
+        found.arrays[MOTION] = np.concatenate(rows)[None]
+    data = dataset(Layout([points], {"point": np.arange(1, len(orbits) + 1)}), [found], among.problem)
     if among.has_changing_lever:
         data = with_levers(data, "point", problems)
     unstable = UnstableStates(curves, among)

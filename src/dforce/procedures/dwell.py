@@ -6,11 +6,12 @@ import numpy as np
 import xarray as xr
 
 from dforce.case import Case
+from dforce.core.quantities import MOTION
 from dforce.core.stopping import until_stopped
 from dforce.experiments import Dwell
 from dforce.experiments.base import Progress, initial_motions
 from dforce.procedures.found import Found, Layout, dataset
-from dforce.procedures.motion import base_of, rows_of, scales_of, with_motions
+from dforce.procedures.motion import in_si
 from dforce.procedures.recording import check_length, record_spectrum, record_traces
 from dforce.procedures.thermal_dwell import thermal_dwell
 from dforce.results.status import Status
@@ -43,17 +44,18 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
                 break
     if stop.came:
         return dataset(layout, [Found.empty()], problem).assign_attrs(interrupted=1)
+    is_motion = kept.status not in (Status.FAILED, Status.UNRESOLVED)
+    if is_motion:
+        kept.arrays[MOTION] = in_si(States.of(found.motion), problem)[None]
     data = dataset(layout, [kept], problem)
     integrator = block.integrator(0, zc)
     data.attrs["samples_per_period"] = integrator.points
-    if kept.status not in (Status.FAILED, Status.UNRESOLVED):
+    if is_motion:
         motion, count = found.motion, plan.recorded_periods
         if plan.is_whole:
             motion, count = first, int(found.values["settling_periods"]) + plan.recorded_periods
         check_length(count, integrator.points)
         motion = record_traces(data, integrator, motion, count)
-        rows = rows_of(States.of(found.motion), scales_of(problem), base_of(problem), problem)[0]
-        data = with_motions(data, (), rows, problem)
         record_spectrum(data, integrator, motion, plan.recorded_periods)
     report_progress(1, 1, "")
     return data

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,14 +12,11 @@ from dforce.kernel import base_in_motion, tone_table, units_of
 from dforce.solvers.states import States
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from dforce.core.arrays import Array
     from dforce.problem import Problem
     from dforce.solvers.block import Block
     from dforce.solvers.integrator import Motion
     from dforce.solvers.points import Points
-    from dforce.solvers.states import States
 
 COMPONENT = "component"
 
@@ -86,13 +82,16 @@ def motions(points: Points, block: Block, values: Array) -> dict[str, Array]:
     return {MOTION: rows_of(points.states, scales, base, block.batch.example), REPEATS: cycles}
 
 
-def with_motions(data: xr.Dataset, dims: Sequence[str], rows: Array, problem: Problem) -> xr.Dataset:
-    """Return a result with motions of a problem as `rows_of` gives them."""
-    data = data.assign_coords(components(problem))
-    data[MOTION] = (*dims, COMPONENT), rows
-    return data
+def in_si(states: States, problem: Problem) -> Array:
+    """Return scaled states of one problem as rows in SI."""
+    return rows_of(states, scales_of(problem), base_of(problem), problem)
+
+
+def scaled(rows: Array, problem: Problem) -> States:
+    """Return rows in SI as scaled states of one problem; the inverse of :func:`in_si`."""
+    return states_of(rows, problem, scales_of(problem), base_of(problem))
 
 
 def motion_of(point: Any, problem: Problem) -> Motion:
     """Return the motion that is kept at one point of a result."""
-    return states_of(point[MOTION].values[None], problem, scales_of(problem), base_of(problem)).motion(0)
+    return scaled(point[MOTION].values[None], problem).motion(0)

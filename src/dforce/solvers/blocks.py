@@ -1,9 +1,21 @@
-"""Which block solves problems: that of the integrator that the settings ask for."""
+"""The blocks that solve problems: of the integrator that the settings ask for, and one for those that march together."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.core.arrays import Indices
 from dforce.solvers.block import Block
+from dforce.solvers.integrator import sample_count
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.settings import SolverSettings
+
+if TYPE_CHECKING:
+    from dforce.problem import Problem
+    from dforce.solvers.transient import CancelCheck
 
 
 def block_type(settings: SolverSettings) -> type[Block]:
@@ -13,3 +25,22 @@ def block_type(settings: SolverSettings) -> type[Block]:
     from dforce.solvers.engine_block import EngineBlock  # loads the compiler
 
     return EngineBlock
+
+
+def side_by_side(
+    problems: Sequence[Problem], settings: SolverSettings, harmonics: int, check_cancelled: CancelCheck
+) -> Iterator[tuple[Indices, Block]]:
+    """Give the numbers of problems that march together, and their block: same samples, phases and ratios of tones."""
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for number, problem in enumerate(problems):
+        first = problem.tones[0].frequency
+        tones = tuple((round(tone.frequency / first, 12), tone.phase) for tone in problem.tones)
+        groups.setdefault((sample_count(problem, settings), tones), []).append(number)
+    for (samples, _), numbers in groups.items():
+        some = [problems[number] for number in numbers]
+
+        def at(case: int, zc: float, some: list[Problem] = some) -> tuple[Problem, float]:
+            return some[case], zc
+
+        batch = ProblemBatch.of(some)
+        yield np.array(numbers), block_type(settings)(batch, at, settings, harmonics, samples, check_cancelled)
