@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from typing import TYPE_CHECKING
 
-from dforce.case import Case
-from dforce.case.paths import changed
 from dforce.maps._one_by_one import unpadded
-from dforce.maps.axes import Axis, dims_of
+from dforce.maps._result import SweepLayout
 from dforce.validity import Advice, advice, points_not_settled
 
 if TYPE_CHECKING:
@@ -18,23 +15,17 @@ if TYPE_CHECKING:
 MOST_CORNERS = 8
 
 
-def advice_on_sweep(case: Case, axes: list[Axis], data: xr.Dataset | None) -> list[Advice]:
+def advice_on_sweep(layout: SweepLayout, data: xr.Dataset | None) -> list[Advice]:
     """Return the advice on the cases at the corners of a grid, each piece once with the corner that it is about.
 
     Points that did not settle are counted over the whole grid. Without data the advice is about the cases alone.
     """
-    whole = None if data is None else points_not_settled(case, data[["status"]])
+    whole = None if data is None else points_not_settled(layout.case, data[["status"]])
     found: dict[str, Advice] = {} if whole is None else {whole.name: whole}
-    dims = dims_of(axes)
-    ends = [sorted({0, length - 1}) for length in dims.values()]
-    case = case.model_copy(update={"sweep": None})
-    for corner in itertools.islice(itertools.product(*ends), MOST_CORNERS):
-        at = dict(zip(dims, corner, strict=True))
-        one = type(case)(**changed(case, [(axis.path, axis.values[at[axis.dim]]) for axis in axes]))
+    for at in layout.corners(MOST_CORNERS):
         part = None if data is None else _curve(data.isel(at))
-        where = ", ".join(axis.text(at[axis.dim]) for axis in axes)
-        for piece in advice(one, part):
-            found.setdefault(piece.name, dataclasses.replace(piece, text=f"At {where}: {piece.text}"))
+        for piece in advice(layout.case_at(at), part):
+            found.setdefault(piece.name, dataclasses.replace(piece, text=f"At {layout.where(at)}: {piece.text}"))
     return list(found.values())
 
 

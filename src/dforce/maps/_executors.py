@@ -71,9 +71,9 @@ class KeptQuantities:
         Stopped
             When the work was stopped before its end.
         """
-        cases = cases_of(case, SweepLayout(case, axes))
+        cases = cases_of(SweepLayout(case, axes))
         names = self.names if self.set_point is None else self.names | NEEDED
-        if not cases.compute(crew, names, checks=False):
+        if not cases.compute(crew, names):
             raise Stopped
         data = cases.result(case)
         return data if self.set_point is None else states_of(data, cases.layout, self.set_point, self.names)

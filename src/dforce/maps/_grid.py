@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from dforce.case import Case
-from dforce.case.paths import changed, with_number
+from dforce.case.paths import with_number
 from dforce.core.arrays import Array
 from dforce.core.errors import DForceError, ParameterError
 from dforce.forces import Force
@@ -28,7 +28,6 @@ from dforce.solvers.problem_batch import ProblemBatch
 MODES, TONES, CONTACT = "modes", "tones", "contact"
 LAW, KINKS, JUMPS = FORCE_PARTS = ("law", "kinks", "jumps")
 NOWHERE = -1.0  # m
-CORNERS = 64  # of the grid, at most, that are validated as whole cases
 
 
 class ProblemGrid:
@@ -38,8 +37,6 @@ class ProblemGrid:
     ----------
     case, axes
         What is varied; axes of one dimension vary together.
-    checks
-        Whether cases at the corners are validated as a whole.
 
     Attributes
     ----------
@@ -49,14 +46,12 @@ class ProblemGrid:
         Whether all of them have the same laws, so that one kernel solves them.
     """
 
-    def __init__(self, case: Case, axes: Sequence[Axis], checks: bool = True) -> None:
+    def __init__(self, case: Case, axes: Sequence[Axis]) -> None:
         self.case, self.axes = case, list(axes)
         dims = dims_of(axes)
         self.shape = tuple(dims.values())
         self.size = math.prod(self.shape)
         self._along = [list(dims).index(axis.dim) for axis in axes]
-        for corner in itertools.islice(itertools.product(*({0, n - 1} for n in self.shape)), CORNERS * checks):
-            type(case)(**changed(case, [(axis.path, value) for axis, value in self._values(corner)]))
         self.example = self.problem(0)
         self.alike = True
         self.pieces: dict[str, tuple[list[int], Array]] = {}

@@ -205,7 +205,7 @@ class Map:
     def _finish(self, writer: Writer) -> None:
         """Give the store the advice on all cases together."""
         data = store.open_store(self.store)
-        advice = advice_on_sweep(self.asked, self.layout.axes, data if self.set_point is None else None)
+        advice = advice_on_sweep(self.layout, data if self.set_point is None else None)
         writer.finish(attributes(advice), self.layout.jumps, without=(QUANTITIES,))
 
 

@@ -7,17 +7,13 @@ NaN, 0, False or nothing.
 from __future__ import annotations
 
 import functools
-import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dforce.case import Case
-from dforce.case.paths import changed
-from dforce.core.errors import DForceError
 from dforce.core.parallel import Crew
 from dforce.experiments.base import MotionExperiment
-from dforce.maps._grid import CORNERS
 from dforce.maps._part import SideBySide, load
 from dforce.maps._result import SweepLayout, finished
 from dforce.maps._resume import ALL
@@ -31,16 +27,16 @@ RAGGED = ("point", "state", "jump")  # dimensions along which a case may have mo
 ALWAYS = ("status", "jump_")  # beginnings of the names of what is kept in any case
 
 
-def cases_of(case: Case, layout: SweepLayout) -> SideBySide | OneByOne:
+def cases_of(layout: SweepLayout) -> SideBySide | OneByOne:
     """Return the cases of a sweep, or of a block of it: side by side where that is possible, else one by one."""
-    return SideBySide(case, layout) if layout.plan is not None else OneByOne(case, layout)
+    return SideBySide(layout) if layout.plan is not None else OneByOne(layout)
 
 
 class OneByOne:
     """The cases of a sweep, in the order of its dimensions."""
 
-    def __init__(self, case: Case, layout: SweepLayout) -> None:
-        self.case, self.layout = case, layout
+    def __init__(self, layout: SweepLayout) -> None:
+        self.layout = layout
         self.places = [
             dict(zip(layout.dims, place, strict=True))
             for place in np.ndindex(*(layout.lengths[dim] for dim in layout.dims))
@@ -55,36 +51,14 @@ class OneByOne:
                 self.found[i] = part.drop_vars([axis.name for axis in self.layout.axes if axis.name in part.coords])
         return sum(one is not None for one in self.found) * self.layout.points
 
-    def compute(self, crew: Crew, kept: frozenset[str], checks: bool = True) -> bool:
+    def compute(self, crew: Crew, kept: frozenset[str]) -> bool:
         """Compute the cases that are missing; return False when stopped before the end."""
-        if checks:
-            self._check_corners()
         missing = [i for i, one in enumerate(self.found) if one is None]
         return crew.run(functools.partial(self._compute, i, crew, kept) for i in missing)
 
-    def _case_at(self, place: dict[str, int]) -> Case:
-        axes = self.layout.axes
-        try:
-            return type(self.case)(**changed(self.case, [(axis.path, axis.values[place[axis.dim]]) for axis in axes]))
-        except DForceError as error:
-            where = ", ".join(axis.text(place[axis.dim]) for axis in axes)
-            raise type(error)(f"at {where}: {error}") from None
-
-    def _check_corners(self) -> None:
-        """Check that the dimensions known beforehand are the same in all cases.
-
-        Raises
-        ------
-        ParameterError
-            When they are not, or a case is not allowed.
-        """
-        ends = [sorted({0, self.layout.lengths[dim] - 1}) for dim in self.layout.dims]
-        for corner in itertools.islice(itertools.product(*ends), CORNERS):
-            self.layout.check(self._case_at(dict(zip(self.layout.dims, corner, strict=True))))
-
     def _compute(self, i: int, crew: Crew, kept: frozenset[str]) -> None:
         """Carry out one case, in a thread of the crew; it counts as it goes."""
-        case, told = self._case_at(self.places[i]), 0
+        case, told = self.layout.case_at(self.places[i]), 0
 
         def report_progress(done: int, total: int, note: str) -> None:
             nonlocal told
@@ -100,8 +74,8 @@ class OneByOne:
 
     def _reduced(self, data: xr.Dataset, kept: frozenset[str]) -> xr.Dataset:
         """Return what is kept of a case. Its status is one number where each point of a ragged dimension has its own."""
-        assert self.case.experiment is not None
-        data = data.drop_dims(self.case.experiment.unswept, errors="ignore")
+        assert self.layout.case.experiment is not None
+        data = data.drop_dims(self.layout.case.experiment.unswept, errors="ignore")
         status = data["status"]
         ragged = [dim for dim in status.dims if dim in RAGGED]
         if ragged:

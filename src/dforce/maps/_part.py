@@ -45,28 +45,20 @@ _loading = threading.Lock()
 class SideBySide:
     """The cases of a sweep, curves or points along the distance, solved in blocks."""
 
-    def __init__(self, case: Case, layout: SweepLayout) -> None:
-        self.case, self.layout = case, layout
+    def __init__(self, layout: SweepLayout) -> None:
+        self.layout = layout
         self.founds = [Found.empty(layout.cases, layout.points) for _ in range(layout.parts)]
-        self.example: Problem = case.problem
+        self.example: Problem = layout.case.problem
 
     def take(self, earlier: xr.Dataset) -> int:
         """Take over the cases that an interrupted sweep has whole; return the number of their points."""
         self.founds = split(earlier, self.layout)
         return sum(int(found.whole.sum()) for found in self.founds) * self.layout.points
 
-    def compute(self, crew: Crew, kept: frozenset[str], checks: bool = True) -> bool:
-        """Compute the cases that are missing; return False when stopped before the end.
-
-        Parameters
-        ----------
-        kept
-            Names of the quantities that are kept.
-        checks
-            Whether cases at the corners are validated as a whole.
-        """
+    def compute(self, crew: Crew, kept: frozenset[str]) -> bool:
+        """Compute the cases that are missing, with the quantities that are kept; return False when stopped before the end."""
         parts = [
-            Part(case, self.layout.numbers, crew, kept, found, checks)
+            Part(case, self.layout.numbers, crew, kept, found)
             for case, found in zip(self.layout.side_by_side, self.founds, strict=True)
         ]
         self.example = parts[0].grid.example
@@ -80,13 +72,11 @@ class SideBySide:
 class Part:
     """The cases of a sweep that differ in numbers only; those that are whole in `found` are not computed again."""
 
-    def __init__(
-        self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found, checks: bool = True
-    ) -> None:
+    def __init__(self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found) -> None:
         self.case, self.crew, self.kept = case, crew, kept
         self.experiment = cast(CurveExperiment, case.experiment)
         self.plan, self.settings = self.experiment.plan(case.problem), self.experiment.solved_with(case.solver)
-        self.grid: ProblemGrid = ProblemGrid(case, [axis for axis in axes if axis.path != DISTANCE], checks)
+        self.grid: ProblemGrid = ProblemGrid(case, [axis for axis in axes if axis.path != DISTANCE])
         dims = dims_of(axes)
         size = count(axes)
         place = dict(zip(dims, np.unravel_index(np.arange(size), tuple(dims.values())) if axes else (), strict=True))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import changed
-from dforce.core.errors import ParameterError
+from dforce.core.errors import DForceError, ParameterError
 from dforce.core.quantities import jumps_along
 from dforce.experiments.base import CurveExperiment
 from dforce.maps.axes import Axis, amplitude_axis, dims_of
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RATIO = "zc_ratio"  # dimension of distances that are shares of an amplitude which varies
+CORNERS = 64  # of the grid, at most, that are validated as whole cases
 QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
 
 
@@ -46,7 +48,7 @@ class SweepLayout(Layout):
         assert experiment is not None
         plan = experiment.plan(problem) if isinstance(experiment, CurveExperiment) else None
         self.jumps = jumps_along(plan.name) if plan is not None and plan.coords else []
-        self.axes = axes
+        self.case, self.axes = case, axes
         self.choices = [axis for axis in axes if axis.quantity is None]
         self.numbers = [axis for axis in axes if axis.quantity is not None]
         inner = self._coords = experiment.coordinates(problem)
@@ -67,6 +69,32 @@ class SweepLayout(Layout):
         for one in cases:
             self.check(one)
         return cases
+
+    def corners(self, most: int) -> Iterator[dict[str, int]]:
+        """Give the places of the corners of the grid, at most so many."""
+        ends = [sorted({0, length - 1}) for length in self.lengths.values()]
+        for corner in itertools.islice(itertools.product(*ends), most):
+            yield dict(zip(self.lengths, corner, strict=True))
+
+    def case_at(self, place: Mapping[str, int]) -> Case:
+        """Return the case at a place of the grid, validated as a whole."""
+        try:
+            return type(self.case)(
+                **changed(self.case, [(axis.path, axis.values[place[axis.dim]]) for axis in self.axes])
+            )
+        except DForceError as error:
+            raise type(error)(f"at {self.where(place)}: {error}") from None
+
+    def where(self, place: Mapping[str, int]) -> str:
+        """Return the values at a place of the grid for a reader."""
+        return ", ".join(axis.text(place[axis.dim]) for axis in self.axes)
+
+    def check_corners(self) -> None:
+        """Check the cases at the corners of the grid; see :meth:`check`."""
+        for corner in self.corners(CORNERS):
+            case = self.case_at(corner)
+            if self.free is None:  # the distances themselves differ with the amplitude
+                self.check(case)
 
     def check(self, case: Case) -> None:
         """Check that a case has the dimensions known beforehand.

@@ -132,13 +132,14 @@ def sweep(
             announce("this sweep is complete; nothing was computed")
             return resume
     kept = quantities_of(names, None if resume is None else frozenset(resume.attrs[QUANTITIES].split()), layout)
-    cases = cases_of(case, layout)
+    layout.check_corners()
+    cases = cases_of(layout)
     with watched(progress, case.title) as report_progress:
         crew = Crew(points, paced(report_progress), workers)
         crew.add(0 if resume is None else cases.take(resume))
         done = cases.compute(crew, kept if set_point is None else kept | NEEDED)
     data = cases.result(asked)
-    data = data.assign_attrs(attributes(advice_on_sweep(asked, axes, data)))
+    data = data.assign_attrs(attributes(advice_on_sweep(layout, data)))
     data = data if done else data.assign_attrs(unfinished(kept))
     if set_point is None or crew.done == 0:
         return data

@@ -26,10 +26,8 @@ from dforce.solvers import SolverSettings
 from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import Integrator, Motion, free_amplitudes, load_kernels, with_amplitudes
 from dforce.solvers.problem_batch import ProblemBatch
-from dforce.solvers.protocols import STEPWISE, Protocol, make_protocol
-from dforce.solvers.quasi_static_walk import Walk
+from dforce.solvers.protocols import QUASI_STATIC, make_protocol
 from dforce.solvers.sample_counts import sample_counts
-from dforce.solvers.states import States
 from dforce.solvers.transient import CancelCheck
 
 BLOCK, LEAST_BLOCK = 256, 8  # starts that settle side by side; where the force has memory or branches
@@ -143,11 +141,7 @@ class Starts:
             batch, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, check_cancelled
         )
         values = np.full((len(which), 1), self.zc)
-        starts = [motions[i] for i in which]
-        if block.is_periodic:
-            solver: Protocol = Walk(block, values, States.of(*starts), report_done)
-        else:
-            solver = make_protocol(STEPWISE, block, values, starts, report_done)
+        solver = make_protocol(QUASI_STATIC, block, values, [motions[i] for i in which], report_done)
         solver.run()
         columns, status = solver.points.columns(block, values), statuses(solver.points, block, values)[:, 0]
         wrong = status == Status.UNRESOLVED
