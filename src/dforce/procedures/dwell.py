@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 
@@ -9,53 +11,94 @@ from dforce.case import Case
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import until_stopped
 from dforce.experiments import Dwell
-from dforce.experiments.base import Progress, initial_motions
+from dforce.experiments.base import Progress, initial_motion, initial_motions
+from dforce.instrument.noise import detector_readings
+from dforce.observables.averaging import weights
+from dforce.observables.finish import finish
+from dforce.problem import Problem
 from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.motion import in_si
 from dforce.procedures.recording import check_length, record_spectrum, record_traces
-from dforce.procedures.thermal_dwell import thermal_dwell
 from dforce.results.status import Status
+from dforce.solvers import SolverSettings
 from dforce.solvers.blocks import block_type
+from dforce.solvers.integrator import Integrator, Motion
+from dforce.solvers.langevin import Langevin
 from dforce.solvers.protocols import settle_at
 from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.states import States
+from dforce.solvers.transient import LATE, CancelCheck, Steady, decay_periods, march, observe
+
+NOT_RECORDED = (Status.FAILED, Status.UNRESOLVED)
+
+
+class Reached(NamedTuple):
+    """The motion at a distance: how it started, how it is once the start is forgotten, and its numbers."""
+
+    integrator: Integrator
+    start: Motion
+    motion: Motion
+    found: Found
 
 
 def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Dataset | None) -> xr.Dataset:
     """Return traces, spectrum and scalars; see :func:`dforce.runs.carry_out`."""
-    zc, harmonics, settings = plan.zc, plan.harmonics, case.solver
-    problem = case.problem.at_height(zc)
-    if settings.integrator == "langevin":
-        return thermal_dwell(plan, problem, settings, report_progress)
-    if plan.is_whole:  # the whole way there is asked for, so it has to be gone
-        settings = settings.replace(method="transient")
-    layout, kept = Layout([plan.plan(problem)], {}), Found.empty()
-    plain = block_type(settings).of_one(problem, settings, harmonics)
+    problem, layout = case.problem.at_height(plan.zc), Layout([plan.plan(case.problem)], {})
+    reach, note = (_noisy, "periods") if case.solver.integrator == "langevin" else (_settled, "settling")
     with until_stopped() as stop:
-        report_progress(0, 1, "settling")
-        for points, _ in sample_counts(plain.points, settings):
-            block = block_type(settings).of_one(
-                problem, settings, harmonics, lambda: report_progress(0, 1, "settling"), points
-            )
-            [first] = initial_motions(block, np.array([zc]), plan.start)
-            found = settle_at(block, first, zc)
-            kept = Found.of([found], [problem])
-            if kept.status != Status.UNRESOLVED:
-                break
+        report_progress(0, 1, note)
+        integrator, start, motion, found = reach(plan, problem, case.solver, lambda: report_progress(0, 1, note))
     if stop.came:
         return dataset(layout, [Found.empty()], problem).assign_attrs(interrupted=1)
-    is_motion = kept.status not in (Status.FAILED, Status.UNRESOLVED)
-    if is_motion:
-        kept.arrays[MOTION] = in_si(States.of(found.motion), problem)[None]
-    data = dataset(layout, [kept], problem)
-    integrator = block.integrator(0, zc)
-    data.attrs["samples_per_period"] = integrator.points
-    if is_motion:
-        motion, count = found.motion, plan.recorded_periods
+    data = dataset(layout, [found], problem).assign_attrs(samples_per_period=integrator.points)
+    if found.status not in NOT_RECORDED:
+        count = plan.recorded_periods
         if plan.is_whole:
-            motion, count = first, int(found.values["settling_periods"]) + plan.recorded_periods
+            motion, count = start, count + int(found.arrays["settling_periods"][0, 0])
         check_length(count, integrator.points)
         motion = record_traces(data, integrator, motion, count)
         record_spectrum(data, integrator, motion, plan.recorded_periods)
     report_progress(1, 1, "")
     return data
+
+
+def _settled(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
+    """Return the motion that settles, with as many samples as it needs."""
+    if plan.is_whole:  # the whole way there is asked for, so it has to be gone
+        settings = settings.replace(method="transient")
+    plain = block_type(settings).of_one(problem, settings, plan.harmonics)
+    for points, _ in sample_counts(plain.points, settings):
+        block = block_type(settings).of_one(problem, settings, plan.harmonics, check_cancelled, points)
+        [start] = initial_motions(block, np.array([plan.zc]), plan.start)
+        steady = settle_at(block, start, plan.zc)
+        found = Found.of([steady], [problem])
+        if found.status != Status.UNRESOLVED:
+            break
+    if found.status not in NOT_RECORDED:
+        found.arrays[MOTION] = in_si(States.of(steady.motion), problem)[None]
+    return Reached(block.integrator(0, plan.zc), start, steady.motion, found)
+
+
+def _noisy(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
+    """Return the motion under thermal noise, which never settles, once its start is forgotten.
+
+    It goes on for the periods asked for, or ten decay times of the slowest mode; then scalars are means over
+    `measured_periods`, extremes the farthest in them, all of one run. Amplitude and phase include what the detector adds.
+    """
+    integrator = Langevin(problem, settings, plan.harmonics)
+    integrator.place(plan.zc)
+    periods = settings.periods if settings.settle == "fixed" else LATE * decay_periods(problem)
+    check_length(plan.recorded_periods + (periods if plan.is_whole else 0), integrator.points)
+    start = initial_motion(integrator, plan.start)
+    late, _ = march(integrator, start, periods, check_cancelled)
+    motion, rows = observe(integrator, late, settings.measured_periods, check_cancelled)
+    even = weights([tone.frequency for tone in problem.tones], len(rows))
+    added = detector_readings(
+        problem.noise, problem.noise.seed, problem.tones[0].frequency, len(rows), len(problem.tones)
+    )
+    values = finish(problem, integrator.scales, plan.harmonics, rows, even, even @ added)
+    values |= {"settling_periods": float(periods), "drift": np.nan}
+    # the balances of a steady motion hold on long means only
+    found = Found.of([Steady(values, motion, settled=False, repeats=False)], [problem])
+    found.status[:] = Status.OK if motion.is_finite else Status.FAILED
+    return Reached(integrator, start, motion, found)
