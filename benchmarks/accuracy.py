@@ -24,7 +24,7 @@ from dforce.checks.validation.draws import FAMILIES, Draw, draw
 from dforce.experiments.base import initial_motion
 from dforce.observables.deviation import DEVIATIONS, deviations
 from dforce.problem import Problem
-from dforce.procedures.table import status_of
+from dforce.procedures.statuses import status_of
 from dforce.results.status import Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block

@@ -529,7 +529,7 @@ def test_a_contact_sampled_too_coarsely_is_told_and_the_samples_advised_are_enou
 
 def test_the_mean_force_is_off_by_about_as_much_as_the_advice_on_the_sampling_says(monkeypatch):
     # left as they are, instead of found again with more samples
-    monkeypatch.setattr("dforce.procedures.table.is_wrong", lambda *found: np.zeros(1, dtype=bool))
+    monkeypatch.setattr("dforce.procedures.statuses.is_wrong", lambda *found: np.zeros(1, dtype=bool))
     wall = df.forces.LennardJones(work_of_adhesion="50 mJ/m^2")
     case = over(wall, cantilever__Q=5, experiment__zc="5 nm", drive__A0="10 nm", solver__method="transient")
     case = case.replace("experiment.start", {"amplitude": "5 nm", "phase": "30 deg"})

@@ -34,7 +34,8 @@ def quiet(done, total, note):
 )
 def test_distances_are_visited_from_far_to_near_or_back_and_stored_as_given(direction, order):
     experiment = df.experiments.Approach(zc=["7 nm", "9 nm", "5 nm"], direction=direction)
-    assert [round(experiment.distances()[place[0]] * 1e9) for place in experiment.visits()] == order
+    plan = experiment.plan(tapping().problem)
+    assert [round(plan.values[place[0]] * 1e9) for place in plan.visits] == order
     curve = df.approach(tapping(), zc=["7 nm", "9 nm", "5 nm"], direction=direction)
     assert curve.zc.values == pytest.approx([7e-9, 9e-9, 5e-9])
     assert ("direction" in curve.dims) == (direction == "both")

@@ -318,7 +318,7 @@ def test_blocks_are_known_one_by_one_however_many_there_are():
     ],
 )
 def test_the_number_of_blocks_follows_from_the_grid_alone(lengths, points, blocks, store):
-    from dforce.maps._result import Layout
+    from dforce.maps._result import SweepLayout
     from dforce.maps.axes import make_axes
 
     starts = {"tip.radius": 5e-9, "drive.A0": 5e-9, "cantilever.Q": 100.0}
@@ -328,6 +328,6 @@ def test_the_number_of_blocks_follows_from_the_grid_alone(lengths, points, block
     }
     zc = {"start": "12 nm", "stop": "6 nm", "points": points}
     swept = case(experiment=df.experiments.Approach(zc=zc))
-    cut = Map(swept, Layout(swept, make_axes(swept, over)), None, None, store).blocks()
+    cut = Map(swept, SweepLayout(swept, make_axes(swept, over)), None, None, store).blocks()
     assert np.prod(cut.counts) == blocks
     assert list(cut.sizes.values()) == list(lengths)

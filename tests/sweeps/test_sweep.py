@@ -89,6 +89,24 @@ def test_choices_and_solver_settings_are_swept_over_too():
     assert float(swept.phase[0]) == pytest.approx(float(single.phase[0]), abs=1e-4)
 
 
+def test_curves_that_go_over_their_points_in_another_order_lie_at_their_own_distances():
+    approach = case(experiment=df.experiments.Approach(zc=["9 nm", "7 nm", "8 nm"]))
+    result = df.sweep(approach, over={"experiment.direction": ["approach", "retract"], "drive.A0": ["8 nm", "9 nm"]})
+    for way in ("approach", "retract"):
+        single = df.run(approach.replace("experiment.direction", way))
+        swept = result.amplitude.sel({"experiment.direction": way}).isel(A0=0)
+        np.testing.assert_allclose(swept, single.amplitude, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "other", [{"experiment.direction": ["both", "retract"]}, {"experiment.zc.stop": ["7 nm", "6 nm"]}]
+)
+def test_curves_over_other_points_are_refused(other):
+    approach = df.experiments.Approach(zc={"start": "9 nm", "stop": "7 nm", "points": 3})
+    with pytest.raises(df.ParameterError, match="differs from case to case; give all cases the same"):
+        df.sweep(case(experiment=approach), over=other)
+
+
 def test_names_that_would_be_ambiguous_stay_whole():
     base = case(
         cantilever={"modes": [{"f0": "50 kHz", "k": 1.0, "Q": 100.0}, {"f0": "310 kHz", "k": 39.0, "Q": 300.0}]}

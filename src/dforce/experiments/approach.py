@@ -11,28 +11,26 @@ from dforce.core.arrays import Array
 from dforce.core.parameters import Part, param, part
 from dforce.experiments.base import (
     PROTOCOL,
-    CurveExperiment,
     CurvePlan,
     DistanceExperiment,
     Distances,
     Grid,
-    Place,
+    PathExperiment,
     ProtocolName,
     RelativeGrid,
     Start,
-    starts_anew_by_steps,
-    visits,
     whole_range,
 )
 
 if TYPE_CHECKING:
     from dforce.problem import Problem
 
-WAYS = ("approach", "retract")
 
-
-class Approach(DistanceExperiment, CurveExperiment):
+class Approach(DistanceExperiment, PathExperiment):
     """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is solved."""
+
+    both_ways = ("approach", "retract")
+    falls_first = True
 
     kind: Literal["approach"] = "approach"
     zc: Part[Distances] = param(
@@ -50,31 +48,16 @@ class Approach(DistanceExperiment, CurveExperiment):
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 
-    _starts_anew_by_steps = starts_anew_by_steps
-
     def distances(self, A0: float = 1.0) -> Array:
         """Return the average distances (m) in your order; shares refer to `A0` (m)."""
         if isinstance(self.zc, RelativeGrid):
             return np.asarray(self.zc.values() * A0)
         return self.zc.values() if isinstance(self.zc, Grid) else np.array(self.zc)
 
-    def visits(self) -> list[Place]:
-        """Return the indices of the result in the order of the tip's path."""
-        return visits(self.distances(), self.direction, *WAYS, falls=True)
-
     def plan(self, problem: Problem) -> CurvePlan:
         """Return the curve; see :class:`CurveExperiment`."""
-        return CurvePlan(
-            "zc",
-            self.distances(problem.tones[0].A0),
-            self.visits(),
-            WAYS if self.direction == "both" else (),
-            WAYS,
-            self.start,
-            self.protocol,
-            self.carry_state,
-            self.distances() if isinstance(self.zc, RelativeGrid) else None,
-        )
+        shares = self.distances() if isinstance(self.zc, RelativeGrid) else None
+        return self.along("zc", self.distances(problem.tones[0].A0), shares)
 
     @classmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:

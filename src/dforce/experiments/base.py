@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 import pydantic
@@ -13,7 +13,7 @@ import pydantic
 from dforce.core import units
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import Number, Numbers, Parameters, param
+from dforce.core.parameters import Number, Numbers, Parameters, Part, param
 
 if TYPE_CHECKING:
     from dforce.problem import Problem
@@ -113,16 +113,6 @@ PROTOCOL: Any = pydantic.Field(
 )
 
 
-def _refuse_fresh_starts(curve: Any) -> Any:
-    """Raise :class:`ParameterError` where each point is to start anew although the motion is to stay on its state."""
-    if curve.protocol == "quasi_static" and not curve.carry_state:
-        raise ParameterError('experiment.carry_state = false needs protocol = "stepwise"; write both')
-    return curve
-
-
-starts_anew_by_steps = pydantic.model_validator(mode="after")(_refuse_fresh_starts)
-
-
 @dataclass(frozen=True)
 class CurvePlan:
     """A curve: the values that a parameter takes, in which order, and how the motion is carried from one to the next.
@@ -163,18 +153,6 @@ class CurvePlan:
         """The dimensions of the result with their coordinates; none for one point alone."""
         ways = {"direction": list(self.directions)} if self.directions else {}
         return {self.name: self.values} | ways if self.visits != [()] else {}
-
-
-def visits(values: Array, direction: str, first: str, second: str, falls: bool) -> list[Place]:
-    """Return the places of a result in the order in which a parameter comes to them.
-
-    It goes in the `first` direction, in which it `falls` or rises, in the `second` one, or in both one after the other.
-    """
-    there = [int(i) for i in np.argsort(-values if falls else values, kind="stable")]
-    orders = {first: there, second: there[::-1]}
-    if direction in orders:
-        return [(i,) for i in orders[direction]]
-    return [(i, way) for way, order in enumerate(orders.values()) for i in order]
 
 
 class Experiment(Parameters):
@@ -267,6 +245,44 @@ class CurveExperiment(MotionExperiment):
     def coordinates(self, problem: Problem) -> dict[str, Any]:
         """Return the dimensions of the curve; see :class:`Experiment`."""
         return self.plan(problem).coords
+
+
+class PathExperiment(CurveExperiment):
+    """One that takes a parameter in one direction, the other, or both one after the other, slowly or by sudden steps.
+
+    Attributes
+    ----------
+    both_ways
+        Names of the directions; where both are asked for, in this order.
+    falls_first
+        Whether the parameter falls in the first of them.
+    """
+
+    both_ways: ClassVar[tuple[str, str]]
+    falls_first: ClassVar[bool]
+
+    if TYPE_CHECKING:  # fields of each of them, behind the values of its parameter
+        direction: str
+        protocol: ProtocolName
+        carry_state: bool
+        start: Part[Start]
+
+    @pydantic.model_validator(mode="after")
+    def _starts_anew_by_steps(self) -> Self:
+        if self.protocol == "quasi_static" and not self.carry_state:
+            raise ParameterError('experiment.carry_state = false needs protocol = "stepwise"; write both')
+        return self
+
+    def along(self, name: str, values: Array, shares: Array | None = None, zc: float | None = None) -> CurvePlan:
+        """Return the plan of the curve over the values of a parameter."""
+        there = np.argsort(-values if self.falls_first else values, kind="stable").tolist()
+        is_both, orders = self.direction == "both", {self.both_ways[0]: there, self.both_ways[1]: there[::-1]}
+        visits: list[Place] = [(i, way) for way, order in enumerate(orders.values()) for i in order]
+        if not is_both:
+            visits = [(i,) for i in orders[self.direction]]
+        falls_and_rises = self.both_ways if self.falls_first else self.both_ways[::-1]
+        how = self.start, self.protocol, self.carry_state
+        return CurvePlan(name, values, visits, self.both_ways if is_both else (), falls_and_rises, *how, shares, zc)
 
 
 def tapping_distance(problem: Problem) -> str:

@@ -14,21 +14,16 @@ from dforce.core.parameters import Number, Part, param, part
 from dforce.experiments.base import (
     MOST_POINTS,
     PROTOCOL,
-    CurveExperiment,
     CurvePlan,
     Even,
-    Place,
+    PathExperiment,
     ProtocolName,
     Start,
-    starts_anew_by_steps,
     tapping_distance,
-    visits,
 )
 
 if TYPE_CHECKING:
     from dforce.problem import Problem
-
-WAYS = ("up", "down")
 
 
 class FrequencyGrid(Even):
@@ -52,12 +47,15 @@ def _frequencies(given: Any) -> Any:
     return given
 
 
-class FrequencySweep(CurveExperiment):
+class FrequencySweep(PathExperiment):
     """The drive frequency of tone 1 goes up or down at constant driving force, slowly or by sudden steps.
 
     The force produces the free amplitude `A0` at the drive frequency of the case, as on an instrument with a constant drive
     signal. `A0` is the amplitude of the free curve at this frequency.
     """
+
+    both_ways = ("up", "down")
+    falls_first = False
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
     frequency: Part[Annotated[FrequencyGrid | tuple[float, ...], pydantic.BeforeValidator(_frequencies)]] = param(
@@ -80,15 +78,9 @@ class FrequencySweep(CurveExperiment):
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 
-    _starts_anew_by_steps = starts_anew_by_steps
-
     def frequencies(self) -> Array:
         """Return the frequencies (Hz) in your order."""
         return self.frequency.values() if isinstance(self.frequency, FrequencyGrid) else np.array(self.frequency)
-
-    def visits(self) -> list[Place]:
-        """Return the indices of the result in the order of the sweep."""
-        return visits(self.frequencies(), self.direction, *WAYS, falls=False)
 
     @property
     def path(self) -> str:
@@ -97,17 +89,7 @@ class FrequencySweep(CurveExperiment):
 
     def plan(self, problem: Problem) -> CurvePlan:
         """Return the resonance curve; see :class:`CurveExperiment`."""
-        return CurvePlan(
-            "frequency",
-            self.frequencies(),
-            self.visits(),
-            WAYS if self.direction == "both" else (),
-            WAYS[::-1],
-            self.start,
-            self.protocol,
-            self.carry_state,
-            zc=self.zc,
-        )
+        return self.along("frequency", self.frequencies(), zc=self.zc)
 
     @classmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:

@@ -11,10 +11,11 @@ import numpy as np
 from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, ResultError, checked
 from dforce.core.quantities import MOTION
+from dforce.experiments.base import CurvePlan
 from dforce.observables.averaging import common_period
+from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.motion import motion_of
 from dforce.procedures.recording import record_traces
-from dforce.procedures.table import Table
 from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
 from dforce.results.status import REPEATING, Status
@@ -188,10 +189,8 @@ def _apart(values: Any, point: xr.Dataset) -> float:
 
 
 def _recorded(integrator: Integrator, found: Steady, point: xr.Dataset) -> xr.Dataset:
-
-    table = Table((), {}, integrator.problem, integrator.harmonics)
-    table.put((), found, integrator.problem)
-    data = table.dataset().assign_coords(zc=float(point["zc"]))
+    place = CurvePlan("zc", np.array([float(point["zc"])]), [()])
+    data = dataset(Layout([place], {}), [Found.of([found], [integrator.problem])], integrator.problem)
     common = common_period([tone.frequency for tone in integrator.problem.tones])
     if common is not None:
         common *= _repeats(point, common)

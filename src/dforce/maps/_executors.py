@@ -21,7 +21,7 @@ from dforce.core.parallel import Crew, Stopped, cores
 from dforce.core.stopping import watching
 from dforce.forces import read_plugin
 from dforce.maps._one_by_one import cases_of
-from dforce.maps._result import Layout
+from dforce.maps._result import SweepLayout
 from dforce.maps._states import NEEDED, states_of
 from dforce.maps.axes import Axis
 
@@ -76,7 +76,7 @@ class KeptQuantities:
         Stopped
             When the work was stopped before its end.
         """
-        cases = cases_of(case, Layout(case, axes))
+        cases = cases_of(case, SweepLayout(case, axes))
         names = self.names if self.set_point is None else self.names | NEEDED
         if not cases.compute(crew, names, checks=False):
             raise Stopped

@@ -26,7 +26,7 @@ from dforce.maps._advice import advice_on_sweep
 from dforce.maps._executors import LOST, Alone, Arrays, Cluster, Hands, KeptQuantities, Threads
 from dforce.maps._one_by_one import fill
 from dforce.maps._pace import paced
-from dforce.maps._result import QUANTITIES, Layout, unfinished
+from dforce.maps._result import QUANTITIES, SweepLayout, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
 from dforce.maps.axes import Axis
 from dforce.results import store
@@ -71,7 +71,7 @@ class Map:
     """
 
     asked: Case
-    layout: Layout
+    layout: SweepLayout
     names: list[str] | None
     set_point: float | None
     store: str | os.PathLike[str]

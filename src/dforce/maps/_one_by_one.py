@@ -14,12 +14,12 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import changed
-from dforce.core.errors import DForceError, ParameterError
+from dforce.core.errors import DForceError
 from dforce.core.parallel import Crew
 from dforce.experiments.base import MotionExperiment
 from dforce.maps._grid import CORNERS
 from dforce.maps._part import SideBySide, load
-from dforce.maps._result import Layout, finished
+from dforce.maps._result import SweepLayout, finished
 from dforce.maps._resume import ALL
 from dforce.results.status import Status
 from dforce.runs import carry_out
@@ -31,7 +31,7 @@ RAGGED = ("point", "state", "jump")  # dimensions along which a case may have mo
 ALWAYS = ("status", "jump_")  # beginnings of the names of what is kept in any case
 
 
-def cases_of(case: Case, layout: Layout) -> SideBySide | OneByOne:
+def cases_of(case: Case, layout: SweepLayout) -> SideBySide | OneByOne:
     """Return the cases of a sweep, or of a block of it: side by side where that is possible, else one by one."""
     return SideBySide(case, layout) if layout.plan is not None else OneByOne(case, layout)
 
@@ -39,7 +39,7 @@ def cases_of(case: Case, layout: Layout) -> SideBySide | OneByOne:
 class OneByOne:
     """The cases of a sweep, in the order of its dimensions."""
 
-    def __init__(self, case: Case, layout: Layout) -> None:
+    def __init__(self, case: Case, layout: SweepLayout) -> None:
         self.case, self.layout = case, layout
         self.places = [
             dict(zip(layout.dims, place, strict=True))
@@ -80,11 +80,7 @@ class OneByOne:
         """
         ends = [sorted({0, self.layout.lengths[dim] - 1}) for dim in self.layout.dims]
         for corner in itertools.islice(itertools.product(*ends), CORNERS):
-            case = self._case_at(dict(zip(self.layout.dims, corner, strict=True)))
-            assert case.experiment is not None
-            for name, values in case.experiment.coordinates(case.problem).items():
-                if not np.array_equal(values, self.layout.inner[name]):
-                    raise ParameterError(f"{name} differs from case to case; give all cases the same in the experiment")
+            self.layout.check(self._case_at(dict(zip(self.layout.dims, corner, strict=True))))
 
     def _compute(self, i: int, crew: Crew, kept: frozenset[str]) -> None:
         """Carry out one case, in a thread of the crew; it counts as it goes."""

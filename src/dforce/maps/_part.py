@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
-import itertools
 import threading
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, cast
@@ -13,15 +12,15 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from dforce.case import Case
-from dforce.case.paths import changed
 from dforce.core.parallel import Crew, Stopped
 from dforce.core.stopping import watching
 from dforce.experiments.base import DISTANCE, CurveExperiment, initial_motions
 from dforce.maps._grid import ProblemGrid
-from dforce.maps._result import Found, Layout, split, table
+from dforce.maps._result import SweepLayout, finished
 from dforce.maps.axes import Axis, amplitude_axis, count, dims_of
+from dforce.procedures.found import Found, dataset, split
 from dforce.procedures.motion import motions
-from dforce.procedures.table import statuses
+from dforce.procedures.statuses import statuses, without_failed
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
@@ -46,9 +45,9 @@ _loading = threading.Lock()
 class SideBySide:
     """The cases of a sweep, curves or points along the distance, solved in blocks."""
 
-    def __init__(self, case: Case, layout: Layout) -> None:
+    def __init__(self, case: Case, layout: SweepLayout) -> None:
         self.case, self.layout = case, layout
-        self.founds = Found.of(layout)
+        self.founds = [Found.empty(layout.cases, layout.points) for _ in range(layout.parts)]
         self.example: Problem = case.problem
 
     def take(self, earlier: xr.Dataset) -> int:
@@ -66,19 +65,16 @@ class SideBySide:
         checks
             Whether cases at the corners are validated as a whole.
         """
-        paths = [axis.path for axis in self.layout.choices]
-        values = itertools.product(*(axis.values for axis in self.layout.choices))
-        cases = (type(self.case)(**changed(self.case, zip(paths, chosen, strict=True))) for chosen in values)
         parts = [
             Part(case, self.layout.numbers, crew, kept, found, checks)
-            for case, found in zip(cases if paths else [self.case], self.founds, strict=True)
+            for case, found in zip(self.layout.side_by_side, self.founds, strict=True)
         ]
         self.example = parts[0].grid.example
         return all(part.run() for part in parts)
 
     def result(self, asked: Case) -> xr.Dataset:
         """Return what was found, with the words and the case that was asked for."""
-        return table(asked, self.layout, self.founds, self.example)
+        return finished(dataset(self.layout, self.founds, self.example), asked, self.layout)
 
 
 class Part:
@@ -98,7 +94,6 @@ class Part:
         self.numbers = np.ravel_multi_index(of_grid, self.grid.shape) if of_grid else np.zeros(size, dtype=np.int64)
         self.zc = self._distances(axes, place, size)
         self.found, self.todo = found, ~found.whole
-        self._lock = threading.Lock()
 
     def _distances(self, axes: list[Axis], place: Any, size: int) -> Array:
         """Return the average distances of each case, (cases, points), in the order in which the tip comes to them."""
@@ -117,11 +112,7 @@ class Part:
         if not self.todo.any():
             return True
         load(self.grid.example)
-        whole = self.crew.run(self._jobs())
-        empty = np.isin(self.found.status, (Status.FAILED, Status.NOT_COMPUTED, Status.UNRESOLVED))
-        for array in self.found.arrays.values():
-            array[empty] = np.nan
-        return whole
+        return self.crew.run(self._jobs())
 
     def _jobs(self) -> Iterable[Callable[[], None]]:
         if not self.grid.alike:
@@ -204,17 +195,8 @@ class Part:
         for number, jumps in zip(which, solver.jumps, strict=True):
             self.found.jumps[number] = jumps
         found = solver.points.columns(block, zc) | motions(solver.points, block, zc)
-        for name, values in found.items():
-            if name in self.kept:
-                self._array(name, values.shape[2:])[which] = values
-        self.found.status[which] = became
-
-    def _array(self, name: str, inner: tuple[int, ...]) -> Array:
-        with self._lock:
-            arrays = self.found.arrays
-            if name not in arrays:
-                arrays[name] = np.full((*self.zc.shape, *inner), np.nan)
-            return arrays[name]
+        kept = {name: values for name, values in found.items() if name in self.kept}
+        self.found.keep(which, without_failed(kept, became), became)
 
 
 def load(problem: Problem) -> None:

@@ -9,17 +9,17 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core.errors import ParameterError, nearest
-from dforce.core.quantities import AXES, NOISES
-from dforce.maps._result import JUMPS, KEPT, Layout
+from dforce.core.quantities import AXES, NOISES, jumps_along
+from dforce.maps._result import SweepLayout
+from dforce.procedures.found import KEPT
 
 if TYPE_CHECKING:
     import xarray as xr
 
+ALL = KEPT | frozenset(jumps_along("zc"))
 
-ALL = KEPT | frozenset(JUMPS)
 
-
-def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float | None = None) -> None:
+def check_same(case: Case, layout: SweepLayout, resume: xr.Dataset, set_point: float | None = None) -> None:
     """Check that a result is a sweep of a case over the values of a layout, whole curves or states at a set point.
 
     Raises
@@ -55,7 +55,7 @@ def check_same(case: Case, layout: Layout, resume: xr.Dataset, set_point: float 
         )
 
 
-def quantities_of(given: Iterable[str] | None, before: frozenset[str] | None, layout: Layout) -> frozenset[str]:
+def quantities_of(given: Iterable[str] | None, before: frozenset[str] | None, layout: SweepLayout) -> frozenset[str]:
     """Return the names of the quantities to keep: those given, else those of the sweep that goes on, else all.
 
     Raises

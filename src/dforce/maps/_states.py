@@ -11,7 +11,7 @@ from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import parse_share
 from dforce.experiments import Approach
 from dforce.findings.set_point import RATIO, at_set_point
-from dforce.maps._result import Layout
+from dforce.maps._result import SweepLayout
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +38,7 @@ def check_set_point(case: Case, set_point: float | str | None, names: Iterable[s
     return share
 
 
-def states_of(data: xr.Dataset, layout: Layout, set_point: float, names: Iterable[str] | None) -> xr.Dataset:
+def states_of(data: xr.Dataset, layout: SweepLayout, set_point: float, names: Iterable[str] | None) -> xr.Dataset:
     """Return the states of a sweep's curves at a set point.
 
     Parameters

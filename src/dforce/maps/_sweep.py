@@ -14,7 +14,7 @@ from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
 from dforce.maps._one_by_one import cases_of
 from dforce.maps._pace import paced
-from dforce.maps._result import QUANTITIES, Layout, unfinished
+from dforce.maps._result import QUANTITIES, SweepLayout, unfinished
 from dforce.maps._resume import ALL, check_same, quantities_of
 from dforce.maps._states import NEEDED, check_set_point, states_of
 from dforce.maps.axes import MOST_POINTS, axes_of, count
@@ -109,7 +109,7 @@ def sweep(
     set_point = check_set_point(case, at_set_point, names)
     asked, axes = axes_of(case, over, rows, along)
     case = asked.model_copy(update={"sweep": None})  # each case is built without it
-    layout = Layout(case, axes)
+    layout = SweepLayout(case, axes)
     if store is not None:
         from dforce.maps._map import Map
 

@@ -1,13 +1,12 @@
-r"""Lines of orbits that have something in common, such as a set point, along parameters of a case.
+r"""Lines of orbits at a set point, along a parameter of a case.
 
-Unknown are the orbit, the average distance and as many parameters as there are conditions. With the map P over a common
-period, the equations
+Unknown are the orbit, the average distance and the parameter. With the map P over a common period, the equations
 
-.. math:: P(x, z_c, p) = x, \quad h_j(x, z_c, p) = 0
+.. math:: P(x, z_c, p) = x, \quad A(x, z_c, p) = s A_0
 
 are one fewer than the unknowns, so that their solutions are lines. A point is predicted along the line's tangent and corrected
-by Newton's method in the plane across it (pseudo-arclength continuation): a line may turn back along any parameter, and where
-it does its states begin or end. Motion and distance are scaled by free amplitudes, parameters by their ranges.
+by Newton's method in the plane across it (pseudo-arclength continuation): a line may turn back along the parameter, and where
+it does its states begin or end. Motion and distance are scaled by free amplitudes, the parameter by its range.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 5.
 """
@@ -17,7 +16,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -47,9 +46,6 @@ SHARP = 1e-4  # of a step: how well a turning point is located
 MOST_LOOKS = 14  # at points between two, to locate one
 MOST_POINTS = 400  # of a line, each way
 
-# What the orbits of a line have in common: gives a number, 0 on them, from measured quantities of an orbit and its problem.
-Condition = Callable[[dict[str, Any], Problem], float]
-
 
 @dataclass(frozen=True)
 class FreeParameter:
@@ -75,7 +71,7 @@ class FreeParameter:
 
 @dataclass(frozen=True)
 class LinePoint:
-    """A point of a line: scaled motion, distance and parameters in `u`, the equations' derivatives, and what was measured."""
+    """A point of a line: scaled motion, distance and parameter in `u`, the equations' derivatives, and what was measured."""
 
     u: Array
     equations: Array
@@ -110,16 +106,12 @@ class LinePoint:
 
 
 class Lines:
-    """Lines along parameters of a case on which some conditions hold, for forces without memory and branches.
+    """Lines along a parameter of a case at a set point (a share of A0), for forces without memory and branches.
 
     Parameters
     ----------
-    case
-        The case.
-    free_parameters, conditions
-        As many of one as of the other.
-    length
-        Unit (m) of the distance.
+    values
+        Values (SI) of the parameter. The largest free amplitude among them, `length` (m), is the unit of the distance.
     check_cancelled
         Called now and then; it stops the work by raising KeyboardInterrupt.
     """
@@ -127,30 +119,32 @@ class Lines:
     def __init__(
         self,
         case: Case,
-        free_parameters: Sequence[FreeParameter],
-        conditions: Sequence[Condition],
-        length: float,
+        free_parameter: FreeParameter,
+        set_point: float,
+        values: Sequence[float],
         check_cancelled: CancelCheck,
     ) -> None:
-        self.case, self.free_parameters, self.conditions = case, list(free_parameters), list(conditions)
-        self.length, self.check_cancelled = length, check_cancelled
-
+        self.case, self.free_parameter, self.set_point = case, free_parameter, set_point
+        self.check_cancelled = check_cancelled
+        self.length = max(self.problem(value).tones[0].A0 for value in values)
         self.size = size_of(case.problem)
         self._block = functools.lru_cache(maxsize=64)(self._new_block)
 
-    def _new_block(self, scaled: tuple[float, ...]) -> Block:
-        case = self.case
-        for free_parameter, value in zip(self.free_parameters, scaled, strict=True):
-            case = with_number(case, free_parameter.path, free_parameter.value(value))
-        problem = Problem.build(case.instrument, case.forces)
-        return block_type(case.solver).of_one(problem, case.solver, 1)
+    def problem(self, value: float) -> Problem:
+        """Return the problem at a value (SI) of the parameter."""
+        case = with_number(self.case, self.free_parameter.path, value)
+        return Problem.build(case.instrument, case.forces)
+
+    def _new_block(self, scaled: float) -> Block:
+        settings = self.case.solver
+        return block_type(settings).of_one(self.problem(self.free_parameter.value(scaled)), settings, 1)
 
     def _march(self, us: Array) -> tuple[Array, list[dict[str, Array]]]:
-        """Return where motions end a common period later, and what is measured on the way, for points of any parameters."""
+        """Return where motions end a common period later, and what is measured on the way, at any values of the parameter."""
         ends: Array = np.empty((len(us), self.size))
         measured: list[dict[str, Array]] = [{} for _ in us]
-        for group in _groups(us[:, self.size + 1 :]):
-            block = self._block(tuple(us[group[0], self.size + 1 :].tolist()))
+        for value in dict.fromkeys(us[:, -1].tolist()):
+            block, group = self._block(value), np.flatnonzero(us[:, -1] == value)
             x, zc = us[group, : self.size], us[group, self.size] * self.length
             slots = block.slots(States(x, np.empty((len(x), 0)), np.empty((len(x), 0))), zc)
             slots.case[:] = 0
@@ -165,15 +159,6 @@ class Lines:
                 measured[number] = {name: values[i] for name, values in found.items()}
         return ends, measured
 
-    def _conditions(self, us: Array, measured: list[dict[str, Array]]) -> Array:
-        """Return the values of the conditions, (points, conditions)."""
-        out: Array = np.empty((len(us), len(self.conditions)))
-        for j, condition in enumerate(self.conditions):
-            for i, found in enumerate(measured):
-                problem = self._block(tuple(us[i, self.size + 1 :].tolist())).batch.example
-                out[i, j] = condition(found, problem)
-        return out
-
     def _look(self, u: Array) -> tuple[Array, LinePoint]:
         """Return the residual of the equations at a point, and the point with their derivatives."""
         count = len(u)
@@ -183,8 +168,8 @@ class Lines:
         equations: Array = np.empty((count - 1, count))
         equations[: self.size] = (ends[1 : count + 1] - ends[count + 1 :]).T / (2.0 * SIDE)
         equations[: self.size, : self.size] -= np.eye(self.size)
-        values = self._conditions(around, measured)
-        equations[self.size :] = (values[1 : count + 1] - values[count + 1 :]).T / (2.0 * SIDE)
+        values = np.array([float(found["amplitude_ratio"]) - self.set_point for found in measured])
+        equations[self.size] = (values[1 : count + 1] - values[count + 1 :]) / (2.0 * SIDE)
         residual = np.append(ends[0] - u[: self.size], values[0])
         scalars = {name: float(np.ravel(value)[0]) for name, value in measured[0].items() if np.size(value)}
         return residual, LinePoint(u, equations, self.size, scalars)
@@ -206,19 +191,14 @@ class Lines:
             u, before = u - step, longest
         return (place, MOST_STEPS) if before < 100.0 * TOLERANCE else None
 
-    def seed(self, x: Array, zc: float, values: Sequence[float]) -> LinePoint | None:
-        """Return the point of a line near a motion at a distance (m), at these values (SI) of the parameters or near them."""
-        scaled = [
-            free_parameter.scaled(value) for free_parameter, value in zip(self.free_parameters, values, strict=True)
-        ]
-        guess = np.concatenate([x, [zc / self.length], scaled])
-        normal: Array = np.zeros(len(guess))
-        normal[self.size + 1] = 1.0
-        found = self.correct(guess, normal)
+    def seed(self, x: Array, zc: float, value: float) -> LinePoint | None:
+        """Return the point of a line near a motion at a distance (m), at this value (SI) of the parameter or near it."""
+        guess = np.concatenate([x, [zc / self.length, self.free_parameter.scaled(value)]])
+        found = self.correct(guess, np.eye(len(guess))[-1])
         return None if found is None else found[0]
 
     def trace(self, start: LinePoint, inside: Callable[[LinePoint], bool]) -> list[LinePoint]:
-        """Return a line through a point, both ways up to the ends of the parameters' ranges or to where it leaves `inside`."""
+        """Return a line through a point, both ways up to the ends of the parameter's range or to where it leaves `inside`."""
         tangent = start.tangent
         back, forth = (self._one_way(start, way * tangent, inside) for way in (-1.0, 1.0))
         return [*reversed(back), start, *forth]
@@ -228,23 +208,20 @@ class Lines:
         last, step = start, FIRST
         while len(points) < MOST_POINTS and step > SMALLEST:
             self.check_cancelled()
-            room = self._room(last.u, ahead)
-            reach = max(0.0, float(room.min()))
+            reach = _room(float(last.u[-1]), float(ahead[-1]))
             if reach < SMALLEST:
                 break
             is_end, normal = step >= reach, ahead
-            if is_end:  # the end of a range that is met first
-                normal, step = np.eye(len(ahead))[self.size + 1 + int(np.argmin(room))], reach
-            guess = last.u + step * ahead
-            found = self.correct(guess, normal)
+            if is_end:
+                normal, step = np.eye(len(ahead))[-1], reach
+            found = self.correct(last.u + step * ahead, normal)
             if found is None or not self._follows(last, found[0], ahead, step):
                 step *= 0.5
                 continue
             place, steps = found
             tangent = place.tangent * np.sign(place.tangent @ ahead)
-            first = self.size + 1
-            if tangent[first] * ahead[first] < 0.0:
-                points.append(self._turn(last, ahead, step, float(tangent[first])))
+            if tangent[-1] * ahead[-1] < 0.0:
+                points.append(self._turn(last, ahead, step, float(tangent[-1])))
             points.append(place)
             if is_end or not inside(place) or _is_closed(points, start):
                 break
@@ -275,23 +252,17 @@ class Lines:
         turn = abs(float(place.tangent @ ahead))
         return turn > STRAIGHT and float(np.linalg.norm(place.u - last.u - step * ahead)) < 0.5 * step
 
-    def _room(self, u: Array, ahead: Array) -> Array:
-        """Return how far it is along a direction to the end of the range of each parameter."""
-        own, way = u[self.size + 1 :], ahead[self.size + 1 :]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(way > 0.0, (1.0 - own) / way, np.where(way < 0.0, -own / way, np.inf))
-
     def _turn(self, last: LinePoint, ahead: Array, step: float, behind: float) -> LinePoint:
-        """Return the point between two at which the line turns back along the first parameter."""
-        first, low, high = self.size + 1, 0.0, step
-        slow, fast, best = float(ahead[first]), behind, last
+        """Return the point between two at which the line turns back along the parameter."""
+        low, high = 0.0, step
+        slow, fast, best = float(ahead[-1]), behind, last
         while high - low > SHARP * step:
             share = low + (high - low) * min(0.9, max(0.1, slow / (slow - fast)))
             found = self.correct(last.u + share * ahead, ahead)
             if found is None:
                 break
             best = found[0]
-            slope = float(best.tangent[first] * np.sign(best.tangent @ ahead))
+            slope = float(best.tangent[-1] * np.sign(best.tangent @ ahead))
             if slope * slow > 0.0:
                 low, slow = share, slope
             else:
@@ -299,12 +270,9 @@ class Lines:
         return replace(best, is_turn=True)
 
 
-def _groups(parameters: Array) -> list[Any]:
-    """Return the numbers of rows that are equal."""
-    places: dict[bytes, list[int]] = {}
-    for number, row in enumerate(parameters):
-        places.setdefault(row.tobytes(), []).append(number)
-    return [np.array(numbers) for numbers in places.values()]
+def _room(scaled: float, way: float) -> float:
+    """Return how far it is along a direction to the end of the parameter's range."""
+    return max(0.0, ((1.0 if way > 0.0 else 0.0) - scaled) / way) if way else np.inf
 
 
 def _is_closed(points: list[LinePoint], start: LinePoint) -> bool:

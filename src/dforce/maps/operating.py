@@ -19,7 +19,7 @@ import numpy as np
 from dforce.core.arrays import Array, Bools
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
-from dforce.procedures.table import statuses
+from dforce.procedures.statuses import statuses
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure
 from dforce.solvers.block import Block
@@ -27,11 +27,11 @@ from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.points import Points
 from dforce.solvers.problem_batch import ProblemBatch
+from dforce.solvers.states import States
 
 if TYPE_CHECKING:
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.states import States
     from dforce.solvers.transient import CancelCheck
 
 MOST_STEPS = 12  # of the secant method; from a curve of some hundred points it takes four
@@ -132,12 +132,12 @@ class _Search:
     def __init__(self, block: Block, wanted: Wanted) -> None:
         self.block, self.wanted = block, wanted
         self.length = block.batch.length
-        self.zc, self.states = wanted.zc.copy(), wanted.states.copy()
+        self.zc = wanted.zc.copy()
+        self.points = Points.empty(block, 1)
+        self.points.states.put((slice(None), 0), wanted.states)
+        self.points.steps[:], self.points.settling[:] = 0.0, 0.0
         self.miss: Array = np.full(len(self.zc), np.nan)  # amplitude ratio minus set point
         self.slope: Array = np.full(len(self.zc), np.nan)  # of the amplitude ratio by zc / A0
-        self.rows: Array = np.full((len(self.zc), 1, block.common, block.columns), np.nan)
-        self.monodromy: Array = np.full((len(self.zc), 1, block.size, block.size), np.nan)
-        self.residual: Array = np.full((len(self.zc), 1), np.nan)
 
     def write(self, out: OperatingPoints, which: Any) -> None:
         """Find the points, and write them into their places."""
@@ -149,18 +149,18 @@ class _Search:
             if not len(left):
                 break
             self._move(left, self.zc[left] - self._step(left, self.miss[left]))
-        points, columns = self._measured()
+        columns = self._measured()
         for _ in range(POLISH):
             miss = columns["amplitude_ratio"][:, 0] - self.wanted.set_points
             left = np.flatnonzero(np.abs(miss) > CLOSE)
             if not len(left):
                 break
             self._move(left, self.zc[left] - self._step(left, miss[left]), keep_slope=True)
-            points, columns = self._measured()
+            columns = self._measured()
         near = np.abs(columns["amplitude_ratio"][:, 0] - self.wanted.set_points) < 1e3 * CLOSE
         out.found[which], out.zc[which] = near, self.zc
-        out.states.put(which, self.states)
-        status = statuses(points, self.block, self.zc[:, None])[:, 0]
+        out.states.put(which, self.points.states.take((slice(None), 0)))
+        status = statuses(self.points, self.block, self.zc[:, None])[:, 0]
         out.status[which] = np.where(near, status, Status.FAILED)
         for name, values in columns.items():
             if name not in out.columns:
@@ -175,8 +175,8 @@ class _Search:
 
     def _move(self, which: Any, to: Array, keep_slope: bool = False) -> None:
         """Follow orbits to other distances; one that ends before is lost."""
-        block = self.block
-        branch = block.follow(which, self.states.take(which), self.zc[which], to[:, None])
+        block, points = self.block, self.points
+        branch = block.follow(which, points.states.take((which, 0)), self.zc[which], to[:, None])
         there = branch.done == 1
         numbers, tones = block.tables(self.zc[:, None])
         even = weights(block.frequencies, block.common)
@@ -189,23 +189,15 @@ class _Search:
         if not keep_slope:
             self.slope[which] = np.where(np.isfinite(slope), slope, self.slope[which])
         self.miss[which], self.zc[which] = miss, np.where(there, to, self.zc[which])
-        good, place = which[there], np.flatnonzero(there)
-        self.states.x[good], self.states.memory[good] = branch.last_x[place], branch.last_memory[place]
-        self.states.branch[good] = branch.last_branch[place]
-        for own, found in (
-            (self.rows, branch.rows),
-            (self.monodromy, branch.monodromy),
-            (self.residual, branch.residual),
-        ):
-            own[which] = found
-        self.residual[which[~there]] = np.nan
+        last = States(branch.last_x, branch.last_memory, branch.last_branch)
+        points.states.put((which[there], 0), last.take(there))
+        points.rows[which], points.monodromy[which] = branch.rows, branch.monodromy
+        points.residual[which] = np.where(there[:, None], branch.residual, np.nan)
+        points.error[which] = np.nan
 
-    def _measured(self) -> tuple[Any, dict[str, Array]]:
-        """Return the orbits as points of a result, as accurate as asked for, and their observables."""
-        points = Points.empty(self.block, 1)
-        points.rows[:], points.monodromy[:], points.residual[:] = self.rows, self.monodromy, self.residual
-        points.steps[:], points.settling[:] = 0.0, 0.0
-        points.states.put((slice(None), 0), self.states)
-        points.cycles[:] = np.where(np.isfinite(self.residual), 1, -1)
-        assure(self.block, self.zc[:, None], points)
-        return points, points.columns(self.block, self.zc[:, None])
+    def _measured(self) -> dict[str, Array]:
+        """Return the observables of the orbits, as accurate as asked for."""
+        points, at = self.points, self.zc[:, None]
+        points.cycles[:] = np.where(np.isfinite(points.residual), 1, -1)
+        assure(self.block, at, points)
+        return points.columns(self.block, at)

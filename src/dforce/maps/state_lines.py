@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 
 from dforce.case import Case
-from dforce.case.paths import with_number
 from dforce.core.arrays import Array
 from dforce.maps.axes import Axis
 from dforce.maps.loci import FreeParameter, LinePoint, Lines
-from dforce.maps.seeds import Curves, Seed
-from dforce.problem import Problem
+from dforce.maps.seeds import Curves
 from dforce.procedures.motion import base_of, scales_of, states_of
 
 # what a cell of the map says; its numbers stand in the result
@@ -54,64 +52,47 @@ def lines_at(
     of: Row, axis: Axis, free_parameter: FreeParameter, curves: Curves, check_cancelled: Callable[[], None]
 ) -> list[StateLine]:
     """Return the lines of operating points of a row."""
-    case, share = of.case, of.share
-    length = max(problem_at(case, [axis], (float(value),)).tones[0].A0 for value in axis.values)
-    lines = Lines(
-        case, [free_parameter], [lambda found, _: float(found["amplitude_ratio"]) - share], length, check_cancelled
-    )
+    case, values = of.case, [float(value) for value in axis.values]
+    lines = Lines(case, free_parameter, of.share, values, check_cancelled)
     out: list[StateLine] = []
-    for seed in curves.seeds([share]):
-        value = float(axis.values[seed.case])
-        if any(_lies_on(line.places, lines, free_parameter.scaled(value), seed, value, case, axis) for line in out):
+    for seed in curves.seeds([of.share]):
+        value, problem = values[seed.case], lines.problem(values[seed.case])
+        x = states_of(seed.motion[None], problem, scales_of(problem), base_of(problem)).x[0]
+        if any(_lies_on(line.places, x, seed.zc / lines.length, free_parameter.scaled(value)) for line in out):
             continue
-        start = lines.seed(scaled_motion(problem_at(case, [axis], (value,)), seed.motion), seed.zc, [value])
+        start = lines.seed(x, seed.zc, value)
         if start is None:
             continue
         places = lines.trace(start, lambda place: bool(place.u[lines.size] > DEEPEST))
-        out.append(StateLine(of.row, length, places, _edges(lines, places, case.problem.a0)))
+        out.append(StateLine(of.row, lines.length, places, _edges(lines, places, case.problem.a0)))
     return out
 
 
-def problem_at(case: Case, axes: Sequence[Axis], values: Sequence[float]) -> Any:
-    """Return the problem at values of the parameters."""
-    for axis, value in zip(axes, values, strict=True):
-        case = with_number(case, axis.path, value)
-    return Problem.build(case.instrument, case.forces)
-
-
-def scaled_motion(problem: Any, motion: Array) -> Array:
-    """Return a motion in SI as the scaled motion of a problem."""
-    return np.asarray(states_of(motion[None], problem, scales_of(problem), base_of(problem)).x[0])
-
-
-def _lies_on(
-    places: list[LinePoint], lines: Lines, scaled: float, seed: Seed, value: float, case: Case, axis: Axis
-) -> bool:
-    """Say whether a seed lies on a line, where that passes its value of the parameter."""
-    x = scaled_motion(problem_at(case, [axis], (value,)), seed.motion)
-    for u in _crossings(places, scaled, lines.size + 1):
-        # the seed is beside the set point: both its motion and its distance differ from the line's by as much
-        moved = abs(seed.zc / lines.length - u[lines.size])
-        if np.abs(x - u[: lines.size]).max() < SAME + 2.0 * moved and moved < 5.0 * SAME:
+def _lies_on(places: list[LinePoint], x: Array, zc: float, scaled: float) -> bool:
+    """Say whether a scaled motion at a scaled distance lies on a line, where that passes a value of the parameter."""
+    for u in _crossings(places, scaled):
+        # the motion is beside the set point: both motion and distance differ from the line's by as much
+        moved = abs(zc - u[-2])
+        if np.abs(x - u[:-2]).max() < SAME + 2.0 * moved and moved < 5.0 * SAME:
             return True
     return False
 
 
-def _past(place: LinePoint, first: int, scaled: float) -> float:
+def _past(place: LinePoint, scaled: float) -> float:
     """Return how far a point is past a scaled value of the parameter; 0 where that is rounding, as at the ends of ranges."""
-    past = float(place.u[first]) - scaled
+    past = float(place.u[-1]) - scaled
     return past if abs(past) > AT_VALUE else 0.0
 
 
-def _crossings(places: list[LinePoint], scaled: float, first: int) -> list[Array]:
+def _crossings(places: list[LinePoint], scaled: float) -> list[Array]:
     """Return the points of a line, interpolated, at a scaled value of the parameter."""
     out = []
     for a, b in itertools.pairwise(places):
-        low, high = _past(a, first, scaled), _past(b, first, scaled)
+        low, high = _past(a, scaled), _past(b, scaled)
         if low == 0.0 or low * high < 0.0:
             share = 0.0 if low == 0.0 else low / (low - high)
             out.append(np.asarray(a.u + share * (b.u - a.u)))
-    if places and _past(places[-1], first, scaled) == 0.0:
+    if places and _past(places[-1], scaled) == 0.0:
         out.append(places[-1].u)
     return out
 
@@ -165,9 +146,8 @@ def cells(
 def _stable_at(places: list[LinePoint], scaled: float, a0: float) -> list[str]:
     """Return the regimes of the stable states of a line at a value of the parameter; of two neighbors the nearer decides."""
     out = []
-    first = places[0].size + 1
     for a, b in itertools.pairwise(places):
-        low, high = _past(a, first, scaled), _past(b, first, scaled)
+        low, high = _past(a, scaled), _past(b, scaled)
         if low == 0.0 or low * high < 0.0 or (high == 0.0 and b is places[-1]):
             near = a if abs(low) <= abs(high) else b
             if near.is_stable:

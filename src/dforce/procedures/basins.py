@@ -20,7 +20,7 @@ from dforce.experiments import Basins
 from dforce.experiments.base import Progress
 from dforce.experiments.basins import MOST_STARTS
 from dforce.problem import Problem
-from dforce.procedures.table import statuses
+from dforce.procedures.statuses import statuses
 from dforce.results.status import REPEATING, Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.blocks import block_type

@@ -18,11 +18,11 @@ from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.quantity import words
 from dforce.core.stopping import until_stopped
 from dforce.experiments import Branches
-from dforce.experiments.base import Progress
+from dforce.experiments.base import CurvePlan, Progress
 from dforce.experiments.branches import Span
 from dforce.problem import Problem
+from dforce.procedures.found import Found, Layout, dataset, with_levers
 from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, with_motions
-from dforce.procedures.table import Table, with_levers
 from dforce.procedures.varied import VariedParameter, varied_by
 from dforce.solvers.continuation import Curve
 from dforce.solvers.doubling import doublings
@@ -141,11 +141,10 @@ def _dataset(
     searched: Array,
 ) -> xr.Dataset:
     orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
-    table = Table(("point",), {"point": np.arange(1, len(orbits) + 1)}, among.problem, plan.harmonics)
     problems = [among.problem_at(orbit.value) for _, orbit in orbits]
-    for i, ((_, orbit), problem) in enumerate(zip(orbits, problems, strict=True)):
-        table.put((i,), among.steady(orbit), problem)
-    data = table.dataset()
+    points = CurvePlan("point", np.array([orbit.value for _, orbit in orbits]), [(i,) for i in range(len(orbits))])
+    found = Found.of([among.steady(orbit) for _, orbit in orbits], problems)
+    data = dataset(Layout([points], {"point": np.arange(1, len(orbits) + 1)}), [found], among.problem)
     if orbits:
         bases = [base_of(problem) * scales_of(problem) for problem in problems]
         kept = [

@@ -5,19 +5,20 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from dforce.case import Case
 from dforce.core import units
-from dforce.core.arrays import Array
+from dforce.core.arrays import AnyArray, Array
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import until_stopped
 from dforce.experiments.base import CurveExperiment, CurvePlan, Progress, initial_motions
-from dforce.procedures.motion import COMPONENT, components, motions, states_of
-from dforce.procedures.table import Table, statuses, with_levers
+from dforce.procedures.found import Found, Layout, dataset, split, with_levers
+from dforce.procedures.motion import motions, states_of
+from dforce.procedures.statuses import statuses, without_failed
 from dforce.results.status import REPEATING, Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
@@ -57,33 +58,6 @@ def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, ea
     return found.run(report_progress, earlier).assign_coords(zc=zc)
 
 
-class Solved(NamedTuple):
-    """What was solved of a curve.
-
-    Attributes
-    ----------
-    points, became, values
-        Motion and status found at each visited value (SI).
-    table
-        Holds the points of an earlier result.
-    begun, reached
-        The visits between them are new.
-    jumps
-        Between states, those of the earlier result included.
-    stopped_in
-        Period of the first tone in which a stopped run ended; None of a whole curve.
-    """
-
-    points: Points
-    became: np.ndarray[Any, np.dtype[np.int8]]
-    values: Array
-    table: Table
-    begun: int
-    reached: int
-    jumps: list[StateJump]
-    stopped_in: int | None
-
-
 @dataclass
 class PlannedCurve:
     """A curve to be solved.
@@ -103,12 +77,21 @@ class PlannedCurve:
     note: Callable[[float], str]
     block: Block = field(init=False)
 
+    def __post_init__(self) -> None:
+        self.layout = Layout([self.plan], self.plan.coords)
+
     def run(self, progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
         """Return the curve as a Dataset; what is there when it is stopped is kept."""
-        return self._dataset(self.solve(progress, earlier), earlier)
+        found, stopped_in = self.solve(progress, earlier)
+        data, block = dataset(self.layout, [found], self.block.batch.example), self.block
+        data.attrs |= {"samples_per_period": block.points, "protocol": actual(self.plan.protocol, block)}
+        return data if stopped_in is None else data.assign_attrs({"interrupted": 1, PERIOD: stopped_in})
 
-    def solve(self, progress: Progress, earlier: xr.Dataset | None) -> Solved:
-        """Solve the curve, with as many samples as it needs."""
+    def solve(self, progress: Progress, earlier: xr.Dataset | None) -> tuple[Found, int | None]:
+        """Solve the curve, with as many samples as it needs.
+
+        With it comes the period of the first tone in which a stopped run ended; None of a whole curve.
+        """
         block, reached = self.make(None), 0 if earlier is None else int(earlier.attrs["samples_per_period"])
         for count, is_last in sample_counts(block.points, block.settings):
             if count < reached:
@@ -118,9 +101,9 @@ class PlannedCurve:
                 return self._solve(progress, earlier if count == reached else None, not is_last)
         raise AssertionError("the last number of samples is final")
 
-    def _solve(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> Solved:
+    def _solve(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> tuple[Found, int | None]:
         """Solve the curve; raise TooFewSamples where more of them may help."""
-        block, plan, coords = self.block, self.plan, self.plan.coords
+        block, plan = self.block, self.plan
         values = plan.values[[place[0] for place in plan.visits]]
         total, done, assured = len(values), 0, 0
         often = AT_ONCE if block.is_smooth else CHUNK  # so that a stop need not wait for long
@@ -149,18 +132,12 @@ class PlannedCurve:
         block.check_cancelled = check_cancelled
         [first] = initial_motions(block, values[:1], plan.start)
         solver = make_protocol(plan.protocol, block, values[None], [first], report_done, plan.carry)
-        table = Table(tuple(coords), coords, block.batch.example, block.harmonics)
-        kept: list[StateJump] = []
-        if earlier is not None:
-            taken = self._taken(earlier)
-            if isinstance(solver, Walk):
-                taken -= taken % CHUNK
-            if taken:
-                kept = self._resume(solver, table, earlier, taken, values)
-                done = assured = taken
-                if may_refine and (table.status == Status.UNRESOLVED).any():
-                    raise TooFewSamples
-        begun = done
+        kept = Found.empty(1, total) if earlier is None else split(earlier, self.layout)[0]
+        begun = done = assured = self._take(kept, 1 if isinstance(solver, Stepwise) else CHUNK, values)
+        if earlier is not None and begun:
+            self._go_on(solver, kept, begun, values, int(earlier.attrs.get(PERIOD, 0)))
+            if may_refine and (kept.status == Status.UNRESOLVED).any():
+                raise TooFewSamples
         with until_stopped():
             check_cancelled()
             solver.run()
@@ -170,92 +147,64 @@ class PlannedCurve:
         judge(reached)
         block.check_cancelled = never_cancelled
         period = solver.motions[0].period if isinstance(solver, Stepwise) else 0
-        stopped_in = period if min(checked, reached) < total else None
-        return Solved(solver.points, became, values, table, begun, reached, kept + solver.jumps[0], stopped_in)
+        if reached > begun:
+            self._keep(kept, slice(begun, reached), solver.points, became, values)
+        kept.jumps[0] += solver.jumps[0]
+        return kept, period if min(checked, reached) < total else None
 
-    def _dataset(self, solved: Solved, earlier: xr.Dataset | None) -> xr.Dataset:
-        """Return what was solved as a Dataset."""
-        block, table, begun, reached = self.block, solved.table, solved.begun, solved.reached
-        new = slice(begun, reached)
-        table.put_points(self.plan.visits[new], solved.points, solved.became[new], new, block, solved.values)
-        kept_motions = self._motions(solved.points, table, begun, reached, solved.values, earlier)
-        data = table.dataset(self._jumps(solved.jumps) | kept_motions, components(block.batch.example))
-        data.attrs |= {"samples_per_period": block.points, "protocol": actual(self.plan.protocol, block)}
-        if solved.stopped_in is not None:
-            data.attrs |= {"interrupted": 1, PERIOD: solved.stopped_in}
-        return data
+    def _keep(self, kept: Found, new: slice, points: Points, became: AnyArray, values: Array) -> None:
+        """Keep new points; a run that is stopped does not know the errors of its last ones yet."""
+        columns, of_points = points.columns(self.block, values[None]), motions(points, self.block, values[None])
+        if self.block.settings.accuracy is not None:
+            unknown = (points.is_orbit & np.isnan(points.error))[0]
+            became = np.where(unknown & (became == Status.OK), Status.INACCURATE, became)
+        found = without_failed({name: column[0, new] for name, column in columns.items()}, became[new])
+        # a run goes on from the motion of a failed point, too
+        kept.keep((0, new), found | {name: column[0, new] for name, column in of_points.items()}, became[new])
 
-    def _taken(self, earlier: xr.Dataset) -> int:
-        """Return how many points an interrupted result has, up to the first whose accuracy is not known."""
-        left = earlier["status"].values == Status.NOT_COMPUTED
-        if "error_estimate" in earlier:  # of orbits alone
-            left |= (earlier["status"].values == Status.INACCURATE) & np.isnan(earlier["error_estimate"].values)
-        return next((number for number, place in enumerate(self.plan.visits) if left[place]), len(self.plan.visits))
-
-    def _resume(self, solver: Any, table: Table, earlier: xr.Dataset, taken: int, values: Array) -> list[StateJump]:
-        """Take over points of an interrupted result, and the motion at the last of them; return the jumps before it."""
-        table.take_over(earlier, self.plan.visits[:taken])
-        place, last, state = self.plan.visits[taken - 1], values[taken - 1], self._state(earlier, taken - 1, values)
-        if isinstance(solver, Walk):
-            repeats = earlier[REPEATS].values[place]
-            cycles = int(repeats) // self.block.common if np.isfinite(repeats) else 0
-            solver.state.put(np.array([0]), state)
-            solver.go_on_from(taken, cycles, float(earlier["amplitude"].values[place][0]))
-        else:
-            motion = replace(state.motion(0), period=int(earlier.attrs.get(PERIOD, 0)))
-            solver.go_on_from(taken, motion, self._last_settled(earlier, taken, values))
-        if self._names()[0] not in earlier:
-            return []
-        rows = zip(*(earlier[name].values for name in self._names()), strict=True)
-        jumps = [
-            StateJump(float(at), float(before), float(after), way == self.plan.ways[1])
-            for at, before, after, way in rows
-        ]
+    def _take(self, kept: Found, multiple: int, values: Array) -> int:
+        """Keep of an earlier result the points up to the first whose accuracy is not known; return how many these are."""
+        left = kept.status[0] == Status.NOT_COMPUTED
+        if "error_estimate" in kept.arrays:  # of orbits alone
+            left |= (kept.status[0] == Status.INACCURATE) & np.isnan(kept.arrays["error_estimate"][0])
+        taken = int(np.argmax(np.append(left, True)))
+        taken -= taken % multiple
+        kept.status[0, taken:] = Status.NOT_COMPUTED
+        for array in kept.arrays.values():
+            array[0, taken:] = np.nan
+        place, last = self.plan.visits[taken - 1], values[taken - 1]
 
         def is_before(jump: StateJump) -> bool:
             if len(place) > 1 and self.plan.directions[place[1]] != self.plan.ways[jump.rising]:
                 return place[1] == 1  # on the way there, and the motion is on its way back
             return bool(jump.at <= last if jump.rising else jump.at >= last)
 
-        return [jump for jump in jumps if is_before(jump)]
+        kept.jumps[0] = [jump for jump in kept.jumps[0] if taken and is_before(jump)]
+        return taken
 
-    def _state(self, earlier: xr.Dataset, number: int, values: Array) -> States:
-        """Return the state that an earlier result has at one of the values."""
+    def _go_on(self, solver: Any, kept: Found, taken: int, values: Array, period: int) -> None:
+        """Let a solver go on from the last of the points taken."""
+        state = self._state(kept, taken - 1, values)
+        if isinstance(solver, Walk):
+            repeats = float(kept.arrays[REPEATS][0, taken - 1])
+            cycles = int(repeats) // self.block.common if np.isfinite(repeats) else 0
+            solver.state.put(np.array([0]), state)
+            solver.go_on_from(taken, cycles, float(kept.arrays["amplitude"][0, taken - 1, 0]))
+        else:
+            motion = replace(state.motion(0), period=period)
+            solver.go_on_from(taken, motion, self._last_settled(kept, taken, values))
+
+    def _state(self, kept: Found, number: int, values: Array) -> States:
+        """Return the state that was kept at one of the values."""
         which, at = np.array([0]), values[number : number + 1]
         scales, base = self.block.scales_of(which, at), self.block.base_of(which, at)
-        return states_of(earlier[MOTION].values[self.plan.visits[number]][None], self.block.batch.example, scales, base)
+        return states_of(kept.arrays[MOTION][:, number], self.block.batch.example, scales, base)
 
-    def _last_settled(self, earlier: xr.Dataset, taken: int, values: Array) -> Settled | None:
+    def _last_settled(self, kept: Found, taken: int, values: Array) -> Settled | None:
         """Return the last motion that had settled, which a jump is noted from."""
-        status, amplitude = earlier["status"].values, earlier["amplitude"].values
-        numbers = [number for number in range(taken) if status[self.plan.visits[number]] in REPEATING]
-        if not numbers:
+        numbers = np.flatnonzero(np.isin(kept.status[0, :taken], REPEATING))
+        if not len(numbers):
             return None
-        motion = self._state(earlier, numbers[-1], values).motion(0)
-        return Settled(motion, float(values[numbers[-1]]), float(amplitude[self.plan.visits[numbers[-1]]][0]))
-
-    def _names(self) -> list[str]:
-        return [f"jump_{self.plan.name}", "jump_before", "jump_after", "jump_direction"]
-
-    def _jumps(self, jumps: list[StateJump]) -> dict[str, Any]:
-        """Return the variables that hold the jumps; nothing where there are none."""
-        if not jumps:
-            return {}
-        columns = zip(*((jump.at, jump.before, jump.after, self.plan.ways[jump.rising]) for jump in jumps), strict=True)
-        return {name: ("jump", list(column)) for name, column in zip(self._names(), columns, strict=True)}
-
-    def _motions(
-        self, points: Any, table: Table, begun: int, reached: int, values: Array, earlier: xr.Dataset | None
-    ) -> dict[str, Any]:
-        """Return the variables that hold the motion at the start of a common period at each point."""
-        found = motions(points, self.block, values[None])
-        rows, cycles = found[MOTION][0], found[REPEATS][0]
-        motion = np.full((*table.shape, rows.shape[1]), np.nan)
-        repeats = np.full(table.shape, np.nan)
-        if earlier is not None and begun:
-            before = tuple(np.array(self.plan.visits[:begun]).T)
-            motion[before], repeats[before] = earlier[MOTION].values[before], earlier[REPEATS].values[before]
-        if reached > begun:
-            here = tuple(np.array(self.plan.visits[begun:reached]).T)
-            motion[here], repeats[here] = rows[begun:reached], cycles[begun:reached]
-        return {MOTION: ((*table.dims, COMPONENT), motion), REPEATS: (table.dims, repeats)}
+        last = int(numbers[-1])
+        amplitude = float(kept.arrays["amplitude"][0, last, 0])
+        return Settled(self._state(kept, last, values).motion(0), float(values[last]), amplitude)

@@ -9,9 +9,9 @@ from dforce.case import Case
 from dforce.core.stopping import until_stopped
 from dforce.experiments import Dwell
 from dforce.experiments.base import Progress, initial_motions
+from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.motion import base_of, rows_of, scales_of, with_motions
 from dforce.procedures.recording import check_length, record_spectrum, record_traces
-from dforce.procedures.table import Table
 from dforce.procedures.thermal_dwell import thermal_dwell
 from dforce.results.status import Status
 from dforce.solvers.blocks import block_type
@@ -28,7 +28,7 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
         return thermal_dwell(plan, problem, settings, report_progress)
     if plan.is_whole:  # the whole way there is asked for, so it has to be gone
         settings = settings.replace(method="transient")
-    table = Table((), {}, problem, harmonics)
+    layout, kept = Layout([plan.plan(problem)], {}), Found.empty()
     plain = block_type(settings).of_one(problem, settings, harmonics)
     with until_stopped() as stop:
         report_progress(0, 1, "settling")
@@ -38,15 +38,15 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
             )
             [first] = initial_motions(block, np.array([zc]), plan.start)
             found = settle_at(block, first, zc)
-            table.put((), found, problem)
-            if table.status[()] != Status.UNRESOLVED:
+            kept = Found.of([found], [problem])
+            if kept.status != Status.UNRESOLVED:
                 break
     if stop.came:
-        return Table((), {}, problem, harmonics).dataset().assign_coords(zc=zc).assign_attrs(interrupted=1)
-    data = table.dataset().assign_coords(zc=zc)
+        return dataset(layout, [Found.empty()], problem).assign_attrs(interrupted=1)
+    data = dataset(layout, [kept], problem)
     integrator = block.integrator(0, zc)
     data.attrs["samples_per_period"] = integrator.points
-    if table.status[()] not in (Status.FAILED, Status.UNRESOLVED):
+    if kept.status not in (Status.FAILED, Status.UNRESOLVED):
         motion, count = found.motion, plan.recorded_periods
         if plan.is_whole:
             motion, count = first, int(found.values["settling_periods"]) + plan.recorded_periods

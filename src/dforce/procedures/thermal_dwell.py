@@ -12,8 +12,8 @@ from dforce.instrument.noise import detector_readings
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish
 from dforce.problem import Problem
+from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.recording import check_length, record_spectrum, record_traces
-from dforce.procedures.table import Table
 from dforce.results.status import Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.langevin import Langevin
@@ -29,7 +29,7 @@ def thermal_dwell(plan: Dwell, problem: Problem, settings: SolverSettings, progr
     """
     integrator = Langevin(problem, settings, plan.harmonics)
     integrator.place(plan.zc)
-    table = Table((), {}, problem, plan.harmonics)
+    layout = Layout([plan.plan(problem)], {})
 
     def check_cancelled() -> None:
         progress(0, 1, "periods")
@@ -43,7 +43,7 @@ def thermal_dwell(plan: Dwell, problem: Problem, settings: SolverSettings, progr
         late, _ = march(integrator, first, periods, check_cancelled)
         motion, rows = observe(integrator, late, settings.measured_periods, check_cancelled)
     if stop.came:
-        return table.dataset().assign_coords(zc=plan.zc).assign_attrs(interrupted=1)
+        return dataset(layout, [Found.empty()], problem).assign_attrs(interrupted=1)
     even = weights([tone.frequency for tone in problem.tones], len(rows))
     added = detector_readings(
         problem.noise, problem.noise.seed, problem.tones[0].frequency, len(rows), len(problem.tones)
@@ -51,9 +51,9 @@ def thermal_dwell(plan: Dwell, problem: Problem, settings: SolverSettings, progr
     values = finish(problem, integrator.scales, plan.harmonics, rows, even, even @ added)
     values |= {"settling_periods": float(periods), "drift": np.nan}
     # it never settles: the balances of a steady motion hold on long means only
-    table.put((), Steady(values, motion, settled=False, repeats=False), problem)
-    table.status[()] = Status.OK if motion.is_finite else Status.FAILED
-    data = table.dataset().assign_coords(zc=plan.zc)
+    found = Found.of([Steady(values, motion, settled=False, repeats=False)], [problem])
+    found.status[:] = Status.OK if motion.is_finite else Status.FAILED
+    data = dataset(layout, [found], problem)
     data.attrs["samples_per_period"] = integrator.points
     if motion.is_finite:
         motion = record_traces(data, integrator, first if plan.is_whole else motion, count)
