@@ -73,6 +73,12 @@ def cases_a_block(monkeypatch):
 
 
 @pytest.fixture
+def as_sampled(monkeypatch):
+    """Leave what errs by too much as it was found, instead of finding it again with more samples."""
+    monkeypatch.setattr("dforce.solvers.sample_counts.FINER", ())
+
+
+@pytest.fixture
 def workdir(tmp_path, monkeypatch):
     """A folder of the test's own, in which it works."""
     monkeypatch.chdir(tmp_path)

@@ -84,17 +84,15 @@ def test_a_rest_ends_when_nothing_is_under_way_or_its_time_is_over():
     asyncio.run(flow())
 
 
-def test_a_curve_that_takes_too_long_is_given_up(monkeypatch):
-    monkeypatch.setattr(compute, "PATIENCE", 0.2)
-    live = live_curve(slow_case(), lambda: False, lambda text: None)
+def test_a_curve_that_takes_too_long_is_given_up():
+    live = live_curve(slow_case(), lambda: False, lambda text: None, patience=0.2)
     assert live.gave_up
 
 
-def test_a_curve_that_waits_for_the_machine_is_given_more_time(run_as, monkeypatch):
+def test_a_curve_that_waits_for_the_machine_is_given_more_time(run_as):
     """Its thread sleeps, as where others compute: that is no time of its own, but its end comes, too."""
     result = df.run(df.example("figure-3-air").set("experiment.zc.points=5"))
-    monkeypatch.setattr(compute, "PATIENCE", 0.2)
-    monkeypatch.setattr(compute, "LATEST", 1.0)
+    limits = {"patience": 0.2, "latest": 1.0}
 
     def sleeping(seconds):
         def run(case, progress):
@@ -109,9 +107,9 @@ def test_a_curve_that_waits_for_the_machine_is_given_more_time(run_as, monkeypat
         return run
 
     run_as(sleeping(0.04))
-    assert not live_curve(slow_case(), lambda: False, lambda text: None).gave_up
+    assert not live_curve(slow_case(), lambda: False, lambda text: None, **limits).gave_up
     run_as(sleeping(0.2))
-    assert live_curve(slow_case(), lambda: False, lambda text: None).gave_up
+    assert live_curve(slow_case(), lambda: False, lambda text: None, **limits).gave_up
 
 
 def test_a_curve_is_given_up_when_something_newer_waits():

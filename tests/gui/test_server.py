@@ -22,9 +22,14 @@ def test_a_port_that_is_taken_is_said():
             server.free_port("127.0.0.1", port)
 
 
-@pytest.mark.parametrize("host", ["0.0.0.0", "::"])
-def test_a_class_is_told_a_number_and_not_a_name_that_its_network_may_not_know(host, monkeypatch):
+@pytest.fixture
+def unknown(monkeypatch):
+    """Let this computer have a name that nobody else knows."""
     monkeypatch.setattr(server.socket, "gethostname", lambda: "only-known-here")
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::"])
+def test_a_class_is_told_a_number_and_not_a_name_that_its_network_may_not_know(host, unknown):
     named = server._named(host)
     if named.strip("[]") == "only-known-here":
         pytest.skip("this computer is on no network of this kind")
@@ -32,13 +37,12 @@ def test_a_class_is_told_a_number_and_not_a_name_that_its_network_may_not_know(h
     assert named.startswith("[") == (host == "::")
 
 
-def test_a_computer_on_no_network_tells_its_name(monkeypatch):
+def test_a_computer_on_no_network_tells_its_name(unknown, monkeypatch):
     class Nowhere(socket.socket):
         def connect(self, address):
             raise OSError("Network is unreachable")
 
     monkeypatch.setattr(server.socket, "socket", Nowhere)
-    monkeypatch.setattr(server.socket, "gethostname", lambda: "only-known-here")
     assert server._named("0.0.0.0") == "only-known-here"
 
 

@@ -113,8 +113,7 @@ def test_a_curve_over_a_wall_and_a_sweep_of_it_refine_each_point_that_needs_it()
     np.testing.assert_allclose(swept.amplitude.isel(Q=1), fine.amplitude, rtol=1e-4)
 
 
-def test_numbers_that_no_samples_mend_are_none_and_say_why(monkeypatch):
-    monkeypatch.setattr("dforce.solvers.sample_counts.FINER", ())
+def test_numbers_that_no_samples_mend_are_none_and_say_why(as_sampled):
     found = df.dwell(WALL, NEAR_THE_WALL)
     assert found.status == df.Status.UNRESOLVED
     assert "too steep for the samples" in df.Status.UNRESOLVED.sentence

@@ -150,8 +150,7 @@ def test_cases_whose_force_jumps_are_known_among_those_whose_force_does_not():
     assert grid.batch(np.arange(4)).jumps.ravel().tolist() == [NOWHERE, NOWHERE, 1e-10, 2e-10]
 
 
-def test_cases_of_different_free_amplitudes_are_not_taken_for_badly_sampled(monkeypatch):
-    monkeypatch.setattr("dforce.solvers.sample_counts.FINER", ())  # left as they are, instead of found again
+def test_cases_of_different_free_amplitudes_are_not_taken_for_badly_sampled(as_sampled):
     result = df.sweep(case(), over={"drive.A0": ["6 nm", "7 nm", "8 nm"], "experiment.zc": ["5 nm", "6 nm"]})
     assert (result.status == df.Status.OK).all()
 

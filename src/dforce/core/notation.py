@@ -19,8 +19,13 @@ SIGNS = {
     ",": " ", ";": " ", ":": " ", "!": "", " ": " ", "left": "", "right": "", "displaystyle": "",
     "{": "{", "}": "}", "quad": GAP, "qquad": GAP,
 }  # fmt: skip
-ACCENTS = {"dot": "\N{COMBINING DOT ABOVE}", "ddot": "\N{COMBINING DIAERESIS}", "bar": "\N{COMBINING MACRON}",
-           "tilde": "\N{COMBINING TILDE}", "hat": "\N{COMBINING CIRCUMFLEX ACCENT}"}  # fmt: skip
+ACCENTS = {
+    "dot": "\N{COMBINING DOT ABOVE}",
+    "ddot": "\N{COMBINING DIAERESIS}",
+    "bar": "\N{COMBINING MACRON}",
+    "tilde": "\N{COMBINING TILDE}",
+    "hat": "\N{COMBINING CIRCUMFLEX ACCENT}",
+}
 FUNCTIONS = (
     "sin", "cos", "tan", "sinh", "cosh", "tanh", "coth", "arctan", "arccos", "exp", "ln", "log", "max", "min",
 )  # fmt: skip

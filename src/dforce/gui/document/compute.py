@@ -121,8 +121,14 @@ class Live:
     compiled: bool = False
 
 
-def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str], None]) -> Live:
-    """Return the result of a case's experiment if it is quick; it is given up after :data:`PATIENCE`, or :data:`LATEST`.
+def live_curve(
+    case: df.Case,
+    overtaken: Callable[[], bool],
+    say: Callable[[str], None],
+    patience: float = PATIENCE,
+    latest: float = LATEST,
+) -> Live:
+    """Return the result of a case's experiment if it is quick.
 
     Parameters
     ----------
@@ -132,6 +138,8 @@ def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str]
         Says whether something newer waits, so that this one may be given up.
     say
         Called, in this thread, with what dForce says, such as that it compiles; the time that takes is not counted.
+    patience, latest
+        It is given up after computing for so long, or after waiting for so long (s).
     """
     began: tuple[float, float] | None = None
 
@@ -140,7 +148,7 @@ def live_curve(case: df.Case, overtaken: Callable[[], bool], say: Callable[[str]
         now = time.thread_time() - heard.seconds, time.monotonic() - heard.seconds
         began = now if began is None else began
         computed, waited = now[0] - began[0], now[1] - began[1]
-        if done < total and (computed > PATIENCE or waited > LATEST or (waited > 0.2 and overtaken())):
+        if done < total and (computed > patience or waited > latest or (waited > 0.2 and overtaken())):
             raise KeyboardInterrupt
 
     with listening(say) as heard, early_answers():
