@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from dforce.solvers import SolverSettings
     from dforce.solvers.transient import CancelCheck
 
-AT_ONCE = 128  # distances whose states are found together: a stop loses no more
+AT_ONCE = 256  # distances whose states are found together: a stop loses no more
 SHRINKS = 0.5  # of the error with half of the samples, at least
 TWICE = 2  # times the samples, with which states are found again: the change is their error
 
@@ -121,15 +121,17 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     if not len(there):
         return {}, became
     states, accuracy = found.take(there), locked.block.settings.accuracy
+    # errors are shares of what the free lock has: at the frequency found the same drive may move a free lever by next to nothing
+    at_free_lock = np.full(len(there), locked.reference), np.ones(len(there))
+    numbers, tones = locked.block.tables_driven(states.zc, *at_free_lock)
     values = measured(locked, states, 1)
     left, error, times = np.arange(len(there)), np.full(len(there), np.inf), 1
     while len(left) and TWICE * times * locked.block.points <= MOST_SAMPLES:
         times *= TWICE
         some = states.take(left)
         finer = measured(locked, some, times)
-        numbers, tones = tables(locked, some)
         coarser = {name: value[left] for name, value in values.items()}
-        apart = deviations(locked.block.batch.example, numbers, tones, coarser, finer).max(axis=1)
+        apart = deviations(locked.block.batch.example, numbers[left], tones[left], coarser, finer).max(axis=1)
         better = apart < SHRINKS * error[left]  # else the rest is rounding
         left = left[better]
         error[left] = apart[better]
@@ -167,8 +169,11 @@ def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Arra
 def of_locks(locked: Locked, states: LockedStates, values: dict[str, Array]) -> dict[str, Array]:
     """Return what a lock measures in the place of amplitude and phase."""
     problem, at, ratio = locked.problem, locked.frequency(states.unknowns), locked.drive(states.unknowns)
-    shift, stiffness = at - locked.reference, problem.modes[problem.tones[0].mode].k
-    forces = [problem.at_frequency(frequency).tones[0].force for frequency in at.tolist()]
+    [tone] = problem.tones
+    shift, stiffness = at - locked.reference, problem.modes[tone.mode].k
+    forces = np.full(len(at), tone.force)
+    if problem.shaken is not None:
+        forces = np.array([problem.at_frequency(frequency).tones[0].force for frequency in at.tolist()])
     normalized = stiffness * values["amplitude"][:, 0] ** 1.5 * shift / locked.reference
     return {
         "drive_frequency": at[:, None],
