@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from dforce.core.errors import checked
 from dforce.core.units import parse_share, show
-from dforce.findings.set_point import RATIO, SetPointState, states_at, why_none
+from dforce.findings.set_point import RATIO, SHIFT, SetPointState, states_at, why_none
 from dforce.findings.summary import summary
 from dforce.results.curves import goes_along, row_of
 from dforce.results.kinds import swept
@@ -47,7 +47,7 @@ def answer_with(result: xr.Dataset, share: float, states: xr.Dataset | None = No
     """Return a result in words; `states` is a result of :func:`dforce.at_set_point` for this share where it is known."""
     along = goes_along(result)
     row = row_of(result, along) if along else ""
-    if along != "zc" or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
+    if along != "zc" or SHIFT in result or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
         return " ".join(
             f"{line.label[0].upper()}{line.label[1:]}: {line.text}." for line in summary(result)[:MOST_LINES]
         )
