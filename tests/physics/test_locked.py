@@ -404,5 +404,5 @@ def test_what_does_not_suit_a_lock_is_refused_in_a_sentence():
         lambda: df.approach(asked, zc=["9.5 nm"], protocol="stepwise"),
         lambda: df.dwell(asked, zc="9.5 nm", record="all"),
     ):
-        with pytest.raises(df.ParameterError, match="drive.operation"):
+        with pytest.raises(df.ParameterError, match=r"drive\.operation"):
             attempt()
