@@ -12,6 +12,7 @@ import h5py
 import measured_curve
 import numpy as np
 import pytest
+import xarray as xr
 from simulated import element, send, show, until, window
 
 import dforce as df
@@ -152,6 +153,25 @@ def test_points_lie_where_they_were_measured_and_move_with_their_shift():
     assert np.allclose(numbers(first["x"]), 1e9 * curve["height"].values + 1.5)
     assert np.allclose(of(figure, "measured amplitude")[0], 1e9 * curve["amplitude"].values)
     assert np.allclose(of(figure, "measured phase")[0], curve["phase"].values - 2.0)
+
+
+def test_residuals_are_of_the_branches_that_the_fit_found():
+    """A measured jump lies between both jumps of the model: the direction of a point does not tell its branch."""
+    model = df.run(df.example("figure-3-air-jump"))
+    jumped = model["zc"].values < 9.75e-9  # of 10.1 nm on retract and 9.3 nm on approach
+    ways = {False: model.sel(direction="approach"), True: model.sel(direction="retract")}
+    columns = {name: np.where(jumped, *(np.ravel(ways[one][name].values) for one in (True, False))) for name in USUAL.y}
+    curve = xr.Dataset(
+        {name: ("point", values) for name, values in columns.items()} | {"height": ("point", model["zc"].values)},
+        {"direction": ("point", ["approach"] * len(jumped))},
+        {"amplitude_error": 0.1e-9, "phase_error": 0.5},
+    )
+    fit = curve.drop_vars("direction").assign_coords(branch=("point", np.where(jumped, -1, 1)), tone=[1])
+    fit["used"] = ("point", np.full(len(jumped), True))
+    drawn = overlay.with_measured(picture([Layer(model)], USUAL), USUAL, overlay.Beside(curve, fit=fit), model).figure
+    for name in USUAL.y:
+        (left,) = of(drawn, f"residual {name}")
+        assert np.nanmax(np.abs(left)) < 1e-6 and np.isfinite(left).mean() > 0.9
 
 
 @pytest.mark.parametrize("wanted", [USUAL, Picture("amplitude", ("phase", "peak_force"))])
@@ -615,7 +635,10 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             assert "±" in found and found.endswith("GPa for k = 2.7 N/m, R = 8 nm")
             assert not panel.props["stale"]
             used = fit["used"].values
+            before = of(show(page, df.run(page.view.document.case())), "measured phase")
             send(panel, "take")
+            # the points stay where they are until the curve of the new values is there
+            assert of(page.view.compose(page.view.result), "measured phase")[0] == pytest.approx(before[0])
             assert np.isclose(page.view.document.case().sample.youngs_modulus, value, rtol=1e-5)
             assert page.view.document.measured.shift == float(fit["value"].sel(parameter="zc_offset"))
             page.plots.measured.show()

@@ -90,6 +90,11 @@ class MeasuredCurve(Panel):
         kept, measured = self.view.session.measured, self.view.document.measured
         if measured is None or kept.curve is None:
             return None
+        drawn = self.view.curve
+        if drawn is not None and not drawn.document.same_case(self.view.document):
+            before = drawn.document.measured
+            # a shift that comes with other values waits for their curve
+            measured = before if before is not None and before.id == measured.id else measured
         return overlay.Beside(kept.curve, measured.shift, measured.turn, kept.fit)
 
     def show(self, scene: Scene | None = None) -> None:
