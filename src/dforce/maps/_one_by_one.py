@@ -14,9 +14,9 @@ import numpy as np
 from dforce.case import Case
 from dforce.core.parallel import Crew
 from dforce.experiments.base import MotionExperiment
+from dforce.maps._kept import ALL
 from dforce.maps._part import SideBySide, load
 from dforce.maps._result import SweepLayout, finished
-from dforce.maps._resume import ALL
 from dforce.results.status import Status
 from dforce.runs import carry_out
 
