@@ -161,8 +161,8 @@ class Experiment(Parameters):
     Attributes
     ----------
     procedure
-        The function that carries the plan out, as ``"module:name"`` below `dforce`, loaded when it is called. It takes a
-        :class:`dforce.runs.task.Task`.
+        The function that carries the plan out, as ``"module:name"`` below `dforce`, loaded when it is called; see
+        :func:`dforce.runs.carry_out`.
     unswept
         Dimensions of what a sweep does not keep of each case, such as the samples of a record.
     """

@@ -142,7 +142,7 @@ class Part:
         first = self._problem(int(which[0]))
         report_done: Callable[[int], None] = self.crew.add
         with contextlib.suppress(Stopped):  # what is done is kept
-            for points, _ in sample_counts(sample_count(first, self.settings), self.settings):
+            for points in sample_counts(sample_count(first, self.settings), self.settings):
                 self._solve(which, alone, points, first, report_done)
                 which = which[(self.found.status[which] == Status.UNRESOLVED).any(axis=1)]
                 if not len(which):

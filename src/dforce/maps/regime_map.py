@@ -120,18 +120,14 @@ def _lines(
     values = {axes[0].path: np.array(axes[0].values)}
     try:
         for done, row in enumerate(rows):
-            note = f"row {done + 1}"
-            report_progress(done, len(rows), note)
+            report = partial(_report, report_progress, done, len(rows))
+            report(f"row {done + 1}")
             if not curves.parts or len(axes) == 2:
                 # the curves show nothing of their own progress, and can be stopped
-                curves = curves_of(
-                    row.case, values, lowest, partial(_report, report_progress, done, len(rows), "curves")
-                )
+                curves = curves_of(row.case, values, lowest, partial(report, "curves"))
             if curves.interrupted:
                 return lines, done
-            lines += lines_at(
-                row, axes[0], free_parameter, curves, partial(_report, report_progress, done, len(rows), note)
-            )
+            lines += lines_at(row, axes[0], free_parameter, curves, partial(report, f"row {done + 1}"))
         report_progress(len(rows), len(rows), "")
     except KeyboardInterrupt:
         heard()

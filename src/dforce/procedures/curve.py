@@ -93,12 +93,11 @@ class PlannedCurve:
         With it comes the period of the first tone in which a stopped run ended; None of a whole curve.
         """
         block, reached = self.make(None), 0 if earlier is None else int(earlier.attrs["samples_per_period"])
-        for count, is_last in sample_counts(block.points, block.settings):
-            if count < reached:
-                continue
+        counts = sample_counts(block.points, block.settings)
+        for count in (count for count in counts if count >= reached):
             self.block = block if count == block.points else self.make(count)
             with contextlib.suppress(TooFewSamples):
-                return self._solve(progress, earlier if count == reached else None, not is_last)
+                return self._solve(progress, earlier if count == reached else None, count < counts[-1])
         raise AssertionError("the last number of samples is final")
 
     def _solve(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> tuple[Found, int | None]:
