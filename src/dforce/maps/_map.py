@@ -162,7 +162,10 @@ class Map:
         if self.kept.set_point is None and self.layout.jumps:
             inner["jump"] = MOST_JUMPS
             for name in self.layout.jumps:
-                variables.setdefault(name, _jump_variable(name, dims))
+                none = np.empty((0,) * (len(dims) + 1), "U1" if name == "jump_direction" else float)
+                variables.setdefault(
+                    name, _variable(name, xr.Variable((*dims, "jump"), none, WORDS[name].words), False)
+                )
         if len({pilot.sizes.get("component") for pilot in pilots}) > 1:  # forces of another choice may remember more
             variables.pop(MOTION, None)
             fixed = {name: one for name, one in fixed.items() if "component" not in one.dims}
@@ -293,9 +296,3 @@ def _variable(name: str, one: xr.Variable, is_coordinate: bool) -> Variable:
     return Variable(
         tuple(map(str, one.dims)), kind, int(empty) if name == "status" else empty, one.attrs, is_coordinate
     )
-
-
-def _jump_variable(name: str, dims: tuple[str, ...]) -> Variable:
-    """Return how a store holds what is noted of jumps."""
-    is_text = name == "jump_direction"
-    return Variable((*dims, "jump"), str if is_text else np.float64, "" if is_text else np.nan, WORDS[name].words)

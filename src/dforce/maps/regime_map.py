@@ -118,9 +118,12 @@ def _lines(
     lines: list[StateLine] = []
     done, lowest, curves = 0, min(row.share for row in rows), Curves([])
     values = {axes[0].path: np.array(axes[0].values)}
+
+    def report(note: str, *_: Any) -> None:
+        report_progress(done, len(rows), note)
+
     try:
         for done, row in enumerate(rows):
-            report = partial(_report, report_progress, done, len(rows))
             report(f"row {done + 1}")
             if not curves.parts or len(axes) == 2:
                 # the curves show nothing of their own progress, and can be stopped
@@ -133,10 +136,6 @@ def _lines(
         heard()
         return lines, done
     return lines, len(rows)
-
-
-def _report(report_progress: Progress, done: int, total: int, note: str, *_: Any) -> None:
-    report_progress(done, total, note)
 
 
 def shares_of(given: Any) -> Array:
