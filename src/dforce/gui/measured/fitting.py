@@ -85,6 +85,11 @@ def free_names(document: Document) -> list[str]:
     return [str(name) for name in given] if isinstance(given, list | tuple) else []
 
 
+def free_paths(document: Document) -> set[Path]:
+    """Return where the parameters stand that are to be fitted."""
+    return {path_of(document, name) for name in free_names(document)}
+
+
 def with_free(document: Document, row: ParameterRow, free: bool) -> Document:
     """Return a document in which a parameter is to be fitted, or no longer."""
     names = [name for name in free_names(document) if name != row.name and path_of(document, name) != row.path]
@@ -118,6 +123,12 @@ def note(fit: xr.Dataset, name: str) -> str:
         products = [line for line in str(fit.attrs.get("products", "")).splitlines() if name in line]
         return f"{PRODUCT}{': ' if products else '.'}{'; '.join(products)}"
     return "The value lies at its bound." if bool(one["at_bound"]) else ""
+
+
+def answers(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:
+    """Return what a fit found of the rows of a list, with the k and R for which it holds, or why it did not, as text."""
+    names = [(row.label, name_in(fit, row, document)) for row in listed]
+    return [f"{label}: {found_for(fit, name) or note(fit, name)}" for label, name in names if name]
 
 
 def others(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:

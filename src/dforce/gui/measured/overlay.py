@@ -52,6 +52,13 @@ class Beside:
         """Return the curve with heights that are average distances, and phases as the model counts them."""
         return moved(self.curve, self.shift, self.turn)
 
+    def on_branches(self) -> xr.Dataset:
+        """Return the curve as :meth:`moved`, with the branch that the fit found for each point."""
+        curve = self.moved()
+        if self.fit is None or self.fit.sizes["point"] != curve.sizes["point"]:
+            return curve
+        return curve.assign_coords(branch=("point", self.fit["branch"].values))
+
 
 def shows(wanted: Picture) -> bool:
     """Return whether a picture has room for a measured curve."""
@@ -73,7 +80,7 @@ def with_measured(drawn: Drawn, wanted: Picture, beside: Beside, model: xr.Datas
     if beside.fit is not None and wanted.x == "zc":
         above += _lines(drawn, beside.fit, beside, names)
         if not wanted.together and model is not None:
-            extra, layout = _residuals(drawn, beside.fit, beside, residuals(model, beside.moved()))
+            extra, layout = _residuals(drawn, beside.fit, beside, residuals(model, beside.on_branches()))
             above += extra
     layout["showlegend"] = True
     data = [*below, *drawn.figure["data"], *above]
