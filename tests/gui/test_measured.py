@@ -767,7 +767,7 @@ def test_a_case_that_is_saved_says_how_its_curve_is_read(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_fit_is_opened_with_its_curve_and_its_case(tmp_path):
+def test_a_fit_is_opened_with_its_curve_and_its_case_and_its_report_is_saved(tmp_path, catch):
     case = fitted_curves.case_of("stiff")
     fit = df.fit(case, fitted_curves.data_of("stiff"), free=["sample.youngs_modulus"], search=False)
     data = written(lambda path: df.write(fit, path), ".nc")
@@ -781,6 +781,9 @@ def test_a_fit_is_opened_with_its_curve_and_its_case(tmp_path):
             page.plots.measured.show()
             panel = element(user, MeasuredPanel)
             assert not panel.props["stale"] and panel.props["report"] == df.fit_report(fit)
+            sent = catch()
+            send(panel, "report")
+            assert sent == [("curve-fit.txt", f"{df.fit_report(fit)}\n\n{df.chi2_in_words(fit)}\n")]
             send(panel, "take")
             value = float(fit["value"].sel(parameter="sample.youngs_modulus"))
             assert page.view.document.case().sample.youngs_modulus == pytest.approx(value, rel=1e-5)
