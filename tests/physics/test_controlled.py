@@ -63,10 +63,10 @@ def test_loops_of_a_sixth_of_the_frequency_settle_with_every_low_pass(order):
 
 def test_free_loop_follows_a_change_of_set_point_with_its_bandwidth():
     one = problem(48.9e3, 255, 10 * NM, HERTZ)
-    loops = Controllers(RIGHT, 11 * NM, 200.0, 200.0)
+    loops = Controllers(RIGHT, 11 * NM, 50.0, 50.0)
     found = follow(one, 50 * NM, free(one), loops, SETTINGS)
     left = 11 * NM - found.amplitude
     time = np.cumsum(1.0 / found.frequency)
     later = (left < 0.5 * NM) & (left > 0.05 * NM)
     rate = -np.polyfit(time[later], np.log(left[later]), 1)[0]
-    assert rate == pytest.approx(2.0 * math.pi * 200.0, rel=0.02)
+    assert rate == pytest.approx(2.0 * math.pi * 50.0, rel=0.01)  # the lock-in is late by a period, 0.6 %
