@@ -1,11 +1,14 @@
 """The torus of two tones: values of an independent torus balance, exact relations of each tone, and free motion."""
 
+import functools
+
 import numpy as np
 import pytest
 
 import dforce as df
 from dforce.engine.laws import laws_of
 from dforce.engine.over_points import force_over
+from dforce.inverse.bimodal import Contact, Observed, estimate, neglected
 from dforce.solvers.torus import TONES, Balance, Held, Lever, over_phases
 
 NM, E_EFF, RIGHT = 1e-9, 1e9 / 0.91, np.pi / 2.0
@@ -94,13 +97,53 @@ ROWS = {
 }  # fmt: skip
 
 
+# modulus by the formulas of AM-FM from the exact observables, over the true one
+RATIOS = {"B1": 0.586, "B2": 0.372, "B4": 6.30, "B5": 1.034, "B6": 1.029, "B7": 0.861}
+
+
+@functools.cache
+def row(name):
+    """Return the equations of a row and their solution."""
+    forces, radius, E_eff, Q, held, sees, grid, _ = ROWS[name]
+    return approached(case(forces, radius, E_eff, Q).problem, 4.0 * NM, held, grid, 1e-9, sees)
+
+
 @pytest.mark.parametrize("name", ROWS)
 def test_torus_equals_values_of_an_independent_balance_to_two_units_of_their_last_digit(name):
-    forces, radius, E_eff, Q, held, sees, grid, wanted = ROWS[name]
-    problem = case(forces, radius, E_eff, Q).problem
-    found = numbers_of(*approached(problem, 4.0 * NM, held, grid, 1e-9, sees))
-    for (key, *place), (value, digits) in wanted.items():
+    found = numbers_of(*row(name))
+    for (key, *place), (value, digits) in ROWS[name][-1].items():
         assert (found[key][place[0]] if place else found[key]) == pytest.approx(value, rel=0, abs=digits), key
+
+
+def observed(name):
+    """Return the observables of a row."""
+    equations, motion = row(name)
+    found, Q = numbers_of(equations, motion), tuple(equations.lever.Q)
+    A, f = (np.array([one.amplitude]) * NM for one in ROWS[name][4]), (F0 + found["frequency shift"])[:, None]
+    return Observed(tuple(K), Q, tuple(F0), tuple(f), tuple(A), found["drive"][:1], np.radians(found["phase"][:1]))
+
+
+@pytest.mark.parametrize("name", RATIOS)
+def test_formulas_of_am_fm_err_as_the_exact_motion_says(name):
+    contact = Contact.paraboloid(ROWS[name][1])
+    found = estimate(observed(name), contact).E_eff[0] / ROWS[name][2]
+    assert found == pytest.approx(RATIOS[name], abs=0.6 * 10.0 ** -(2 if name == "B4" else 3))
+
+
+def test_what_the_formulas_neglect_is_large_where_they_err_and_small_where_they_hold():
+    shares = {}
+    for name in ("B1", "B5", "B6"):
+        contact = Contact.paraboloid(ROWS[name][1])
+        seen = observed(name)
+        shares[name] = neglected(seen, contact, estimate(seen, contact))
+    assert shares["B1"]["harmonics"][0] > 0.05
+    assert max(shares[name]["harmonics"][0] for name in ("B5", "B6")) < 0.05
+
+
+def test_viscosity_of_am_fm_errs_as_the_modulus_and_the_loss_tangent_do():
+    contact = Contact.paraboloid(2e-9)
+    found = estimate(observed("B6"), contact)
+    assert found.viscosity[0] / found.E_eff[0] * ROWS["B6"][2] == pytest.approx(101.2, abs=0.06)  # the law has 100 Pa s
 
 
 def test_locked_tones_obey_their_virial_and_energy_relations():
