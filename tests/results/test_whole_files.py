@@ -31,7 +31,8 @@ POSIX = pytest.mark.skipif(os.name != "posix", reason="limits, locks and signals
 
 def child(code, *words):
     """Run Python beside the tests' helpers."""
-    start = f"import sys; sys.path.insert(0, {HERE!r})\n"
+    # a module that is first imported on a full disk would be kept cut short
+    start = f"import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {HERE!r})\n"
     return subprocess.run([sys.executable, "-c", start + code, *map(str, words)], capture_output=True, text=True)
 
 
