@@ -24,6 +24,7 @@ import numpy as np
 
 import dforce as df
 from dforce.maps import _executors, _map
+from dforce.maps._kept import Kept
 
 CURVE = 101  # points
 LONG = 201  # points of each curve of a million points
@@ -88,7 +89,7 @@ def scheduler(folder: Path, tasks: int) -> float:
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(folder)
     )
     with cluster, distributed.Client(cluster) as client:
-        hands = _executors.Cluster(case(), _executors.KeptQuantities(frozenset(KEPT), frozenset(KEPT), None), client)
+        hands = _executors.Cluster(case(), Kept(frozenset(KEPT)), client)
         pending, begun, done, start = set(), 0, 0, time.perf_counter()
         while done < tasks:
             room = hands.room()

@@ -199,6 +199,10 @@ class Window:
         """Return the field of a parameter of the case."""
         return self.page.locator(f'.df-entry[data-path="{path}"]')
 
+    def parameter(self, path: str) -> Any:
+        """Return all that stands at a parameter: its field, its slider and its fit."""
+        return self.page.locator(".df-parameter").filter(has=self.field(path))
+
     def saved(self, text: str) -> None:
         """Wait until the server has written a text that was typed."""
         until = time.monotonic() + STARTING

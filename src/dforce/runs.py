@@ -362,35 +362,21 @@ def watched(progress: Progress | bool | None, title: str) -> Iterator[Progress]:
 
     SIGTERM acts as Ctrl-C; neither does from the moment when progress is complete until the context ends.
     """
-    with late_stop_waits():
-        if progress is True:
-            with ProgressBar(title) as bar:
-                yield _ended(throttled(bar))
-        else:
-            yield _ended(throttled(progress or None))
+    shown = ProgressBar(title) if progress is True else contextlib.nullcontext(progress or None)
+    with late_stop_waits(), shown as report_progress:
+        yield _throttled(report_progress)
 
 
-def _ended(progress: Progress) -> Progress:
-    """Return a progress function that lets a stop wait once all points are done."""
+def _throttled(progress: Progress | None) -> Progress:
+    """Return a progress function that passes on few enough calls, and lets a stop wait once all points are done."""
+    last = -math.inf  # the clock may have started just now
 
     def report(done: int, total: int, note: str) -> None:
-        progress(done, total, note)
+        nonlocal last
+        now = time.monotonic()
+        if progress is not None and (now - last >= 1.0 / LOOKS_A_SECOND or done == total):
+            last = now
+            progress(done, total, note)
         at_end(done == total)
 
     return report
-
-
-def throttled(progress: Progress | None) -> Progress:
-    """Return a progress function that passes on few enough calls."""
-    if progress is None:
-        return lambda done, total, note: None
-    report_progress, last = progress, -math.inf  # the clock may have started just now
-
-    def passed_on(done: int, total: int, note: str) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last >= 1.0 / LOOKS_A_SECOND or done == total:
-            last = now
-            report_progress(done, total, note)
-
-    return passed_on

@@ -32,11 +32,25 @@ def browser():
         yield started
 
 
-class Watch:
-    """What a page must not do: ask another host, raise an error, or complain in its console."""
+# what Chromium says of a connection that is gone
+LOST = (
+    "ERR_INTERNET_DISCONNECTED",
+    "ERR_CONNECTION_REFUSED",
+    "ERR_CONNECTION_RESET",
+    "ERR_EMPTY_RESPONSE",
+    "WebSocket",
+)
 
-    def __init__(self, context, server):
+
+class Watch:
+    """What a page must not do: ask another host, raise an error, or complain in its console.
+
+    Where its connection is lost on purpose, it may complain of that.
+    """
+
+    def __init__(self, context, server, lost=False):
         self.server, self.own = server, urllib.parse.urlsplit(server.home).netloc
+        self.allowed = LOST if lost else ()
         self.wrong = []
         context.on("request", lambda request: self._request(request.url))
         context.on("weberror", lambda error: self.wrong.append(f"error in the page: {error.error}"))
@@ -48,7 +62,7 @@ class Watch:
             self.wrong.append(f"request to another host: {url}")
 
     def _complaint(self, message):
-        if "ERR_INTERNET_DISCONNECTED" not in message.text and "ERR_CONNECTION_REFUSED" not in message.text:
+        if not any(words in message.text for words in self.allowed):
             self.wrong.append(f"console: {message.text}")
 
     def check(self):
@@ -58,13 +72,16 @@ class Watch:
 
 @pytest.fixture
 def visit(browser, server):
-    """Give a function that opens the window for another person, by default in the size of a small laptop."""
+    """Give a function that opens the window for another person, by default in the size of a small laptop.
+
+    A test that cuts the connection, or ends the server, says that it is `lost`.
+    """
     opened = []
 
-    def visit(server=server, width=1366, height=768, enter=Window.open, **options):
+    def visit(server=server, width=1366, height=768, enter=Window.open, lost=False, **options):
         context = browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True, **options)
         context.set_default_timeout(WAIT)
-        opened.append((context, Watch(context, server)))
+        opened.append((context, Watch(context, server, lost)))
         window = Window(context.new_page(), server)
         enter(window)
         return window

@@ -18,6 +18,13 @@ DROP = """([text, name]) => {
     document.dispatchEvent(new DragEvent("drop", {dataTransfer: data}));
 }"""
 
+SPREAD = """() => {
+    const all = (document.querySelector(".df-main .df-plot")._fullData ?? []).filter(
+        (trace) => trace.meta?.startsWith("residual"));
+    const known = all.map((trace) => [...trace.y].filter(Number.isFinite));
+    return all.length === 2 && known.every((one) => one.length > 100 && Math.max(...one.map(Math.abs)) < 5);
+}"""
+
 
 def as_an_instrument_writes():
     """Return the shipped curve under headings of its own, with heights that grow toward the sample."""
@@ -62,8 +69,10 @@ def test_an_experimenter_reads_modulus_peak_force_and_safe_settings_from_a_curve
     radius.press("Enter")
     panel.get_by_role("button", name="Match the experiment").click()
     fit = panel.get_by_role("button", name="Fit", exact=True)
-    for name in ("Young's modulus of the sample", "hamaker"):
-        panel.get_by_role("checkbox", name=name).check()
+    expect(panel.get_by_text("Tick fit at the fields of the form")).to_be_visible()
+    for path in ("sample.youngs_modulus", "forces.1.hamaker"):
+        window.parameter(path).get_by_role("checkbox", name="fit").check()
+    expect(panel.get_by_text("Finds DMT: Hamaker constant, Young's modulus of the sample")).to_be_visible()
     expect(fit).to_be_disabled()
     panel.get_by_role("button", name="They are those of this curve").click()
     # 3. fit, and read the modulus with the k and R for which it holds, and whether the model suits
@@ -77,6 +86,7 @@ def test_an_experimenter_reads_modulus_peak_force_and_safe_settings_from_a_curve
     # 4. the peak force at the set point, of the state that was fitted
     with window.redrawn():
         panel.get_by_role("button", name="Take over these values").click()
+    page.wait_for_function(SPREAD, timeout=WAIT)  # of the curve with these values, near both jumps, too
     # 5. safe settings
     panel.get_by_label("largest peak force").fill("3 nN")
     panel.get_by_role("button", name="Find safe settings").click()

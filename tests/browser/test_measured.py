@@ -19,7 +19,7 @@ def measured(window, tmp_path):
     """Give the window with the stiff sample's case and its measured curve, dropped onto it."""
     case = fitted_curves.case_of("stiff").replace(
         "sample.youngs_modulus", 1.9e9,
-        experiment=df.experiments.Approach(zc=["34 nm", "9 nm"]),
+        experiment=df.experiments.Approach(zc={"start": "34 nm", "stop": "9 nm", "points": 126}),
         fit={"free": ["sample.youngs_modulus"], "search": False},
     )  # fmt: skip
     file = tmp_path / "case.toml"
@@ -52,7 +52,7 @@ def test_a_dropped_curve_is_asked_about_drawn_fitted_and_taken_over(measured):
     panel = measured.page.get_by_role("complementary", name="measured curve")
     rows = np.loadtxt(CURVE.read_text().splitlines(), delimiter=",")
     assert np.allclose(points(measured, "measured amplitude"), rows[:, 1])
-    expect(panel.get_by_label("Young's modulus of the sample")).to_be_checked()
+    expect(measured.parameter("sample.youngs_modulus").get_by_role("checkbox", name="fit")).to_be_checked()
     expect(panel.get_by_role("button", name="Fit", exact=True)).to_be_disabled()
     panel.get_by_role("button", name="They are those of this curve").click()
     panel.get_by_role("button", name="Fit", exact=True).click()

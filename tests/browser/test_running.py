@@ -123,7 +123,7 @@ def cut(window):
 
 
 def test_what_is_typed_without_a_connection_arrives_when_it_is_back(visit):
-    window = visit()
+    window = visit(lost=True)
     with cut(window):
         window.type(AMPLITUDE, "7")
     window.shows(df.example(FIRST).replace(AMPLITUDE, "7 nm"))
@@ -132,7 +132,7 @@ def test_what_is_typed_without_a_connection_arrives_when_it_is_back(visit):
 
 def test_a_server_that_was_killed_and_started_again_has_what_was_typed(visit, tmp_path):
     with served(tmp_path) as server:
-        window = visit(server)
+        window = visit(server, lost=True)
         window.type(AMPLITUDE, "6")
         window.type("cantilever.Q", "20 N/m")  # not yet a value
         window.field("cantilever.Q").locator(".df-error").wait_for()

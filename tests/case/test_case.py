@@ -187,7 +187,7 @@ def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
         ("forces", [{"model": "hertz", "radius": 1}], "takes 'radius' from the instrument: set tip.radius instead"),
         ("forces", [{"model": "hertz"}] * 2, "hertz appears twice"),
         ("forces", [{"model": "hertz"}] * 21, "forces"),
-        ("experiment.zc", [], "experiment.zc is an empty list"),
+        ("experiment.zc", [], "experiment.zc has 0 distances"),
         ("experiment.zc.points", 10**9, "experiment.zc.points = 1000000000 is above 1000000"),
         ("experiment.zc.points", 0, "experiment.zc.points = 0 is below 1"),
         ("experiment.zc.points", 2.5, "experiment.zc.points = 2.5 is not a whole number"),

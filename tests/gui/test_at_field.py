@@ -26,6 +26,7 @@ def test_every_number_of_the_active_forces_can_be_fitted_at_its_field_while_ther
             assert fits(user) == {}
             measured = MeasuredData("none", "curve.csv")
             page.view.session.look(dataclasses.replace(page.view.document, measured=measured))
+            await until(lambda: fits(user))
             found = fits(user)
             assert {"Hamaker constant", "Young's modulus of the sample"} & {*found} or len(found) > 3
             label, one = next((label, one) for label, one in found.items() if "amaker" in label)

@@ -114,7 +114,7 @@ def test_a_limit_shades_what_it_allows_and_says_where_it_holds():
     assert figure["drag"] and line["y0"] == line["y1"] == pytest.approx(between / scale)
     assert shade["y1"] < line["y0"]
     rising = np.nanmax(force[2]) > np.nanmax(force[1])
-    ends = "18 nm to 20 nm" if rising else "22 nm to 22 nm"
+    ends = "free amplitude 18 nm to 20 nm" if rising else "free amplitude 22 nm"
     assert ends in explore.allowed(result, choice, limit)
     assert explore.read_limit(result, choice, explore.shown_limit(result, choice, limit), False).value == pytest.approx(
         between, rel=1e-3
@@ -290,6 +290,52 @@ def test_the_sentence_of_a_limit_says_which_states_are_meant():
     choice = explore.fitting(result, explore.Choice("peak_force", "A0", ""))
     said = explore.allowed(result, choice, explore.DrawnLimit(float(result["peak_force"].max())))
     assert "approach" in said or "branches" in said
+
+
+def gap(result, **places):
+    """Return a copy of a result without states at some places of its parameters."""
+    out = result.copy(deep=True)
+    for name in out.data_vars:
+        if set(places) <= {*out[name].dims} and out[name].dtype.kind == "f":
+            out[name][places] = np.nan
+    return out
+
+
+def test_every_gap_of_lines_and_of_maps_is_named_with_its_settings():
+    assert explore.gaps_of(gap(states(), A0=1), "peak_force").endswith("values of free amplitude: 20 nm.")
+    whole = planned()
+    assert explore.gaps_of(gap(whole, A0=[0, 1, 4], set_point=2), "peak_force") == (
+        "No state meets the set point at these values of free amplitude: set point 0.8: 4 nm to 6 nm, 12 nm."
+    )
+
+
+def test_the_values_where_a_limit_holds_are_named_with_the_gap_between_them():
+    result = states().copy(deep=True)
+    result["peak_force"][:] = np.array([[1.0], [3.0], [1.0]]) * 1e-9
+    choice = explore.fitting(result, explore.Choice("peak_force", "A0", ""))
+    said = explore.allowed(result, choice, explore.DrawnLimit(2e-9))
+    assert said.startswith("The limit holds at free amplitude 18 nm, 22 nm, for ")
+
+
+def test_a_range_is_suggested_for_a_parameter_left_at_its_default_and_taken_over(tmp_path):
+    case = df.example("figure-3-air").replace(forces=[df.forces.DMT(hamaker=2e-20), df.forces.KelvinVoigt()])
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            page.view.edit(Document.of(case), anew=True)
+            page.plots.explorer.open()
+            panel = element(user, ExplorePanel)
+            send(panel, "suggest", "forces.kelvin_voigt.viscosity")
+            assert (panel.props["suggested"]["low"], panel.props["suggested"]["high"]) == ("50 Pa s", "200 Pa s")
+            over = {"forces.kelvin_voigt.viscosity": ["50 Pa s", "80 Pa s"]}
+            page.view.session.study.take(Over(df.sweep(page.view.document.case(), over=over, at_set_point=0.8)))
+            page.plots.explorer._changed()
+            await until(lambda: panel.props["axes"])
+            page.plots.explorer._clicked({"x": 80.0, "y": 0.0})
+            send(panel, "take")
+            assert page.view.document.case().forces[1].viscosity == pytest.approx(80.0)
+
+    asyncio.run(flow())
 
 
 def test_the_map_of_limits_in_the_panel_ends_at_the_located_boundary():

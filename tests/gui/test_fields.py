@@ -10,7 +10,7 @@ from every import every
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.case.fields import fields, name_of
+from dforce.gui.case.fields import fields, name_of, within_sentence
 from dforce.gui.case.values import check, read, shown, units_of, usual_unit
 from dforce.gui.document.document import Document
 
@@ -120,3 +120,8 @@ def test_a_number_that_cannot_be_kept_stays_a_text_and_is_said(typed, key):
 def test_names_of_models_are_words():
     assert name_of(df.forces.KelvinVoigt) == "Kelvin–Voigt"
     assert name_of(df.forces.DMT) == "DMT"
+
+
+def test_people_keep_their_capital_inside_a_sentence():
+    assert within_sentence("Free amplitude") == "free amplitude"
+    assert within_sentence("Hamaker constant") == "Hamaker constant"

@@ -12,6 +12,7 @@ import h5py
 import measured_curve
 import numpy as np
 import pytest
+import xarray as xr
 from simulated import element, send, show, until, window
 
 import dforce as df
@@ -31,6 +32,7 @@ CASE = df.example("figure-3-air").set("experiment.zc.points=5")
 SCRIPT = files("dforce.gui") / "measured" / "at_field.js"
 USUAL = Picture("zc", ("amplitude", "phase"))
 LAG = {"phase_convention": "lag"}
+MODULUS = ("sample", "youngs_modulus")
 
 
 def csv(**how):
@@ -138,6 +140,15 @@ def test_what_is_no_curve_is_refused_by_its_name(tmp_path):
     assert not list(tmp_path.glob("upload-*"))
 
 
+def at_fields(page):
+    """Return what stands of a fit at the fields of a page, by their paths, where it can be seen."""
+    return {path: one for path, one in page.forms.companions[-1].placed.items() if one.visible}
+
+
+def fit_at(page, path):
+    return at_fields(page)[path]
+
+
 def beside(shift=0.0, turn=0.0, fit=None):
     return overlay.Beside(df.calibrate(raw(), CASE), shift, turn, fit)
 
@@ -152,6 +163,25 @@ def test_points_lie_where_they_were_measured_and_move_with_their_shift():
     assert np.allclose(numbers(first["x"]), 1e9 * curve["height"].values + 1.5)
     assert np.allclose(of(figure, "measured amplitude")[0], 1e9 * curve["amplitude"].values)
     assert np.allclose(of(figure, "measured phase")[0], curve["phase"].values - 2.0)
+
+
+def test_residuals_are_of_the_branches_that_the_fit_found():
+    """A measured jump lies between both jumps of the model: the direction of a point does not tell its branch."""
+    model = df.run(df.example("figure-3-air-jump"))
+    jumped = model["zc"].values < 9.75e-9  # of 10.1 nm on retract and 9.3 nm on approach
+    ways = {False: model.sel(direction="approach"), True: model.sel(direction="retract")}
+    columns = {name: np.where(jumped, *(np.ravel(ways[one][name].values) for one in (True, False))) for name in USUAL.y}
+    curve = xr.Dataset(
+        {name: ("point", values) for name, values in columns.items()} | {"height": ("point", model["zc"].values)},
+        {"direction": ("point", ["approach"] * len(jumped))},
+        {"amplitude_error": 0.1e-9, "phase_error": 0.5},
+    )
+    fit = curve.drop_vars("direction").assign_coords(branch=("point", np.where(jumped, -1, 1)), tone=[1])
+    fit["used"] = ("point", np.full(len(jumped), True))
+    drawn = overlay.with_measured(picture([Layer(model)], USUAL), USUAL, overlay.Beside(curve, fit=fit), model).figure
+    for name in USUAL.y:
+        (left,) = of(drawn, f"residual {name}")
+        assert np.nanmax(np.abs(left)) < 1e-6 and np.isfinite(left).mean() > 0.9
 
 
 @pytest.mark.parametrize("wanted", [USUAL, Picture("amplitude", ("phase", "peak_force"))])
@@ -429,7 +459,7 @@ def test_a_lever_is_chosen_from_the_library_or_typed(tmp_path):
     asyncio.run(flow())
 
 
-def test_what_a_range_cannot_tell_stands_at_its_row_before_the_fit(tmp_path):
+def test_what_a_range_cannot_tell_stands_at_its_field_before_the_fit(tmp_path):
     data = (files("dforce.library") / "measured" / "air.csv").read_bytes()
     session = Session({}, tmp_path)
     free = [fitted_curves.E, fitted_curves.H]
@@ -437,19 +467,15 @@ def test_what_a_range_cannot_tell_stands_at_its_row_before_the_fit(tmp_path):
     session.document = document.put(("experiment",), {"kind": "approach", "zc": ["12 nm", "2 nm"]})
 
     async def flow():
-        async with window(tmp_path, session, live=False) as (user, page):
-            panel = element(user, MeasuredPanel)
+        async with window(tmp_path, session, live=False) as (_, page):
             await dropped(page, data, "air.csv")
-            page.plots.measured.show()
-            await until(lambda: page.plots.measured.foreseen.sentences, 120.0)
-            page.plots.measured.show()
-            notes = {row["name"]: row["note"] for row in panel.props["rows"]}
-            assert "does not depend on it" in notes[fitted_curves.E] and "youngs_modulus" not in notes[fitted_curves.E]
-            assert notes[fitted_curves.H] == ""
+            modulus, hamaker = (fit_at(page, path) for path in (MODULUS, ("forces", 0, "hamaker")))
+            await until(lambda: modulus.props["note"], 120.0)
+            assert "does not depend on it" in modulus.props["note"] and "youngs_modulus" not in modulus.props["note"]
+            assert hamaker.props["note"] == ""
             # what is fitted no longer is not spoken of
-            send(panel, "free", {"name": fitted_curves.E, "free": False})
-            page.plots.measured.show()
-            assert {row["name"]: row["note"] for row in panel.props["rows"]}[fitted_curves.E] == ""
+            send(modulus, "free", False)
+            assert modulus.props["note"] == ""
 
     asyncio.run(flow())
 
@@ -602,20 +628,25 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             session, panel = page.view.session, element(user, MeasuredPanel)
             await dropped(page, data, "stiff.csv")
             page.plots.measured.show()
-            rows = {row["name"]: row for row in panel.props["rows"]}
-            assert [name for name, row in rows.items() if row["free"]] == ["sample.youngs_modulus"]
+            assert panel.props["free"] == ["Young's modulus of the sample"]
+            assert [path for path, one in at_fields(page).items() if one.props["free"]] == [MODULUS]
             send(panel, "confirm")
             send(panel, "fit")
             await until(lambda: session.measured.fit is not None, 60.0)
             fit = session.measured.fit
             value, error = (float(fit[name].sel(parameter="sample.youngs_modulus")) for name in ("value", "error"))
             assert abs(value - 2e9) < 3.0 * error
+            await until(lambda: fit_at(page, MODULUS).props["found"])
             page.plots.measured.show()
-            found = {row["name"]: row for row in panel.props["rows"]}["sample.youngs_modulus"]["found"]
+            found = fit_at(page, MODULUS).props["found"]
             assert "±" in found and found.endswith("GPa for k = 2.7 N/m, R = 8 nm")
+            assert panel.props["answers"] == [f"Young's modulus of the sample: {found}"]
             assert not panel.props["stale"]
             used = fit["used"].values
+            before = of(show(page, df.run(page.view.document.case())), "measured phase")
             send(panel, "take")
+            # the points stay where they are until the curve of the new values is there
+            assert of(page.view.compose(page.view.result), "measured phase")[0] == pytest.approx(before[0])
             assert np.isclose(page.view.document.case().sample.youngs_modulus, value, rtol=1e-5)
             assert page.view.document.measured.shift == float(fit["value"].sel(parameter="zc_offset"))
             page.plots.measured.show()
@@ -692,13 +723,12 @@ def test_a_refusal_of_a_fit_stands_at_the_parameter_that_it_is_about(tmp_path):
             await dropped(page, data, "stiff.csv")
             panel = element(user, MeasuredPanel)
             send(panel, "confirm")
-            send(panel, "free", {"name": "tip.radius", "free": True})
+            radius = fit_at(page, ("tip", "radius"))
+            send(radius, "free", True)
             send(panel, "fit")
             await until(lambda: page.view.session.fitting is not None and not page.view.session.fitting.busy)
-            page.plots.measured.show()
-            notes = {row["name"]: row["note"] for row in panel.props["rows"]}
-            assert "product" in notes["tip.radius"] or "tip" in notes["tip.radius"].lower()
-            assert notes["tip.radius"] and page.view.session.measured.fit is None
+            await until(lambda: "product" in radius.props["note"] or "tip" in radius.props["note"].lower())
+            assert panel.props["failed"] and page.view.session.measured.fit is None  # where Fit was pressed, too
 
     asyncio.run(flow())
 
@@ -711,12 +741,11 @@ def test_advice_on_a_fit_names_only_what_the_window_has_a_field_for(tmp_path):
             await dropped(page, data, "stiff.csv")
             panel = element(user, MeasuredPanel)
             send(panel, "confirm")
-            send(panel, "free", {"name": "tip.radius", "free": True})
+            radius = fit_at(page, ("tip", "radius"))
+            send(radius, "free", True)
             send(panel, "fit")
-            await until(lambda: page.view.session.fitting is not None and not page.view.session.fitting.busy)
-            page.plots.measured.show()
-            [note] = [row["note"] for row in panel.props["rows"] if row["name"] == "tip.radius"]
-            return note or pytest.fail("the fit was not refused")
+            await until(lambda: radius.props["note"])
+            return radius.props["note"]
 
     note = asyncio.run(flow())
     assert "prior" not in note.lower() or "prior" in SCRIPT.read_text(encoding="utf-8").lower()
@@ -738,7 +767,7 @@ def test_a_case_that_is_saved_says_how_its_curve_is_read(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_fit_is_opened_with_its_curve_and_its_case(tmp_path):
+def test_a_fit_is_opened_with_its_curve_and_its_case_and_its_report_is_saved(tmp_path, catch):
     case = fitted_curves.case_of("stiff")
     fit = df.fit(case, fitted_curves.data_of("stiff"), free=["sample.youngs_modulus"], search=False)
     data = written(lambda path: df.write(fit, path), ".nc")
@@ -752,6 +781,9 @@ def test_a_fit_is_opened_with_its_curve_and_its_case(tmp_path):
             page.plots.measured.show()
             panel = element(user, MeasuredPanel)
             assert not panel.props["stale"] and panel.props["report"] == df.fit_report(fit)
+            sent = catch()
+            send(panel, "report")
+            assert sent == [("curve-fit.txt", f"{df.fit_report(fit)}\n\n{df.chi2_in_words(fit)}\n")]
             send(panel, "take")
             value = float(fit["value"].sel(parameter="sample.youngs_modulus"))
             assert page.view.document.case().sample.youngs_modulus == pytest.approx(value, rel=1e-5)

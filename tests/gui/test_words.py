@@ -27,7 +27,7 @@ AIR = Document.of(df.example("figure-3-air"))
         (("drive", "A0"), None, "Free amplitude: a value is missing"),
         (("drive", "A0"), "3300 ft", "Free amplitude: 1005.84 m is above 1 mm"),
         (("drive", "A0"), "-1 nm", "Free amplitude: -1 nm is not above 0 nm"),
-        (("forces", 0, "hamaker"), "-1 J", "DMT: hamaker constant: -1 J is below 0 J"),
+        (("forces", 0, "hamaker"), "-1 J", "DMT: Hamaker constant: -1 J is below 0 J"),
         (("experiment", "zc", "points"), -3, "Number of distances: -3 is below 1"),
     ],
 )  # fmt: skip
@@ -95,7 +95,7 @@ def test_no_field_is_explained_in_words_of_the_file(model):
 def test_advice_names_fields_by_their_labels():
     advice = "Raise solver.points_per_period to 1024, or tip.radius, see forces.1.hamaker; not medium.nothing."
     assert with_labels(AIR, advice) == (
-        "Raise “Samples per period of the first tone” to 1024, or “Radius of the tip's apex”, see “DMT: hamaker constant”; "
+        "Raise “Samples per period of the first tone” to 1024, or “Radius of the tip's apex”, see “DMT: Hamaker constant”; "
         "not medium.nothing."
     )
 

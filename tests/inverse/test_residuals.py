@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import dforce as df
+from dforce.findings.jumps import jumps
 from dforce.findings.residuals import residuals
 
 MODEL = df.run(df.example("figure-3-air-jump"))  # with a loop: approach and retract differ
@@ -42,6 +43,20 @@ def test_a_known_branch_chooses_the_curve():
     curve = measured("retract", branch=("point", -np.ones(MODEL.sizes["zc"] - 1)))
     found = residuals(MODEL, curve.assign_coords(direction=("point", ["approach"] * curve.sizes["point"])))
     assert np.nanmax(np.abs(found["phase"])) < 1e-6
+
+
+@pytest.mark.parametrize("directions", [["approach", "retract"], ["approach"], ["retract"]])
+def test_a_point_is_never_compared_with_the_other_branch(directions):
+    """A measured jump lies between both jumps of the model, where its branches differ by 100 standard deviations."""
+    snaps = [jumps(MODEL.sel(direction=way), way)[0].before for way in ("approach", "retract")]
+    middle = sum(snaps) // 2
+    far, near = measured("approach").isel(point=slice(middle)), measured("retract").isel(point=slice(middle, None))
+    curve = xr.concat([far, near], "point").assign_attrs(far.attrs)
+    curve = curve.assign_coords(branch=("point", np.where(np.arange(curve.sizes["point"]) < middle, 1, -1)))
+    found = residuals(MODEL.sel(direction=directions), curve)
+    for name in SIGMA:
+        assert np.nanmax(np.abs(found[name])) < 1e-6
+        assert np.isfinite(found[name]).any()
 
 
 def test_points_beyond_the_curve_have_no_residual():

@@ -227,15 +227,15 @@ def test_a_full_disk_is_one_sentence_and_no_loss(store, monkeypatch):
 
 @pytest.mark.usefixtures("small")
 def test_a_block_that_fails_twice_is_left_out_with_its_sentence(store, monkeypatch):
-    solve, tries = _executors.KeptQuantities.arrays, []
+    solve, tries = _executors.arrays_of, []
 
-    def failing(kept: Any, one: Any, axes: Any, crew: Any) -> Any:
+    def failing(one: Any, axes: Any, kept: Any, crew: Any) -> Any:
         if axes[0].values[0] == pytest.approx(3e9):
             tries.append(axes[1].values)
             raise ZeroDivisionError("nothing to divide by")
-        return solve(kept, one, axes, crew)
+        return solve(one, axes, kept, crew)
 
-    monkeypatch.setattr(_executors.KeptQuantities, "arrays", failing)
+    monkeypatch.setattr(_executors, "arrays_of", failing)
     result = df.sweep(case(), OVER, store=store)
     broken = (result.status == df.Status.BROKEN).all(("zc", "direction"))
     assert broken.values.tolist() == [[False] * 3] * 4 + [[True] * 3]

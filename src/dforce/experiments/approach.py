@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
 import pydantic
 
 from dforce.core.arrays import Array
@@ -14,11 +13,11 @@ from dforce.experiments.base import (
     CurvePlan,
     DistanceExperiment,
     Distances,
-    Grid,
     PathExperiment,
     ProtocolName,
     RelativeGrid,
     Start,
+    values_of,
     whole_range,
 )
 
@@ -51,9 +50,7 @@ class Approach(DistanceExperiment, PathExperiment):
 
     def distances(self, A0: float = 1.0) -> Array:
         """Return the average distances (m) in your order; shares refer to `A0` (m)."""
-        if isinstance(self.zc, RelativeGrid):
-            return np.asarray(self.zc.values() * A0)
-        return self.zc.values() if isinstance(self.zc, Grid) else np.array(self.zc)
+        return values_of(self.zc) * (A0 if isinstance(self.zc, RelativeGrid) else 1.0)
 
     def plan(self, problem: Problem) -> CurvePlan:
         """Return the curve; see :class:`CurveExperiment`."""

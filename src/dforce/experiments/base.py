@@ -61,21 +61,26 @@ class RelativeGrid(Even):
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of distances")
 
 
-def _distances(given: Any) -> Any:
-    """Turn a pair ("12 nm", "1 nm") or a list of distances into what pydantic validates; leave tables alone."""
-    if isinstance(given, Grid | RelativeGrid | dict):
-        return given
-    if isinstance(given, str | int | float):
-        given = [given]
-    try:
-        items = list(given)
-    except TypeError:
-        raise ParameterError(f"is {shorten(given)}, which is not a list of distances or a grid") from None
-    if not items:
-        raise ParameterError("is an empty list; write at least one distance")
-    if len(items) > MOST_POINTS:
-        raise ParameterError(f"has {len(items)} distances; at most {MOST_POINTS} are allowed")
-    return tuple(units.parse(item, "m") for item in items)
+def listed(words: str, unit: str) -> pydantic.BeforeValidator:
+    """Turn a value, or a list such as ("12 nm", "1 nm"), into the numbers that pydantic validates; leave grids alone."""
+
+    def numbers(given: Any) -> Any:
+        if isinstance(given, Even | dict):
+            return given
+        try:
+            items = [given] if isinstance(given, str | int | float) else list(given)
+        except TypeError:
+            raise ParameterError(f"is {shorten(given)}, which is not a list of {words} or a grid") from None
+        if not 0 < len(items) <= MOST_POINTS:
+            raise ParameterError(f"has {len(items)} {words}; give 1 to {MOST_POINTS}")
+        return tuple(units.parse(item, unit) for item in items)
+
+    return pydantic.BeforeValidator(numbers)
+
+
+def values_of(given: Even | tuple[float, ...]) -> Array:
+    """Return the values (SI) of a grid or a list."""
+    return given.values() if isinstance(given, Even) else np.array(given)
 
 
 def _kind_of_distances(given: Any) -> str:
@@ -90,7 +95,7 @@ Distances = Annotated[
     | Annotated[tuple[float, ...], pydantic.Tag("list")]
     | Annotated[RelativeGrid, pydantic.Tag("relative")],
     pydantic.Discriminator(_kind_of_distances),
-    pydantic.BeforeValidator(_distances),
+    listed("distances", "m"),
 ]
 
 
@@ -161,8 +166,8 @@ class Experiment(Parameters):
     Attributes
     ----------
     procedure
-        The function that carries the plan out, as ``"module:name"`` below `dforce`, loaded when it is called. It takes a
-        :class:`dforce.runs.task.Task`.
+        The function that carries the plan out, as ``"module:name"`` below `dforce`, loaded when it is called; see
+        :func:`dforce.runs.carry_out`.
     unswept
         Dimensions of what a sweep does not keep of each case, such as the samples of a record.
     locks

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-import numpy as np
 import pydantic
 
 from dforce.core import units
-from dforce.core.arrays import Array
-from dforce.core.errors import ParameterError, shorten
 from dforce.core.parameters import Number, Part, param, part
 from dforce.experiments.base import (
     MOST_POINTS,
@@ -19,7 +16,9 @@ from dforce.experiments.base import (
     PathExperiment,
     ProtocolName,
     Start,
+    listed,
     tapping_distance,
+    values_of,
 )
 
 if TYPE_CHECKING:
@@ -36,17 +35,6 @@ class FrequencyGrid(Even):
     points: int = pydantic.Field(default=201, ge=1, le=MOST_POINTS, description="number of frequencies")
 
 
-def _frequencies(given: Any) -> Any:
-    """Refuse what is neither a grid nor a list of frequencies."""
-    if isinstance(given, tuple) and not 0 < len(given) <= MOST_POINTS:
-        raise ParameterError(f"has {len(given)} frequencies; give 1 to {MOST_POINTS}")
-    if isinstance(given, float):
-        return (given,)
-    if not isinstance(given, FrequencyGrid | dict | tuple):
-        raise ParameterError(f"is {shorten(given)}, which is not a list of frequencies or a grid")
-    return given
-
-
 class FrequencySweep(PathExperiment):
     """The drive frequency of tone 1 goes up or down at constant driving force, slowly or by sudden steps.
 
@@ -58,7 +46,7 @@ class FrequencySweep(PathExperiment):
     falls_first = False
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
-    frequency: Part[Annotated[FrequencyGrid | tuple[float, ...], pydantic.BeforeValidator(_frequencies)]] = param(
+    frequency: Part[Annotated[FrequencyGrid | tuple[float, ...], listed("frequencies", "Hz")]] = param(
         unit="Hz",
         symbol="f",
         above="0 Hz",
@@ -78,10 +66,6 @@ class FrequencySweep(PathExperiment):
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 
-    def frequencies(self) -> Array:
-        """Return the frequencies (Hz) in your order."""
-        return self.frequency.values() if isinstance(self.frequency, FrequencyGrid) else np.array(self.frequency)
-
     @property
     def path(self) -> str:
         """The frequency of the first tone; see :class:`Experiment`."""
@@ -89,7 +73,7 @@ class FrequencySweep(PathExperiment):
 
     def plan(self, problem: Problem) -> CurvePlan:
         """Return the resonance curve; see :class:`CurveExperiment`."""
-        return self.along("frequency", self.frequencies(), zc=self.zc)
+        return self.along("frequency", values_of(self.frequency), zc=self.zc)
 
     @classmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:

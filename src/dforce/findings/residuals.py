@@ -21,8 +21,9 @@ WAYS = {1: "approach", -1: "retract"}  # the curve of free motion, and of the br
 def residuals(model: xr.Dataset, curve: xr.Dataset) -> dict[str, Array]:
     """Return (model - measured) / standard deviation of `amplitude` and `phase`, each of shape (points, tones).
 
-    The curve of the model is a straight line between its points. A residual is NaN beyond the curve and across a jump. Measured
-    branches, where they are known, choose between approach and retract; else the directions of the points do.
+    The curve of the model is a straight line between its points. Measured branches, where they are known, choose between
+    approach and retract; else the directions of the points do. A residual is NaN beyond the curve, across a jump, and where the
+    curve has left the branch of a point.
 
     Parameters
     ----------
@@ -53,20 +54,21 @@ def residuals(model: xr.Dataset, curve: xr.Dataset) -> dict[str, Array]:
 
 def _at(model: xr.Dataset, name: str, tone: int, curve: xr.Dataset, zc: Array) -> Array:
     """Return a quantity of the model at the distances of measured points."""
-    ways = curve["direction"].values.astype(str)
+    ways, branches = curve["direction"].values.astype(str), np.zeros(len(zc))
     if "branch" in curve:
-        ways = np.array([WAYS[int(np.sign(one))] for one in curve["branch"].values])
+        branches = np.sign(curve["branch"].values)
+        ways = np.array([WAYS[int(one)] for one in branches])
     out = np.full(len(zc), np.nan)
-    several = "direction" in model.dims
+    known = model["direction"].values.tolist() if "direction" in model.dims else []
     for way in np.unique(ways):
-        one = model
-        if several:
-            known = model["direction"].values.tolist()
-            one = model.isel(direction=known.index(way) if way in known else 0)
+        taken = next((one for one in known if one == way), known[0] if known else "")
+        one = model.sel(direction=taken) if known else model
         x, y = one["zc"].values, one[name].values.reshape(one.sizes["zc"], -1)[:, tone]
         rows, order = np.flatnonzero(ways == way), np.argsort(x)
         out[rows] = np.interp(zc[rows], x[order], y[order], left=np.nan, right=np.nan)
-        for jump in jumps(one, way):
+        for jump in jumps(one, taken):
             low, high = sorted((x[jump.before], x[jump.after]))
-            out[rows[(zc[rows] > low) & (zc[rows] < high)]] = np.nan
+            # below a jump the curve has left free motion, above it the branch behind the jump
+            left = (zc > np.where(branches > 0, -np.inf, low)) & (zc < np.where(branches < 0, np.inf, high))
+            out[rows[left[rows]]] = np.nan
     return out

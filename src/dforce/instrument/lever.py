@@ -17,7 +17,7 @@ from dforce.instrument.beam_lever import Beam
 from dforce.instrument.drift import Drift
 from dforce.instrument.medium import Medium
 from dforce.instrument.modes import MOST_MODES, TILT, ModeNumbers, normal_factor
-from dforce.library.cantilevers import cantilevers, own_cantilevers
+from dforce.library.cantilevers import Probe, cantilevers, own_cantilevers
 
 LONGEST_REPEAT = 15  # periods of mode 1 after which it and an ideal higher mode repeat together
 DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies are those in air
@@ -183,13 +183,22 @@ class Cantilever(Parameters):
         if not ways:
             raise ParameterError("cantilever is empty; write f0, k and Q, or a list of modes, or a beam")
         if given:
-            for name in ("f0", "k", *(("Q",) if not self._has_sizes() else ())):
+            for name in ("f0", "k", *(() if self.sizes else ("Q",))):  # the sizes give Q in air
                 self.needed(name)
         return self
 
-    def _has_sizes(self) -> bool:
-        """Whether the sizes of a shipped cantilever are known, which tell its Q in air."""
-        return self.name is not None and self.library is None and cantilevers()[self.name].length is not None
+    @property
+    def sizes(self) -> tuple[float, float] | None:
+        """Length and width (m) of a beam or a shipped cantilever; None where they are not known."""
+        known: Beam | Probe | None = self.beam
+        if self.name is not None and self.library is None:
+            known = cantilevers()[self.name]
+        return None if known is None or not known.length or not known.width else (known.length, known.width)
+
+    @property
+    def normal_factor(self) -> float:
+        """Spring constant along the normal of the sample over that along the normal of the lever."""
+        return normal_factor(self.tilt if self.beam is None else self.beam.tilt)
 
     def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
         """Return the modes in the medium; values of `modes` count as measured in the medium.
@@ -221,10 +230,8 @@ class Cantilever(Parameters):
         if given.f0 is None and medium.density and medium.density > DENSEST:
             raise ParameterError(f"{path}.f0 is missing: the ratio of an ideal beam holds in air; give f0 as measured")
         f0 = float(simple) * first.f0 if given.f0 is None else given.f0
-        k = ratio**2 * first.k if given.k is None else given.k * normal_factor(self.tilt)
-        shipped = self.name is not None and self.library is None
-        width = cantilevers()[str(self.name)].width if shipped else None
-        Q = given.Q
+        k = ratio**2 * first.k if given.k is None else given.k * self.normal_factor
+        width, Q = self.sizes[1] if self.sizes else None, given.Q
         if Q is None:
             if not (width and medium.density and medium.viscosity) or medium.density > DENSEST:
                 why = "" if width else ": the width of the lever is not known"
@@ -239,7 +246,6 @@ class Cantilever(Parameters):
 
     def _nominal_Q(self, medium: Medium) -> float:
         """Return Q in a gas from nominal f0, k and sizes, by Sader's theory."""
-        probe = cantilevers()[str(self.name)]
         if not medium.density or not medium.viscosity:
             raise ParameterError(
                 f'cantilever.Q is missing, and {self.name} has no nominal Q; write Q, or medium = "air"'
@@ -248,8 +254,8 @@ class Cantilever(Parameters):
             raise ParameterError(
                 f"f0 of {self.name} is nominal in air, and a liquid lowers f0 and Q: write f0 and Q measured in the liquid"
             )
-        length, width = float(probe.length or 0.0), float(probe.width or 0.0)
-        at_one = beam.sader_stiffness(self.needed("f0"), 1.0, length, width, medium.density, medium.viscosity)
+        assert self.sizes is not None  # or Q were asked for
+        at_one = beam.sader_stiffness(self.needed("f0"), 1.0, *self.sizes, medium.density, medium.viscosity)
         return self.needed("k") / at_one
 
 

@@ -20,16 +20,14 @@ from dforce.core.files import beside
 from dforce.core.parallel import Crew, Stopped, cores, uncounted
 from dforce.core.stopping import watching
 from dforce.forces import read_plugin
+from dforce.maps._kept import Kept
 from dforce.maps._one_by_one import cases_of
 from dforce.maps._result import SweepLayout
-from dforce.maps._states import NEEDED, states_of
 from dforce.maps.axes import Axis
 
 LOST = "the cluster is lost; finished blocks are kept, and another cluster can continue"
 TRIES = 2  # of a block
-TRIES_OF_DEAD = (
-    8  # where workers died with it, of which Dask says so after four: they may have been killed for another reason
-)
+TRIES_OF_DEAD = 8  # where four workers died with it, as Dask says then: they may have been killed for another reason
 LOGS = ("distributed", "distributed.client")  # where Dask says that a connection is lost
 AHEAD = 2  # blocks for each thread of a cluster, so that none waits for the next one
 Arrays = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by name
@@ -56,37 +54,29 @@ class Alone(Crew):
         return not self._stop.is_set()
 
 
-@dataclass(frozen=True)
-class KeptQuantities:
-    """What is kept of each case: quantities, of the states at a set point where one is given."""
+def results_of(case: Case, axes: list[Axis], kept: Kept, crew: Crew) -> Any:
+    """Return what is kept of the cases of a block, as a Dataset.
 
-    names: frozenset[str]
-    set_point: float | None
+    Raises
+    ------
+    Stopped
+        When the work was stopped before its end.
+    """
+    cases = cases_of(SweepLayout(case, axes))
+    if not cases.compute(crew, kept.computed):
+        raise Stopped
+    return kept.take(cases.result(case), cases.layout)
 
-    def result(self, case: Case, axes: list[Axis], crew: Crew) -> Any:
-        """Return what is kept of the cases of a block, as a Dataset.
 
-        Raises
-        ------
-        Stopped
-            When the work was stopped before its end.
-        """
-        cases = cases_of(SweepLayout(case, axes))
-        names = self.names if self.set_point is None else self.names | NEEDED
-        if not cases.compute(crew, names):
-            raise Stopped
-        data = cases.result(case)
-        return data if self.set_point is None else states_of(data, cases.layout, self.set_point, self.names)
-
-    def arrays(self, case: Case, axes: list[Axis], crew: Crew) -> Arrays:
-        """Return the arrays of :meth:`result` that differ from case to case."""
-        data = self.result(case, axes, crew)
-        dims, known = {axis.dim for axis in axes}, {axis.name for axis in axes}
-        return {
-            str(name): (tuple(map(str, one.dims)), one.values)
-            for name, one in data.variables.items()
-            if name not in known and dims & set(one.dims)
-        }
+def arrays_of(case: Case, axes: list[Axis], kept: Kept, crew: Crew) -> Arrays:
+    """Return the arrays of :func:`results_of` that differ from case to case."""
+    data = results_of(case, axes, kept, crew)
+    dims, known = {axis.dim for axis in axes}, {axis.name for axis in axes}
+    return {
+        str(name): (tuple(map(str, one.dims)), one.values)
+        for name, one in data.variables.items()
+        if name not in known and dims & set(one.dims)
+    }
 
 
 class Hands(ABC):
@@ -119,7 +109,7 @@ class Hands(ABC):
 class Threads(Hands):
     """Threads of this process."""
 
-    def __init__(self, case: Case, kept: KeptQuantities, workers: int | None) -> None:
+    def __init__(self, case: Case, kept: Kept, workers: int | None) -> None:
         self.case, self.kept, self.workers = case, kept, workers or cores()
         self._pool, self._stop = ThreadPoolExecutor(self.workers), threading.Event()
         self._crews: dict[Future[Arrays], Alone] = {}
@@ -131,7 +121,7 @@ class Threads(Hands):
     def submit(self, axes: list[Axis]) -> Future[Arrays]:
         """Begin to compute the cases of a block."""
         crew = Alone(self._stop)
-        future = self._pool.submit(self.kept.arrays, self.case, axes, crew)
+        future = self._pool.submit(arrays_of, self.case, axes, self.kept, crew)
         self._crews[future] = crew
         future.add_done_callback(self._crews.pop)
         return future
@@ -152,11 +142,11 @@ class Sent:
 
     text: str
     plugins: tuple[tuple[str, bytes], ...]
-    kept: KeptQuantities
+    kept: Kept
     version: str
 
     @classmethod
-    def of(cls, case: Case, kept: KeptQuantities) -> Sent:
+    def of(cls, case: Case, kept: Kept) -> Sent:
         """Return what workers need to know of a case."""
         files = tuple((path, read_plugin(Path(case.folder or "", path))) for path in case.plugins)
         return cls(case.to_toml(complete=True), files, kept, importlib.metadata.version("dforce"))
@@ -178,13 +168,13 @@ def _case_of(sent: Sent) -> Case:
 
 def _compute(sent: Sent, axes: list[Axis]) -> Arrays:
     """Compute the cases of a block, in a worker."""
-    return sent.kept.arrays(_case_of(sent), axes, Alone(threading.Event()))
+    return arrays_of(_case_of(sent), axes, sent.kept, Alone(threading.Event()))
 
 
 class Cluster(Hands):
     """The workers of a Dask cluster, known by a client or the address of the scheduler."""
 
-    def __init__(self, case: Case, kept: KeptQuantities, client: Any) -> None:
+    def __init__(self, case: Case, kept: Kept, client: Any) -> None:
         try:
             import distributed
         except ImportError:

@@ -16,7 +16,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, stacked
 from dforce.core.errors import DForceError, ParameterError
 from dforce.forces import Force
 from dforce.kernel import TWO_PI, signature
@@ -27,7 +27,7 @@ from dforce.solvers.problem_batch import ProblemBatch
 
 MODES, TONES, CONTACT = "modes", "tones", "contact"
 LAW, KINKS, JUMPS = FORCE_PARTS = ("law", "kinks", "jumps")
-NOWHERE = -1.0  # m
+NOWHERE = -1.0  # m; a distance that no tip reaches fills up the kinks of a force that has fewer than others
 
 
 class ProblemGrid:
@@ -99,7 +99,7 @@ class ProblemGrid:
                 for name in names:
                     rows[name].append(_piece(problem, name))
             for name in names:
-                table = _table(rows[name])
+                table = stacked([np.array(row, dtype=float) for row in rows[name]], NOWHERE)
                 shape = tuple(self.shape[i] for i in of_piece)
                 self.pieces[name] = (list(of_piece), table.reshape(*shape, table.shape[1]))
 
@@ -188,14 +188,6 @@ def _piece(problem: Problem, name: str) -> list[float]:
     part, place = name.split()
     force = problem.forces[problem.places.index(int(place))]
     return list({LAW: force.numbers, KINKS: force.kinks, JUMPS: force.jumps}[part]())
-
-
-def _table(rows: list[list[float]]) -> Array:
-    """Return rows as a table, filled up with distances that no tip reaches."""
-    table = np.full((len(rows), max(map(len, rows))), NOWHERE)
-    for place, row in enumerate(rows):
-        table[place, : len(row)] = row
-    return table
 
 
 def _joined(parts: list[Array], rows: int) -> Array:

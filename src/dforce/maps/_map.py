@@ -8,7 +8,7 @@ import itertools
 import math
 import os
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from typing import TYPE_CHECKING, Any
 
@@ -23,11 +23,12 @@ from dforce.core.quantities import MOTION
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
-from dforce.maps._executors import LOST, Alone, Arrays, Cluster, Hands, KeptQuantities, Threads
+from dforce.maps._executors import LOST, Alone, Arrays, Cluster, Hands, Threads, results_of
+from dforce.maps._kept import QUANTITIES, Kept
 from dforce.maps._one_by_one import fill
 from dforce.maps._pace import paced
-from dforce.maps._result import QUANTITIES, SweepLayout, unfinished
-from dforce.maps._resume import check_same, quantities_of
+from dforce.maps._result import SweepLayout
+from dforce.maps._resume import check_same
 from dforce.maps.axes import Axis
 from dforce.results import store
 from dforce.results.seal import identity_of, part
@@ -62,19 +63,23 @@ class Map:
         The case, with the table that it was asked by.
     layout
         How the points of its cases lie in the result.
-    names
-        Quantities to keep; None: all.
-    set_point
-        Keep the states there only; None: whole curves.
+    quantities, set_point
+        What is asked to be kept; see :meth:`Kept.of`.
     store
         Path or URL.
+
+    Attributes
+    ----------
+    kept
+        What is kept.
     """
 
     asked: Case
     layout: SweepLayout
-    names: list[str] | None
-    set_point: float | None
+    quantities: Iterable[str] | None
+    set_point: float | str | None
     store: str | os.PathLike[str]
+    kept: Kept = dataclasses.field(init=False)
 
     def __post_init__(self) -> None:
         self.case = self.asked.model_copy(update={"sweep": None})
@@ -86,15 +91,14 @@ class Map:
         store.check_store(self.store, resume)
         with Writer(self.store) as writer, watched(progress, self.case.title) as report_progress:
             found = resume and writer.find()
-            before = frozenset(writer.seal.quantities.split()) if found else None
-            names = quantities_of(self.names, before, self.layout)
+            before, case = writer.seal.quantities if found else None, self.case
+            kept = self.kept = Kept.of(self.quantities, self.set_point, self.layout, before)
             if found:
-                self._check(writer, names)
-                self._mend(writer, names)
+                self._check(writer)
+                self._mend(writer)
             else:
-                writer.make(self._plan(names))
-            kept = KeptQuantities(names, self.set_point)
-            hands: Hands = Threads(self.case, kept, workers) if client is None else Cluster(self.case, kept, client)
+                writer.make(self._plan())
+            hands: Hands = Threads(case, kept, workers) if client is None else Cluster(case, kept, client)
             work = _Run(self, writer, hands, paced(report_progress))
             try:
                 whole = work.run()
@@ -106,16 +110,17 @@ class Map:
             _say(writer, work)
         return store.open_store(self.store)
 
-    def _identity(self, names: frozenset[str]) -> str:
+    def _identity(self) -> str:
         """Return a name for this sweep: the same for another one only where all its numbers are the same."""
         axes = [(axis.path, axis.dim, axis.coordinate()[1].tolist()) for axis in self.layout.axes]
-        return identity_of([self.asked.to_toml(complete=True), axes, sorted(names), self.set_point, __version__])
+        kept = sorted(self.kept.names), self.kept.set_point
+        return identity_of([self.asked.to_toml(complete=True), axes, *kept, __version__])
 
-    def _check(self, writer: Writer, names: frozenset[str]) -> None:
+    def _check(self, writer: Writer) -> None:
         """Check that a store is one of this sweep, and of this version where anything is to be computed."""
-        if writer.seal.identity == self._identity(names):
+        if writer.seal.identity == self._identity():
             return
-        check_same(self.asked, self.layout, store.open_store(self.store), self.set_point)
+        check_same(self.asked, self.layout, store.open_store(self.store), self.kept.set_point)
         if writer.damaged or not writer.finished:
             self.check_version(writer)
 
@@ -125,18 +130,18 @@ class Map:
         if begun != __version__:
             raise ParameterError(f"this store is from dForce {begun}; continue it with that version, not {__version__}")
 
-    def _mend(self, writer: Writer, names: frozenset[str]) -> None:
+    def _mend(self, writer: Writer) -> None:
         """Write anew what is damaged of the store beside its blocks."""
         if any(key in writer.seal.files for key in writer.damaged):
-            writer.repair(self._plan(names))
+            writer.repair(self._plan())
         if writer.damaged:
             writer.mark({})
 
-    def _plan(self, names: frozenset[str]) -> Plan:
+    def _plan(self) -> Plan:
         """Return the plan of the store, after a look at the first case of each choice."""
         import xarray as xr
 
-        pilots = self._pilots(KeptQuantities(names, self.set_point))
+        pilots = self._pilots()
         dims, axes = self.layout.dims, {axis.name for axis in self.layout.axes}
         inner: dict[str, int] = {}
         variables: dict[str, Variable] = {}
@@ -154,32 +159,29 @@ class Map:
             fixed[DISTANCES] = (*self.layout.distances, fixed[DISTANCES].attrs)
         for dim in LIMITS.keys() & fixed.keys():  # they count, from 1
             fixed[dim] = (dim, np.arange(1, inner[dim] + 1), fixed[dim].attrs)
-        if self.set_point is None and self.layout.jumps:
+        if self.kept.set_point is None and self.layout.jumps:
             inner["jump"] = MOST_JUMPS
             for name in self.layout.jumps:
-                variables.setdefault(name, _jump_variable(name, dims))
+                none = np.empty((0,) * (len(dims) + 1), "U1" if name == "jump_direction" else float)
+                variables.setdefault(
+                    name, _variable(name, xr.Variable((*dims, "jump"), none, WORDS[name].words), False)
+                )
         if len({pilot.sizes.get("component") for pilot in pilots}) > 1:  # forces of another choice may remember more
             variables.pop(MOTION, None)
             fixed = {name: one for name, one in fixed.items() if "component" not in one.dims}
         coords = xr.Dataset(coords=fixed | {axis.name: axis.coordinate() for axis in self.layout.axes})
-        attrs = pilots[0].attrs | {"case": self.asked.to_toml(complete=True)} | unfinished(names)
-        blocks, quantities = self.blocks(), " ".join(sorted(names))
-        return Plan(variables, coords, blocks, inner, attrs, self._identity(names), quantities)
+        attrs = pilots[0].attrs | {"case": self.asked.to_toml(complete=True)} | self.kept.unfinished
+        return Plan(variables, coords, self.blocks(), inner, attrs, self._identity(), attrs[QUANTITIES])
 
-    def _pilots(self, kept: KeptQuantities) -> list[xr.Dataset]:
+    def _pilots(self) -> list[xr.Dataset]:
         """Return the first case of each choice."""
-        lengths = [range(len(axis.values)) for axis in self.layout.choices]
-        first = {dim: slice(0, 1) for dim in self.layout.dims}
-        return [
-            kept.result(
-                self.case,
-                self._cut(
-                    first | {axis.dim: slice(i, i + 1) for axis, i in zip(self.layout.choices, chosen, strict=True)}
-                ),
-                Alone(threading.Event()),
-            )
-            for chosen in itertools.product(*lengths)
-        ]
+        ranges = [range(len(axis.values)) for axis in self.layout.choices]
+        pilots = []
+        for chosen in itertools.product(*ranges):
+            place = dict.fromkeys(self.layout.dims, slice(0, 1))
+            place |= {axis.dim: slice(i, i + 1) for axis, i in zip(self.layout.choices, chosen, strict=True)}
+            pilots.append(results_of(self.case, self._cut(place), self.kept, Alone(threading.Event())))
+        return pilots
 
     def _cut(self, place: Place) -> list[Axis]:
         """Return the axes of the cases of a block."""
@@ -205,7 +207,7 @@ class Map:
     def _finish(self, writer: Writer) -> None:
         """Give the store the advice on all cases together."""
         data = store.open_store(self.store)
-        advice = advice_on_sweep(self.layout, data if self.set_point is None else None)
+        advice = advice_on_sweep(self.layout, data if self.kept.set_point is None else None)
         writer.finish(attributes(advice), self.layout.jumps, without=(QUANTITIES,))
 
 
@@ -248,7 +250,7 @@ class _Run:
                 continue
             if not self.computed and self.writer.finished:
                 self.map.check_version(self.writer)
-                self.writer.mark(unfinished(frozenset(self.writer.seal.quantities.split())))
+                self.writer.mark(self.map.kept.unfinished)
             self.computed += 1
             yield place
 
@@ -294,9 +296,3 @@ def _variable(name: str, one: xr.Variable, is_coordinate: bool) -> Variable:
     return Variable(
         tuple(map(str, one.dims)), kind, int(empty) if name == "status" else empty, one.attrs, is_coordinate
     )
-
-
-def _jump_variable(name: str, dims: tuple[str, ...]) -> Variable:
-    """Return how a store holds what is noted of jumps."""
-    is_text = name == "jump_direction"
-    return Variable((*dims, "jump"), str if is_text else np.float64, "" if is_text else np.nan, WORDS[name].words)

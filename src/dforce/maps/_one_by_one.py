@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.core.arrays import stacked
 from dforce.core.parallel import Crew
 from dforce.experiments.base import MotionExperiment
+from dforce.maps._kept import ALL
 from dforce.maps._part import SideBySide, load
 from dforce.maps._result import SweepLayout, finished
-from dforce.maps._resume import ALL
 from dforce.results.status import Status
 from dforce.runs import carry_out
 
@@ -91,9 +92,10 @@ class OneByOne:
         import xarray as xr
 
         cases = [one for one in self.found if one is not None]
-        shape = tuple(self.layout.lengths[dim] for dim in self.layout.dims)
-        variables: dict[str, Any] = {"status": self._nothing()}
-        coords: dict[str, Any] = dict(self.layout.inner)
+        shape, inner = tuple(self.layout.lengths.values()), self.layout.inner
+        nothing = np.full((*shape, *map(len, inner.values())), np.int8(Status.NOT_COMPUTED))
+        variables: dict[str, Any] = {"status": ((*self.layout.dims, *inner), nothing)}
+        coords: dict[str, Any] = dict(inner)
         differing = set()  # dimensions whose coordinates are not the same in all cases, such as other modes' motion
         for name in dict.fromkeys(str(name) for one in cases for name in one.variables):
             having = [one for one in cases if name in one.variables]
@@ -112,22 +114,12 @@ class OneByOne:
         data = finished(data, asked, self.layout)
         return data.assign_attrs(along=cases[0].attrs["along"]) if cases and "along" in cases[0].attrs else data
 
-    def _nothing(self) -> tuple[tuple[str, ...], Any]:
-        dims = (*self.layout.dims, *self.layout.inner)
-        shape = *(self.layout.lengths[dim] for dim in self.layout.dims), *map(len, self.layout.inner.values())
-        return dims, np.full(shape, np.int8(Status.NOT_COMPUTED))
-
     def _stacked(self, name: str, like: xr.Variable) -> tuple[tuple[str, ...], Any]:
         """Return a variable of all cases, (cases, ...), filled up where a case has less."""
-        arrays = [None if one is None or name not in one.variables else one.variables[name] for one in self.found]
-        there = [one for one in arrays if one is not None]
-        behind = [max(one.sizes[dim] for one in there) for dim in like.dims]
-        out = np.full((len(arrays), *behind), fill(name, like.dtype), np.result_type(*(one.dtype for one in there)))
-        for i, one in enumerate(arrays):
-            if one is not None:
-                own: tuple[Any, ...] = tuple(map(slice, one.shape))
-                out[(i, *own)] = one.values
-        return (*self.layout.dims, *map(str, like.dims)), out
+        arrays = [
+            None if one is None or name not in one.variables else one.variables[name].values for one in self.found
+        ]
+        return (*self.layout.dims, *map(str, like.dims)), stacked(arrays, fill(name, like.dtype))
 
 
 def fill(name: str, dtype: np.dtype[Any]) -> Any:

@@ -107,7 +107,7 @@ class Part:
     def _jobs(self) -> Iterable[Callable[[], None]]:
         if not self.grid.alike:
             for number in np.flatnonzero(self.todo):
-                yield functools.partial(self._block, np.array([number]), True)
+                yield functools.partial(self._block, np.array([number]))
             return
         todo = np.flatnonzero(self.todo)
         batch = self.grid.batch(self.numbers[todo])
@@ -137,24 +137,22 @@ class Part:
         problem = self.grid.problem(int(self.numbers[case]))
         return problem.at_height(float(self.zc[case, 0])) if not self.plan.coords else problem
 
-    def _block(self, which: Any, alone: bool = False) -> None:
+    def _block(self, which: Any) -> None:
         """Compute cases side by side, and those that need more samples again with more."""
         first = self._problem(int(which[0]))
         report_done: Callable[[int], None] = self.crew.add
         with contextlib.suppress(Stopped):  # what is done is kept
-            for points, _ in sample_counts(sample_count(first, self.settings), self.settings):
-                self._solve(which, alone, points, first, report_done)
+            for points in sample_counts(sample_count(first, self.settings), self.settings):
+                self._solve(which, points, first, report_done)
                 which = which[(self.found.status[which] == Status.UNRESOLVED).any(axis=1)]
                 if not len(which):
                     break
                 report_done = uncounted  # they were counted
 
-    def _solve(self, which: Any, alone: bool, points: int, first: Problem, report_done: Callable[[int], None]) -> None:
+    def _solve(self, which: Any, points: int, first: Problem, report_done: Callable[[int], None]) -> None:
         """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
         zc = self.zc[which]
-        if alone:
-            batch = ProblemBatch.of([first])
-        elif self.grid.example.heights is not None:
+        if not self.grid.alike or self.grid.example.heights is not None:
             batch = ProblemBatch.of([self._problem(case) for case in which.tolist()])
         else:
             batch = dataclasses.replace(self.grid.batch(self.numbers[which]), example=first)

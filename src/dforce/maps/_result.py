@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 RATIO = "zc_ratio"  # dimension of distances that are shares of an amplitude which varies
 CORNERS = 64  # of the grid, at most, that are validated as whole cases
-QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
 
 
 class SweepLayout(Layout):
@@ -128,8 +127,3 @@ def finished(data: xr.Dataset, case: Case, layout: SweepLayout) -> xr.Dataset:
     over = {"over": " ".join(axis.path for axis in layout.axes)}
     data.attrs = provenance(case.to_toml(complete=True), case.title) | over | data.attrs
     return data
-
-
-def unfinished(kept: frozenset[str]) -> dict[str, Any]:
-    """Return the attributes by which a sweep that is not complete goes on."""
-    return {"interrupted": 1, QUANTITIES: " ".join(sorted(kept))}

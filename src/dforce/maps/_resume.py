@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dforce.case import Case
-from dforce.core.errors import ParameterError, nearest
-from dforce.core.quantities import AXES, NOISES, jumps_along
+from dforce.core.errors import ParameterError
 from dforce.maps._result import SweepLayout
-from dforce.procedures.found import KEPT
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ALL = KEPT | frozenset(jumps_along("zc"))
 
 
 def check_same(case: Case, layout: SweepLayout, resume: xr.Dataset, set_point: float | None = None) -> None:
@@ -53,22 +48,3 @@ def check_same(case: Case, layout: SweepLayout, resume: xr.Dataset, set_point: f
         raise ParameterError(
             "one sweep is over all combinations, the other over single cases, so it cannot be continued"
         )
-
-
-def quantities_of(given: Iterable[str] | None, before: frozenset[str] | None, layout: SweepLayout) -> frozenset[str]:
-    """Return the names of the quantities to keep: those given, else those of the sweep that goes on, else all.
-
-    Raises
-    ------
-    ParameterError
-        For a name that is not known, or names other than those of the sweep that goes on.
-    """
-    names = frozenset(given if given is not None else ALL if before is None else before)
-    known = ALL if layout.plan is not None else ALL | frozenset(AXES) | frozenset(NOISES)
-    for name in sorted(names - known):
-        raise ParameterError(f"there is no quantity '{name}'{nearest(name, known)}")
-    if before is not None and names != before:
-        raise ParameterError(
-            "this sweep keeps other quantities, so it cannot be continued with the present ones; leave quantities out"
-        )
-    return names

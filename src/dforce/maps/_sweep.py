@@ -12,11 +12,11 @@ from dforce.core.log import announce
 from dforce.core.parallel import Crew
 from dforce.experiments.base import Progress
 from dforce.maps._advice import advice_on_sweep
+from dforce.maps._kept import QUANTITIES, Kept
 from dforce.maps._one_by_one import cases_of
 from dforce.maps._pace import paced
-from dforce.maps._result import QUANTITIES, SweepLayout, unfinished
-from dforce.maps._resume import check_same, quantities_of
-from dforce.maps._states import NEEDED, check_set_point, states_of
+from dforce.maps._result import SweepLayout
+from dforce.maps._resume import check_same
 from dforce.maps.axes import MOST_POINTS, axes_of, count
 from dforce.runs import watched
 from dforce.validity import attributes
@@ -105,15 +105,13 @@ def sweep(
         raise ParameterError('a sweep repeats an experiment; give the case one, such as kind = "approach"')
     if case.solver.integrator == "langevin":
         raise ParameterError("a sweep repeats steady motion; df.noisy_motion runs many seeds under thermal noise")
-    names = None if quantities is None else list(quantities)
-    set_point = check_set_point(case, at_set_point, names)
     asked, axes = axes_of(case, over, rows, along)
     case = asked.model_copy(update={"sweep": None})  # each case is built without it
     layout = SweepLayout(case, axes)
     if store is not None:
         from dforce.maps._map import Map
 
-        return Map(asked, layout, names, set_point, store).run(bool(resume), workers, client, progress)
+        return Map(asked, layout, quantities, at_set_point, store).run(bool(resume), workers, client, progress)
     if client is not None:
         raise ParameterError("a cluster computes the blocks of a store; also pass store")
     if isinstance(resume, bool):
@@ -124,23 +122,21 @@ def sweep(
             f"the sweep has {count(axes)} cases of {layout.points} points; at most {MOST_POINTS} are allowed in memory, "
             "more in a store"
         )
-    if resume is not None and set_point is not None:
+    if resume is not None and at_set_point is not None:
         raise ParameterError("states at a set point cannot be continued in memory; write them to a store")
     if resume is not None:
         check_same(asked, layout, resume)
         if not resume.attrs.get("interrupted"):
             announce("this sweep is complete; nothing was computed")
             return resume
-    kept = quantities_of(names, None if resume is None else frozenset(resume.attrs[QUANTITIES].split()), layout)
+    kept = Kept.of(quantities, at_set_point, layout, None if resume is None else resume.attrs[QUANTITIES])
     layout.check_corners()
     cases = cases_of(layout)
     with watched(progress, case.title) as report_progress:
         crew = Crew(points, paced(report_progress), workers)
         crew.add(0 if resume is None else cases.take(resume))
-        done = cases.compute(crew, kept if set_point is None else kept | NEEDED)
+        done = cases.compute(crew, kept.computed)
     data = cases.result(asked)
     data = data.assign_attrs(attributes(advice_on_sweep(layout, data)))
-    data = data if done else data.assign_attrs(unfinished(kept))
-    if set_point is None or crew.done == 0:
-        return data
-    return states_of(data, layout, set_point, kept)
+    data = data if done else data.assign_attrs(kept.unfinished)
+    return kept.take(data, layout) if crew.done else data

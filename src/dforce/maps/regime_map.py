@@ -118,29 +118,24 @@ def _lines(
     lines: list[StateLine] = []
     done, lowest, curves = 0, min(row.share for row in rows), Curves([])
     values = {axes[0].path: np.array(axes[0].values)}
+
+    def report(note: str, *_: Any) -> None:
+        report_progress(done, len(rows), note)
+
     try:
         for done, row in enumerate(rows):
-            note = f"row {done + 1}"
-            report_progress(done, len(rows), note)
+            report(f"row {done + 1}")
             if not curves.parts or len(axes) == 2:
                 # the curves show nothing of their own progress, and can be stopped
-                curves = curves_of(
-                    row.case, values, lowest, partial(_report, report_progress, done, len(rows), "curves")
-                )
+                curves = curves_of(row.case, values, lowest, partial(report, "curves"))
             if curves.interrupted:
                 return lines, done
-            lines += lines_at(
-                row, axes[0], free_parameter, curves, partial(_report, report_progress, done, len(rows), note)
-            )
+            lines += lines_at(row, axes[0], free_parameter, curves, partial(report, f"row {done + 1}"))
         report_progress(len(rows), len(rows), "")
     except KeyboardInterrupt:
         heard()
         return lines, done
     return lines, len(rows)
-
-
-def _report(report_progress: Progress, done: int, total: int, note: str, *_: Any) -> None:
-    report_progress(done, total, note)
 
 
 def shares_of(given: Any) -> Array:

@@ -22,11 +22,8 @@ if TYPE_CHECKING:
 
 
 FAR = 1.6  # free amplitudes: where curves start
-NEAR = (
-    0.3,
-    -0.2,
-    -1.2,
-)  # free amplitudes: where they end; lower where a soft sample does not lower the amplitude before
+# free amplitudes: where they end; lower where the amplitude on a soft sample does not fall before
+NEAR = (0.3, -0.2, -1.2)
 STEPS = 0.0125  # of the free amplitude: between two points of a curve
 SEARCHED, LARGEST_STEP = 3, 0.05  # of branches: distances at which others are looked for, and their largest step
 KEPT = ("amplitude_ratio", "virial", MOTION)
@@ -51,12 +48,17 @@ class Curves:
     interrupted: bool = False
     walked: dict[int, xr.Dataset] = field(default_factory=dict)  # branches of cases, by their numbers
 
-    def nearest(self, case: int) -> float:
-        """Return the distance (m) at which the curves of a case end."""
+    def _of(self, case: int) -> Iterator[tuple[Array, Array]]:
+        """Give the distances (m) and the motions (directions, distances, components) of a case, where it has curves."""
         for numbers, data in self.parts:
             for place in np.flatnonzero(numbers == case):
-                return float(_distances(numbers, data)[place].min())
-        raise KeyError(case)
+                motion = data[MOTION].isel(case=place).transpose("direction", ..., "component")
+                yield _distances(numbers, data)[place], motion.values
+
+    def nearest(self, case: int) -> float:
+        """Return the distance (m) at which the curves of a case end."""
+        zc, _ = next(self._of(case))
+        return float(zc.min())
 
     def lowest_ratio(self) -> float:
         """Return the lowest amplitude ratio on all curves."""
@@ -71,14 +73,11 @@ class Curves:
             for j, set_point in enumerate(set_points):
                 states = at_set_point(data, float(set_point), ["amplitude_ratio"])
                 for place, crossing in zip(*np.nonzero(np.isfinite(states["zc"].values)), strict=True):
-                    at, way = (
-                        float(states["zc"].values[place, crossing]),
-                        str(states["direction"].values[place, crossing]),
-                    )
+                    at, way = (states[name].values[place, crossing] for name in ("zc", "direction"))
                     d = data["direction"].values.tolist().index(way)
                     beside = np.argsort(np.abs(zc[place] - at), kind="stable")[:2]
                     nearest = min(beside, key=lambda i: abs(ratio[place, d, i] - set_point))  # used at once
-                    yield Seed(int(numbers[place]), j, float(zc[place, nearest]), motion[place, d, nearest], way)
+                    yield Seed(int(numbers[place]), j, float(zc[place, nearest]), motion[place, d, nearest], str(way))
         for number, branches in self.walked.items():
             for j, set_point in enumerate(set_points):
                 for i in _passes(branches, "amplitude_ratio", float(set_point)):
@@ -86,14 +85,11 @@ class Curves:
 
     def beside(self, case: int, zc: float) -> Iterator[tuple[float, Array]]:
         """Give distances and motions of a case's curves that are next to a distance, in both directions."""
-        for numbers, data in self.parts:
-            for place in np.flatnonzero(numbers == case):
-                own = _distances(numbers, data)[place]
-                motion = data[MOTION].transpose("case", "direction", ..., "component").values[place]
-                for i in np.argsort(np.abs(own - zc), kind="stable")[:2]:
-                    for way in range(len(motion)):
-                        if np.isfinite(motion[way, i]).all():
-                            yield float(own[i]), motion[way, i]
+        for own, motion in self._of(case):
+            for i in np.argsort(np.abs(own - zc), kind="stable")[:2]:
+                for way in motion[:, i]:
+                    if np.isfinite(way).all():
+                        yield float(own[i]), way
         if case in self.walked:
             for i in _passes(self.walked[case], "zc", zc):
                 yield float(self.walked[case]["zc"][i]), self.walked[case][MOTION].values[i]
@@ -136,9 +132,8 @@ def curves_of(case: Case, rows: dict[str, Any], lowest: float, progress: Progres
     for stop in NEAR:
         points = 1 + round((FAR - stop) / STEPS)
         grid = {"of": "drive.A0", "start": FAR, "stop": stop, "points": points}
-        rough = case.solver.model_copy(
-            update={"accuracy": None}
-        )  # operating points are measured as accurately as asked
+        # operating points are measured as accurately as asked, their starts are not
+        rough = case.solver.model_copy(update={"accuracy": None})
         asked = case.replace(experiment=Approach(zc=grid, direction="both", harmonics=1), sweep=None, solver=rough)
         some = {path: np.asarray(values)[left] for path, values in rows.items()}
         data = sweep(asked, rows=some, quantities=KEPT, progress=progress)

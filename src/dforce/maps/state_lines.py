@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,7 +70,8 @@ def lines_at(
 
 def _lies_on(places: list[LinePoint], x: Array, zc: float, scaled: float) -> bool:
     """Say whether a scaled motion at a scaled distance lies on a line, where that passes a value of the parameter."""
-    for u in _crossings(places, scaled):
+    for a, b, share in _passing(places, scaled):
+        u = a.u + share * (b.u - a.u)
         # the motion is beside the set point: both motion and distance differ from the line's by as much
         moved = abs(zc - u[-2])
         if np.abs(x - u[:-2]).max() < SAME + 2.0 * moved and moved < 5.0 * SAME:
@@ -84,17 +85,14 @@ def _past(place: LinePoint, scaled: float) -> float:
     return past if abs(past) > AT_VALUE else 0.0
 
 
-def _crossings(places: list[LinePoint], scaled: float) -> list[Array]:
-    """Return the points of a line, interpolated, at a scaled value of the parameter."""
-    out = []
-    for a, b in itertools.pairwise(places):
+def _passing(places: list[LinePoint], scaled: float) -> Iterator[tuple[LinePoint, LinePoint, float]]:
+    """Give where a line passes a scaled value of the parameter: two neighbors, and the share of the way between them."""
+    for a, b in itertools.pairwise(places if len(places) > 1 else 2 * places):
         low, high = _past(a, scaled), _past(b, scaled)
         if low == 0.0 or low * high < 0.0:
-            share = 0.0 if low == 0.0 else low / (low - high)
-            out.append(np.asarray(a.u + share * (b.u - a.u)))
-    if places and _past(places[-1], scaled) == 0.0:
-        out.append(places[-1].u)
-    return out
+            yield a, b, low / (low - high) if low else 0.0
+        elif high == 0.0 and b is places[-1]:
+            yield a, b, 1.0
 
 
 def _edges(lines: Lines, places: list[LinePoint], a0: float) -> list[tuple[str, LinePoint]]:
@@ -145,14 +143,8 @@ def cells(
 
 def _stable_at(places: list[LinePoint], scaled: float, a0: float) -> list[str]:
     """Return the regimes of the stable states of a line at a value of the parameter; of two neighbors the nearer decides."""
-    out = []
-    for a, b in itertools.pairwise(places):
-        low, high = _past(a, scaled), _past(b, scaled)
-        if low == 0.0 or low * high < 0.0 or (high == 0.0 and b is places[-1]):
-            near = a if abs(low) <= abs(high) else b
-            if near.is_stable:
-                out.append(_kind(near, a0))
-    return out
+    near = (a if share <= 0.5 else b for a, b, share in _passing(places, scaled))
+    return [_kind(place, a0) for place in near if place.is_stable]
 
 
 def _together(kinds: set[str]) -> str:

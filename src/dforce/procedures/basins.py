@@ -15,11 +15,11 @@ from dforce.case import Case
 from dforce.core.arrays import Array, Complexes, Indices
 from dforce.core.errors import ParameterError
 from dforce.core.parallel import Crew, uncounted
-from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import Basins
-from dforce.experiments.base import Progress
+from dforce.experiments.base import CurvePlan, Progress
 from dforce.experiments.basins import MOST_STARTS
 from dforce.problem import Problem
+from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.statuses import statuses
 from dforce.results.status import REPEATING, Status
 from dforce.solvers import SolverSettings
@@ -31,6 +31,9 @@ from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.transient import CancelCheck
 
 BLOCK, LEAST_BLOCK = 256, 8  # starts that settle side by side; where the force has memory or branches
+OF_STARTS = frozenset(
+    {"settling_periods", "drift", "corrections"}
+)  # observables of the way to a state, not of the state
 ALIKE = 5e-3  # of the free amplitude: states whose complex amplitudes are so near are one
 
 
@@ -51,16 +54,12 @@ def basins(case: Case, plan: Basins, report_progress: Progress, _earlier: xr.Dat
         {
             "reached": (tuple(grids), number[starts.reached].reshape(shape)),
             "status": (tuple(grids), starts.status.reshape(shape)),
-            **starts.table(order),
+            "share": ("state", starts.shares(order)),
         },
-        coords={**grids, "state": np.arange(1, len(order) + 1), "zc": plan.zc},
+        coords={**grids, "zc": plan.zc},
     )
-    for dim in ("tone", "mode", "harmonic", "multiplier"):
-        if dim in data.dims:
-            data[dim] = np.arange(1, data.sizes[dim] + 1)
-    if not whole:
-        data.attrs["interrupted"] = 1
-    return data
+    data = data.merge(_table([starts.states[i] for i in order], problem))
+    return data if whole else data.assign_attrs(interrupted=1)
 
 
 @dataclass
@@ -87,7 +86,6 @@ class Starts:
     states: list[State] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-
         self._lock = threading.Lock()  # blocks of starts are done on several threads
         self.reached = np.full(len(self), -1)
         self.status = np.full(len(self), Status.NOT_COMPUTED, dtype=np.int8)
@@ -120,8 +118,8 @@ class Starts:
         """Settle a block of starts; those that need more samples with more."""
         plain = block_type(self.settings).of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
         crew_add: Callable[[int], None] = crew.add
-        for points, is_last in sample_counts(plain.points, self.settings):
-            which = self._settle_with(points, which, motions, crew.check_cancelled, crew_add, is_last)
+        for points in sample_counts(plain.points, self.settings):
+            which = self._settle_with(points, which, motions, crew.check_cancelled, crew_add)
             if not len(which):
                 return
             crew_add = uncounted  # they were counted
@@ -133,9 +131,8 @@ class Starts:
         motions: list[Motion],
         check_cancelled: CancelCheck,
         report_done: Callable[[int], None],
-        is_last: bool,
     ) -> Indices:
-        """Settle starts side by side; return those that have to be settled again."""
+        """Settle starts side by side; return those that need more samples."""
         batch = ProblemBatch.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
         block = block_type(self.settings)(
             batch, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, check_cancelled
@@ -144,14 +141,11 @@ class Starts:
         solver = make_protocol(QUASI_STATIC, block, values, [motions[i] for i in which], report_done)
         solver.run()
         columns, status = solver.points.columns(block, values), statuses(solver.points, block, values)[:, 0]
-        wrong = status == Status.UNRESOLVED
-        for place in np.flatnonzero(~wrong if not is_last else np.ones_like(wrong)).tolist():
-            number = int(which[place])
-            self.status[number] = status[place]
-            if status[place] in (*REPEATING, Status.NOT_REPEATING):
-                of_start = {name: value[place, 0] for name, value in columns.items()}
-                self._sort_in(number, of_start, status[place] in REPEATING)
-        return which[wrong] if not is_last else which[:0]
+        self.status[which] = status
+        for place in np.flatnonzero(np.isin(status, (*REPEATING, Status.NOT_REPEATING))).tolist():
+            of_start = {name: value[place, 0] for name, value in columns.items()}
+            self._sort_in(int(which[place]), of_start, status[place] in REPEATING)
+        return np.asarray(which[status == Status.UNRESOLVED])
 
     def _sort_in(self, number: int, values: dict[str, Any], repeats: bool) -> None:
         """Give a start its state: one found before, or a new one. All motions that do not repeat count as one state."""
@@ -173,12 +167,17 @@ class Starts:
         """Return the states' numbers, the most frequently reached first."""
         return sorted(range(len(self.states)), key=lambda i: (-int(np.sum(self.reached == i)), self.states[i].first))
 
-    def table(self, order: list[int]) -> dict[str, Any]:
-        """Return the observables and shares of the states, as variables of a Dataset."""
+    def shares(self, order: list[int]) -> list[float]:
+        """Return the share of the starts that settle which leads to each state."""
         count = max(1, int(np.sum(self.reached >= 0)))
-        table: dict[str, Any] = {"share": ("state", [float(np.sum(self.reached == i)) / count for i in order])}
-        for name, observable in OBSERVABLES.items():
-            column = [self.states[i].values[name] for i in order if name in self.states[i].values]
-            if column and len(column) == len(order) and name not in ("settling_periods", "drift", "corrections"):
-                table[name] = (("state", *observable.dims), np.array(column))
-        return table
+        return [float(np.sum(self.reached == i)) / count for i in order]
+
+
+def _table(states: list[State], problem: Problem) -> xr.Dataset:
+    """Return the observables that all states have."""
+    numbers, found = np.arange(1, len(states) + 1), Found.empty(1, len(states))
+    for place, state in enumerate(states):
+        shown = set.intersection(*(set(one.values) for one in states)) - OF_STARTS
+        found.keep((0, place), {name: value for name, value in state.values.items() if name in shown}, Status.OK)
+    plan = CurvePlan("state", numbers.astype(float), [(place,) for place in range(len(states))])
+    return dataset(Layout([plan], {"state": numbers}), [found], problem).drop_vars("status")

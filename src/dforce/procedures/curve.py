@@ -41,23 +41,15 @@ def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, ea
     if problem.is_locked:
         return locked.curve(case, experiment, report_progress, earlier)
     plan, settings = experiment.plan(problem), experiment.solved_with(case.solver)
-    zc = plan.zc
+    blocks, zc = block_type(settings), plan.zc
     if zc is None:
-        found = PlannedCurve(
-            lambda points: block_type(settings).of_one(problem, settings, harmonics, points=points),
-            plan,
-            lambda value: f"zc = {1e9 * value:.4g} nm",
-        )
+        found = PlannedCurve(plan, lambda points: blocks.of_one(problem, settings, harmonics, points=points))
         data = found.run(report_progress, earlier)
         if problem.heights is None:
             return data
         return with_levers(data, "zc", [problem.at_height(float(value)) for value in data["zc"].values])
     there, lowest = problem.at_height(zc), float(plan.values.min())
-    found = PlannedCurve(
-        lambda points: block_type(settings).along_frequency(there, zc, lowest, settings, harmonics, points),
-        plan,
-        lambda value: f"frequency = {units.show(value, 'Hz', 6)}",
-    )
+    found = PlannedCurve(plan, lambda points: blocks.along_frequency(there, zc, lowest, settings, harmonics, points))
     return found.run(report_progress, earlier).assign_coords(zc=zc)
 
 
@@ -67,17 +59,14 @@ class PlannedCurve:
 
     Attributes
     ----------
-    make
-        Makes the block of the one problem, with so many samples per period; None: as many as its settings ask for.
     plan
         Where it goes, and how.
-    note
-        Says where a value (SI) is, for people who wait.
+    make
+        Makes the block of the one problem, with so many samples per period; None: as many as its settings ask for.
     """
 
-    make: Callable[[int | None], Block]
     plan: CurvePlan
-    note: Callable[[float], str]
+    make: Callable[[int | None], Block]
     block: Block = field(init=False)
 
     def __post_init__(self) -> None:
@@ -96,19 +85,18 @@ class PlannedCurve:
         With it comes the period of the first tone in which a stopped run ended; None of a whole curve.
         """
         block, reached = self.make(None), 0 if earlier is None else int(earlier.attrs["samples_per_period"])
-        for count, is_last in sample_counts(block.points, block.settings):
-            if count < reached:
-                continue
+        counts = sample_counts(block.points, block.settings)
+        for count in (count for count in counts if count >= reached):
             self.block = block if count == block.points else self.make(count)
             with contextlib.suppress(TooFewSamples):
-                return self._solve(progress, earlier if count == reached else None, not is_last)
+                return self._solve(progress, earlier if count == reached else None, count < counts[-1])
         raise AssertionError("the last number of samples is final")
 
     def _solve(self, progress: Progress, earlier: xr.Dataset | None, may_refine: bool) -> tuple[Found, int | None]:
         """Solve the curve; raise TooFewSamples where more of them may help."""
         block, plan = self.block, self.plan
         values = plan.values[[place[0] for place in plan.visits]]
-        total, done, assured = len(values), 0, 0
+        total, done, assured, unit = len(values), 0, 0, "m" if plan.zc is None else "Hz"
         often = AT_ONCE if block.is_smooth else CHUNK  # so that a stop need not wait for long
 
         became = np.full(total, Status.NOT_COMPUTED, dtype=np.int8)
@@ -130,7 +118,8 @@ class PlannedCurve:
 
         def check_cancelled() -> None:
             # the last point is done once its accuracy is known: until then a stop need not wait
-            progress(min(done, total - 1), total, self.note(float(values[min(done, total - 1)])))
+            place = min(done, total - 1)
+            progress(place, total, f"{plan.name} = {units.show(float(values[place]), unit, 6)}")
 
         block.check_cancelled = check_cancelled
         [first] = initial_motions(block, values[:1], plan.start)

@@ -70,7 +70,7 @@ def _settled(plan: Dwell, problem: Problem, settings: SolverSettings, check_canc
     if plan.is_whole:  # the whole way there is asked for, so it has to be gone
         settings = settings.replace(method="transient")
     plain = block_type(settings).of_one(problem, settings, plan.harmonics)
-    for points, _ in sample_counts(plain.points, settings):
+    for points in sample_counts(plain.points, settings):
         block = block_type(settings).of_one(problem, settings, plan.harmonics, check_cancelled, points)
         [start] = initial_motions(block, np.array([plan.zc]), plan.start)
         steady = settle_at(block, start, plan.zc)

@@ -43,11 +43,9 @@ def rows_of(states: States, scales: Array, base: Array, problem: Problem) -> Arr
 
 def split_rows(rows: Array, problem: Problem) -> States:
     """Return rows in SI as states of a problem whose motions are in SI, too; the inverse of :func:`rows_of` of scale 1."""
-    modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
-    late = modes * problem.late_fluid
-    places = np.cumsum([modes, modes, late, memory])
-    z, v, fluid, kept, branch = np.split(rows, places, axis=-1)
-    moves = np.stack([z, v], axis=-1).reshape(*z.shape[:-1], 2 * modes)
+    places = np.cumsum([count for count, _ in _counts(problem).values()])
+    z, v, fluid, kept, branch = np.split(rows, places[:-1], axis=-1)
+    moves = np.stack([z, v], axis=-1).reshape(*z.shape[:-1], -1)
     return States(np.concatenate([moves, fluid], axis=-1), kept, branch)
 
 
@@ -57,18 +55,20 @@ def states_of(rows: Array, problem: Problem, scales: Array, base: Array) -> Stat
     return States(states.x / scales + base, states.memory, states.branch)
 
 
+def _counts(problem: Problem) -> dict[str, tuple[int, str]]:
+    """Return the parts of a row in order: how many numbers each has, and their unit."""
+    return {
+        "z": (len(problem.modes), "m"),
+        "v": (len(problem.modes), "m/s"),
+        "fluid": (len(problem.modes) * problem.late_fluid, "m/s"),
+        "memory": (sum(force.memory for force in problem.forces), "SI"),
+        "branch": (sum(force.switch is not None for force in problem.forces), "1"),
+    }
+
+
 def components(problem: Problem) -> dict[str, Any]:
     """Return the coordinates that name the numbers of a row and give their units."""
-    modes, memory = len(problem.modes), sum(force.memory for force in problem.forces)
-    branches = sum(force.switch is not None for force in problem.forces)
-    late = modes * problem.late_fluid
-    counts = {
-        "z": (modes, "m"),
-        "v": (modes, "m/s"),
-        "fluid": (late, "m/s"),
-        "memory": (memory, "SI"),
-        "branch": (branches, "1"),
-    }
+    counts = _counts(problem)
     names = [f"{name}_{number + 1}" for name, (count, _) in counts.items() for number in range(count)]
     units = [unit for count, unit in counts.values() for _ in range(count)]
     return {COMPONENT: (COMPONENT, names), "component_units": (COMPONENT, units)}

@@ -18,9 +18,7 @@ from dforce.experiments import ThermalSpectrum
 from dforce.experiments.base import Progress
 from dforce.experiments.thermal_spectrum import rate_of, segment_of
 from dforce.instrument import ModeNumbers, beam
-from dforce.instrument.modes import normal_factor
 from dforce.instrument.resonances import Resonance, most_likely
-from dforce.library.cantilevers import cantilevers
 from dforce.problem import Problem
 from dforce.results.status import Status
 from dforce.solvers.langevin import free_motion, noise_root
@@ -53,7 +51,8 @@ def thermal_spectrum(
 
 
 def _spectrum(duration: float, problem: Problem, case: Case, progress: Progress) -> xr.Dataset:
-    rate, sensitivity, kT = rate_of(problem), np.array(_sensitivities(case)), problem.noise.kT
+    rate, kT = rate_of(problem), problem.noise.kT
+    sensitivity = np.array(case.readout.replace(kind="optical_lever").sensitivities(len(problem.modes)))
     parts = math.ceil(int(duration * rate) / CHUNK) * len(problem.modes)
     reading = _record(problem, sensitivity, duration, lambda done: progress(done, parts + 1, "recording"))
     progress(parts, parts + 1, "fitting")
@@ -68,7 +67,7 @@ def _spectrum(duration: float, problem: Problem, case: Case, progress: Progress)
     first = problem.modes[0]
     static = first.k / beam.static_factor()
     truth = {name: first.k if name == "each mode" else static for name in found}
-    truth |= {"Sader": static / _across(case)} if "Sader" in found else {}
+    truth |= {"Sader": static / case.cantilever.normal_factor} if "Sader" in found else {}
     data = xr.Dataset(
         {
             "spectral_density": ("frequency", density[shown]),
@@ -95,13 +94,6 @@ def _far_from_the_sample(case: Case, problem: Problem) -> Problem:
     if case.cantilever.beam is None or case.cantilever.beam.tip_height is None:
         return problem
     return case.replace("cantilever.beam.wall", "at_sample").replace("cantilever.beam.tip_height", None).problem
-
-
-def _sensitivities(case: Case) -> tuple[float, ...]:
-    """Return how a lever of light that is calibrated by a force curve sees each mode."""
-    given = case.readout.mode_sensitivity
-    count = len(case.problem.modes)
-    return tuple(given) if len(given) == count else tuple(beam.lever_factor(n) for n in range(1, count + 1))
 
 
 def _record(problem: Problem, sensitivity: Array, length: float, report_progress: Callable[[int], None]) -> Array:
@@ -207,25 +199,7 @@ def _constants(case: Case, peak: Resonance, of_reading: float, of_mode: float) -
     factor = beam.lever_factor(1) ** 2 / beam.static_factor()
     values = [factor * of_reading, of_reading, of_mode, factor * of_mode]
     found = dict(zip(FACTORS[:-1], values, strict=True))
-    sizes = _sizes(case)
-    medium = case.medium
+    sizes, medium = case.cantilever.sizes, case.medium
     if sizes is not None and medium.density and medium.viscosity:
         found["Sader"] = beam.sader_stiffness(peak.f0, peak.Q, *sizes, medium.density, medium.viscosity)
     return found
-
-
-def _across(case: Case) -> float:
-    """Return by how much a tilted lever is stiffer across the sample, where static calibrations are made."""
-    lever = case.cantilever
-    return normal_factor(lever.tilt if lever.beam is None else lever.beam.tilt)
-
-
-def _sizes(case: Case) -> tuple[float, float] | None:
-    """Return length and width (m) of the lever, where they are known."""
-    lever = case.cantilever
-    if lever.beam is not None:
-        return lever.beam.length, lever.beam.width
-    if lever.name is None or lever.library is not None:
-        return None
-    known = cantilevers()[lever.name]
-    return (known.length, known.width) if known.length is not None and known.width is not None else None

@@ -6,8 +6,6 @@ the problem. What is measured on it breaks the tip equation, see ``observables.m
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from dforce.solvers.settings import SolverSettings
 
 FINER = (4, 16, 64)  # times the samples, one after the other until the numbers agree
@@ -18,9 +16,7 @@ class TooFewSamples(Exception):  # no error: a finer run takes its place
     """Motions were found that are none of the problem."""
 
 
-def sample_counts(points: int, settings: SolverSettings) -> Iterator[tuple[int, bool]]:
-    """Give the samples per period to be tried, the fewest first, and whether they are the last ones."""
+def sample_counts(points: int, settings: SolverSettings) -> list[int]:
+    """Return the samples per period to be tried, the fewest first."""
     refined = settings.integrator == "rk4" and settings.settle == "converged"
-    counts = [points, *(times * points for times in FINER if refined and times * points <= MOST_SAMPLES)]
-    for number, count in enumerate(counts, start=1):
-        yield count, number == len(counts)
+    return [points, *(times * points for times in FINER if refined and times * points <= MOST_SAMPLES)]

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from dforce.experiments import FrequencySweep
+from dforce.experiments.base import values_of
 from dforce.library.cantilevers import NOMINAL
 from dforce.library.materials import materials
 from dforce.validity._advice import Advice, shown
@@ -76,7 +77,7 @@ def _values(seen: Evidence) -> Iterator[tuple[str, float, Usual]]:
         if tone.frequency != seen.problem.modes[tone.mode].f0:
             yield seen.of_tone(number, "frequency"), tone.frequency, USUAL["f0"]
     if isinstance(seen.case.experiment, FrequencySweep):
-        yield "experiment.frequency", float(seen.case.experiment.frequencies().min()), USUAL["f0"]
+        yield "experiment.frequency", float(values_of(seen.case.experiment.frequency).min()), USUAL["f0"]
     for path, usual in USUAL.items():
         section, _, field = path.partition(".")
         value = getattr(getattr(seen.case, section), field) if field else None

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.core.units import show
 
+PEOPLE = ("Debye", "Hamaker", "Poisson", "Young")  # at the beginning of labels
 DEFAULT = re.compile(r"default: ([^;]+)")
 KEY = re.compile(
     r"(?<![.\w])[a-z]+(?:_[a-z\d]+)+(?![.\w])"
@@ -105,6 +106,11 @@ def _field(model: type[Parameters], key: str) -> Field:
         examples=tuple(map(str, info.examples or ())),
         placeholder=left_out[1] if left_out else "",
     )
+
+
+def within_sentence(label: str) -> str:
+    """Return a label as it is written inside a sentence: people keep their capital."""
+    return label if label.startswith(PEOPLE) else f"{label[0].lower()}{label[1:]}"
 
 
 def _label(key: str, doc: str) -> str:

@@ -13,7 +13,7 @@ import dforce as df
 from dforce.core import units
 from dforce.core.units import parse
 from dforce.gui.case import values
-from dforce.gui.case.fields import Field, name_of
+from dforce.gui.case.fields import Field, name_of, within_sentence
 from dforce.gui.document.bounds import LARGEST, number
 from dforce.gui.document.document import MOST_SLIDERS, Path, Slider
 from dforce.gui.window.view import View
@@ -188,7 +188,7 @@ class Sliders:
             return field.label
         model = df.forces.REGISTRY.get(str(self.view.document.value((*listed, place, "model"))))
         what = name_of(model) if model is not None else f"{str(listed[-1]).removesuffix('s').capitalize()} {place + 1}"
-        return f"{what}: {field.label[0].lower()}{field.label[1:]}"
+        return f"{what}: {within_sentence(field.label)}"
 
     def _slide(self, path: Path, field: Field, value: float) -> None:
         unit = number_at(self.view, path, field)[1]

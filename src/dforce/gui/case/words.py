@@ -8,7 +8,7 @@ import dforce as df
 from dforce.core.parameters import Parameters
 from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import EXPERIMENTS
-from dforce.gui.case.fields import Field, fields, name_of, spaced
+from dforce.gui.case.fields import Field, fields, name_of, spaced, within_sentence
 from dforce.gui.document.document import Document, Path, path_of
 
 # what a force says that lacks a value of the instrument
@@ -48,7 +48,7 @@ def _about_field(document: Document, text: str) -> str:
     model = df.forces.REGISTRY.get(first)
     if model is None:
         return plain(text)
-    labels = {field.key: f"{field.label[0].lower()}{field.label[1:]}" for field in fields(model)}
+    labels = {field.key: within_sentence(field.label) for field in fields(model)}
     return f"the force {name_of(model)} {KEY.sub(lambda key: labels.get(key[0], spaced(key[0])), rest)}"
 
 
@@ -85,7 +85,7 @@ def label_of(document: Document, path: Path) -> str:
     if field is None:
         return ""
     model = df.forces.REGISTRY.get(str(document.value((*path[:2], "model")))) if path[0] == "forces" else None
-    return field.label if model is None else f"{name_of(model)}: {field.label[0].lower()}{field.label[1:]}"
+    return field.label if model is None else f"{name_of(model)}: {within_sentence(field.label)}"
 
 
 def field_at(document: Document, path: Path) -> Field | None:

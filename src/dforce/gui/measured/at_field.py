@@ -32,8 +32,9 @@ class FitAtFields:
     def __init__(self, view: View) -> None:
         self.view = view
         self.placed: dict[Path, FitAtField] = {}
+        self.foreseen = fitting.Foreseen(self.show)
         view.on_job.append(self.show)
-        view.on_anew.append(self.show)
+        view.on_beside.append(self.show)
 
     def clear(self) -> None:
         """Forget all fields: they are made anew."""
@@ -52,22 +53,28 @@ class FitAtFields:
         """Show the fit at the fields of parameters that can be fitted."""
         document, session = self.view.document, self.view.session
         rows = {} if document.measured is None else {row.path: row for row in fitting.rows(document)}
-        chosen = {path_of(document, name) for name in fitting.free_names(document)} if rows else set()
-        fit = session.measured.fit if rows else None
-        job = session.fitting
-        failed = job.error if job is not None and job.state == "failed" else ""
         for path, element in self.placed.items():
-            row = rows.get(path)
-            element.set_visibility(row is not None)
-            if row is None:
-                continue
+            element.set_visibility(path in rows)
+        if not rows:
+            return
+        if session.measured.curve is not None:
+            self.foreseen.ask(document, session.measured.curve)
+        foreseen = {path_of(document, name): text for name, text in self.foreseen.sentences.items()}
+        chosen, fit, job = fitting.free_paths(document), session.measured.fit, session.fitting
+        failed = job.error if job is not None and job.state == "failed" else ""
+        stale = fit is not None and not fitting.is_of(fit, document)
+        for path in self.placed.keys() & rows.keys():
+            row = rows[path]
             name = "" if fit is None else fitting.name_in(fit, row, document)
-            element.show(
+            found, note = ("", foreseen.get(path, ""))
+            if fit is not None and name:
+                found, note = fitting.found_for(fit, name), fitting.note(fit, name)
+            self.placed[path].show(
                 free=path in chosen,
                 busy=job is not None and job.busy,
-                found=fitting.found(fit, name) if fit is not None and name else "",
-                note=_note(document, row, failed) or (fitting.note(fit, name) if fit is not None and name else ""),
-                stale=fit is not None and not fitting.is_of(fit, document),
+                found=found,
+                note=with_labels(document, as_sentence(failed) if row.name in failed else note),
+                stale=stale,
                 prior=str(prior_of(document, row)[1] or ""),
                 example=_example(row),
             )
@@ -92,11 +99,6 @@ def prior_of(document: Document, row: ParameterRow) -> tuple[str, object]:
     given = document.value(PRIORS)
     names = [name for name in given if path_of(document, str(name)) == row.path] if isinstance(given, dict) else []
     return (str(names[0]), given[names[0]]) if names else (row.name, None)
-
-
-def _note(document: Document, row: ParameterRow, failed: str) -> str:
-    """Return why a fit was refused, at the parameter that it names."""
-    return as_sentence(with_labels(document, failed)) if row.name in failed else ""
 
 
 def _example(row: ParameterRow) -> str:

@@ -14,6 +14,7 @@ from nicegui import background_tasks
 
 import dforce as df
 from dforce.core.units import show
+from dforce.findings.finding import with_error
 from dforce.gui.case.values import ParameterRow, rows_of
 from dforce.gui.case.words import field_at, label_of
 from dforce.gui.document.compute import Job, duration
@@ -21,7 +22,6 @@ from dforce.gui.document.document import LONGEST_NAME, NAMING, Document, Path, p
 from dforce.gui.measured.lever import holds_for
 from dforce.gui.measured.reading import CALIBRATED
 from dforce.inverse.fitting.result import data_of
-from dforce.inverse.fitting.typed import shown
 from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
@@ -85,6 +85,11 @@ def free_names(document: Document) -> list[str]:
     return [str(name) for name in given] if isinstance(given, list | tuple) else []
 
 
+def free_paths(document: Document) -> set[Path]:
+    """Return where the parameters stand that are to be fitted."""
+    return {path_of(document, name) for name in free_names(document)}
+
+
 def with_free(document: Document, row: ParameterRow, free: bool) -> Document:
     """Return a document in which a parameter is to be fitted, or no longer."""
     names = [name for name in free_names(document) if name != row.name and path_of(document, name) != row.path]
@@ -96,7 +101,7 @@ def found(fit: xr.Dataset, name: str) -> str:
     one = _one(fit, name)
     if one is None or not bool(one["seen"]) or math.isinf(float(one["error"])):
         return ""
-    value, error, unit = shown(float(one["value"]), float(one["error"]), str(one["unit"].values))
+    value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
     return f"{value} ± {error} {unit}".replace("none", "?").strip()
 
 
@@ -118,6 +123,12 @@ def note(fit: xr.Dataset, name: str) -> str:
         products = [line for line in str(fit.attrs.get("products", "")).splitlines() if name in line]
         return f"{PRODUCT}{': ' if products else '.'}{'; '.join(products)}"
     return "The value lies at its bound." if bool(one["at_bound"]) else ""
+
+
+def answers(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:
+    """Return what a fit found of the rows of a list, with the k and R for which it holds, or why it did not, as text."""
+    names = [(row.label, name_in(fit, row, document)) for row in listed]
+    return [f"{label}: {found_for(fit, name) or note(fit, name)}" for label, name in names if name]
 
 
 def others(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:

@@ -35,19 +35,11 @@ export default {
         </template>
         <p v-else class="df-text">Confirmed for this curve: {{ lever }}.</p>
         <h3>Fit</h3>
-        <p class="df-text">Parameters to find; the fit begins at the values in the forms.</p>
-        <div class="df-fit-rows" role="group" aria-label="parameters to fit">
-          <template v-for="row in rows" :key="row.name">
-            <label class="df-check"><input type="checkbox" :checked="row.free" :disabled="busy"
-                @change="$emit('free', {name: row.name, free: $event.target.checked})" />
-              <span>{{ row.label }} <span class="df-symbol" v-html="row.symbol"></span></span>
-              <span class="df-check-unit">{{ row.value }}</span></label>
-            <p v-if="row.found" class="df-found" :class="{behind: stale}">{{ row.found }}</p>
-            <p v-if="row.note" class="df-advice">{{ row.note }}</p>
-          </template></div>
+        <p v-if="free.length" class="df-text">Finds {{ free.join(", ") }}, from the values in the form.</p>
+        <p v-else class="df-text">Tick <b>fit</b> at the fields of the form: the fit finds these parameters.</p>
         <div class="df-measured-buttons">
           <button v-if="!busy" type="button" class="df-plain df-main-button" @click="$emit('fit')"
-                  :disabled="!!unconfirmed || !rows.some((row) => row.free)"
+                  :disabled="!!unconfirmed || !free.length"
                   :aria-describedby="unconfirmed ? 'df-unconfirmed' : undefined">Fit</button>
           <button v-else type="button" class="df-plain" @click="$emit('stop')">Stop</button>
           <progress v-if="busy" max="1" :value="share || undefined" aria-label="progress of the fit"></progress>
@@ -81,7 +73,7 @@ export default {
     lever: { default: "" }, unconfirmed: { default: "" }, levers: { default: () => [] }, typed: { default: () => [] },
     missing: { default: "" }, findings: { default: () => [] }, finding: Boolean, unsafe: { default: "" }, limit: { default: "" },
     set_point: { default: "" },
-    rows: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
+    free: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
     report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, answers: { default: () => [] }, others: { default: () => [] },
   },
   data() {

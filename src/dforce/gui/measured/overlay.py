@@ -52,6 +52,13 @@ class Beside:
         """Return the curve with heights that are average distances, and phases as the model counts them."""
         return moved(self.curve, self.shift, self.turn)
 
+    def on_branches(self) -> xr.Dataset:
+        """Return the curve as :meth:`moved`, with the branch that the fit found for each point."""
+        curve = self.moved()
+        if self.fit is None or self.fit.sizes["point"] != curve.sizes["point"]:
+            return curve
+        return curve.assign_coords(branch=("point", self.fit["branch"].values))
+
 
 def shows(wanted: Picture) -> bool:
     """Return whether a picture has room for a measured curve."""
@@ -73,7 +80,7 @@ def with_measured(drawn: Drawn, wanted: Picture, beside: Beside, model: xr.Datas
     if beside.fit is not None and wanted.x == "zc":
         above += _lines(drawn, beside.fit, beside, names)
         if not wanted.together and model is not None:
-            extra, layout = _residuals(drawn, beside.fit, beside, residuals(model, beside.moved()))
+            extra, layout = _residuals(drawn, beside.fit, beside, residuals(model, beside.on_branches()))
             above += extra
     layout["showlegend"] = True
     data = [*below, *drawn.figure["data"], *above]
@@ -160,7 +167,11 @@ def _residuals(
     room = len(names) * SHARE + GAP / 2.0
     for key, axis in drawn.figure["layout"].items():
         if key.startswith("yaxis") and "domain" in axis:
-            layout[key] = axis | {"domain": [room + (1.0 - room) * end for end in axis["domain"]]}
+            words = axis["title"]["text"]  # of lower frames only the symbol has room
+            layout[key] = axis | {
+                "domain": [room + (1.0 - room) * end for end in axis["domain"]],
+                "title": {"text": words[max(words.find("<i>"), 0) :]},
+            }
     tag = max(int(key[5:] or 1) for key in layout if key.startswith("yaxis"))
     shapes, traces = list(layout.get("shapes", [])), list[Figure]()
     used = fit["used"].values if fit.sizes["point"] == beside.curve.sizes["point"] else slice(None)

@@ -13,9 +13,9 @@ import dforce as df
 from dforce.core.units import show
 from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves.panel import Panel, Scene
-from dforce.gui.document.document import Document, MeasuredData, path_of
+from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.measured import fitting, lever, overlay
-from dforce.gui.measured.fitting import LIMIT, Foreseen, SafeJob
+from dforce.gui.measured.fitting import LIMIT, SafeJob
 from dforce.gui.window.dialogs import as_sentence, say, telling
 from dforce.gui.window.view import View
 from dforce.validity import advice_in
@@ -49,7 +49,6 @@ class MeasuredCurve(Panel):
 
     def __init__(self, view: View) -> None:
         super().__init__(view)
-        self.foreseen = Foreseen(self.show)
         self.safe: SafeJob | None = None
 
     @property
@@ -72,7 +71,6 @@ class MeasuredCurve(Panel):
         element.on("shift", self._shift, throttle=BETWEEN)
         element.on("match", self._match)
         element.on("remove", self._remove)
-        element.on("free", self._free)
         element.on("confirm", self._confirm)
         element.on("library", self._library)
         element.on("lever", self._lever)
@@ -90,6 +88,11 @@ class MeasuredCurve(Panel):
         kept, measured = self.view.session.measured, self.view.document.measured
         if measured is None or kept.curve is None:
             return None
+        drawn = self.view.curve
+        if drawn is not None and not drawn.document.same_case(self.view.document):
+            before = drawn.document.measured
+            # a shift that comes with other values waits for their curve
+            measured = before if before is not None and before.id == measured.id else measured
         return overlay.Beside(kept.curve, measured.shift, measured.turn, kept.fit)
 
     def show(self, scene: Scene | None = None) -> None:
@@ -122,36 +125,16 @@ class MeasuredCurve(Panel):
         """Return what the panel shows of a fit."""
         document, session = self.view.document, self.view.session
         job, fit = session.fitting, session.measured.fit
-        rows = fitting.rows(document)
-        chosen = {path_of(document, name) for name in fitting.free_names(document)}
+        rows, chosen = fitting.rows(document), fitting.free_paths(document)
         failed = "" if job is None or job.state != "failed" else job.error
-        shown = dict[str, Any](rows=[], failed="", report="", stale=False, notes=[], summary="", others=[], answers=[])
+        shown = dict[str, Any](report="", stale=False, notes=[], summary="", others=[], answers=[])
+        shown |= {"free": [row.label for row in rows if row.path in chosen]}
         values = lever.asked(document)
         confirmed = lever.is_confirmed(document, values)
         shown |= {"lever": lever.in_words(values), "unconfirmed": "" if confirmed else lever.UNCONFIRMED}
         missing = "" if values else as_sentence(in_words(document, lever.missing(document)))
         shown |= {"typed": lever.typed(document), "levers": list(df.cantilevers()), "missing": missing}
-        if session.measured.curve is not None:
-            self.foreseen.ask(document, session.measured.curve)
-        foreseen = {path_of(document, name): text for name, text in self.foreseen.sentences.items()}
-        for row in rows:
-            name = "" if fit is None else fitting.name_in(fit, row, document)
-            about = as_sentence(with_labels(document, failed)) if row.name in failed else ""
-            said = fitting.note(fit, name) if fit is not None and name else ""
-            before = with_labels(document, foreseen.get(row.path, "")) if not name else ""
-            shown["rows"].append(
-                {
-                    "name": row.name,
-                    "label": row.label,
-                    "symbol": row.symbol,
-                    "value": row.value,
-                    "free": row.path in chosen,
-                    "found": fitting.found_for(fit, name) if fit is not None and name else "",
-                    "note": about or said or before,
-                }
-            )
-        if failed and not any(row.name in failed for row in rows):
-            shown["failed"] = as_sentence(in_words(document, failed))
+        shown |= {"failed": as_sentence(in_words(document, failed)) if failed else ""}
         busy = job is not None and job.busy
         shown |= {
             "busy": busy,
@@ -160,7 +143,7 @@ class MeasuredCurve(Panel):
         }
         if fit is not None:
             shown |= {
-                "answers": [f"{row['label']}: {row['found']}" for row in shown["rows"] if row["found"]],
+                "answers": fitting.answers(fit, rows, document),
                 "report": df.fit_report(fit),
                 "stale": not fitting.is_of(fit, document),
                 "notes": [with_labels(document, one.text) for one in advice_in(fit) if one.name != "reduced_chi2"],
@@ -194,12 +177,6 @@ class MeasuredCurve(Panel):
 
     async def _remove(self) -> None:
         await self.view.session.drop_measured()
-
-    def _free(self, event: GenericEventArguments) -> None:
-        document = self.view.document
-        row = next((row for row in fitting.rows(document) if row.name == event.args["name"]), None)
-        if row is not None:
-            self.view.edit(fitting.with_free(document, row, bool(event.args["free"])), name="fit")
 
     def _confirm(self) -> None:
         self._change(confirmed=lever.asked(self.view.document))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, Bools
 from dforce.core.units import parse
 from dforce.findings.set_point import states_meant, without_states
 from dforce.gui.curves.figures import Figure, title, unit_of
@@ -185,14 +185,28 @@ def gaps_of(result: xr.Dataset, quantity: str) -> str:
     count, several = int(missing.sum()), [str(dim) for dim in missing.dims if missing.sizes[dim] > 1]
     if not count:
         return ""
-    if len(several) > 1:
-        return f"No state meets the set point at {count} of {missing.size} settings."
     dim = several[0] if several else str(missing.dims[0])
-    flat = missing.any([other for other in missing.dims if other != dim]).values
-    places, words = np.flatnonzero(flat), places_of(result, dim)
+    words, others = places_of(result, dim), several[1:]
+    if not others:
+        flat = missing.any([other for other in missing.dims if other != dim]).values
+        return f"No state meets the set point at these values of {label_of(result, dim)}: {_runs(flat, words)}."
+    if len(others) > 1:
+        return f"No state meets the set point at {count} of {missing.size} settings."
+    (other,) = others
+    rows = missing.any([one for one in missing.dims if one not in (dim, other)]).transpose(other, dim).values
+    said = [
+        f"{label_of(result, other)} {place}: {_runs(rows[number], words)}"
+        for number, place in enumerate(places_of(result, other))
+        if rows[number].any()
+    ]
+    return f"No state meets the set point at these values of {label_of(result, dim)}: {'; '.join(said)}."
+
+
+def _runs(there: Bools, words: Sequence[str]) -> str:
+    """Return the places along a dimension where something is true, in words, as ranges."""
+    places = np.flatnonzero(there)
     runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
-    said = [words[run[0]] if len(run) == 1 else f"{words[run[0]]} to {words[run[-1]]}" for run in runs]
-    return f"No state meets the set point at these values of {label_of(result, dim)}: {', '.join(said)}."
+    return ", ".join(words[run[0]] if len(run) == 1 else f"{words[run[0]]} to {words[run[-1]]}" for run in runs)
 
 
 def words_of(settings: Mapping[str, tuple[float, str]], labels: Mapping[str, str]) -> str:
@@ -255,11 +269,10 @@ def allowed(result: xr.Dataset, choice: Choice, limit: DrawnLimit) -> str:
     there = np.isfinite(values).any(axis=1)
     with np.errstate(invalid="ignore"):
         fails = (values < limit.value if limit.above else values > limit.value).any(axis=1)
-    holds = np.flatnonzero(there & ~fails)
-    if not len(holds):
+    holds = there & ~fails
+    if not holds.any():
         return f"The limit holds nowhere here for {meant}."
     x, _ = axis_of(result, choice.x)
     unit = unit_of(result[choice.x])[1]
-    ends = [f"{x[place]:.4g}{'' if unit == '1' else f' {unit}'}" for place in (holds[0], holds[-1])]
-    gaps = "" if len(holds) == holds[-1] - holds[0] + 1 else ", with gaps"
-    return f"The limit holds from {ends[0]} to {ends[1]}{gaps}, for {meant}."
+    words = [f"{value:.4g}{'' if unit == '1' else f' {unit}'}" for value in x]
+    return f"The limit holds at {label_of(result, choice.x)} {_runs(holds, words)}, for {meant}."

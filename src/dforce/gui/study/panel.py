@@ -14,7 +14,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
-from dforce.gui.case.fields import name_of
+from dforce.gui.case.fields import name_of, within_sentence
 from dforce.gui.case.values import ParameterRow
 from dforce.gui.case.words import KEY, in_words, with_labels
 from dforce.gui.curves.chart import Chart
@@ -158,7 +158,7 @@ class Explorer(Panel):
             else f", at the set point {share(over.document.set_point)}"
         )
         at = "" if SET_POINT in (over.row.name, over.second.name if over.second else "") else at
-        return f"Against {' and '.join(label[0].lower() + label[1:] for label in labels)}{at}"
+        return f"Against {' and '.join(map(within_sentence, labels))}{at}"
 
     def _of_result(self) -> dict[str, Any]:
         result, choice = self.study.result, self.choice
@@ -220,7 +220,7 @@ class Explorer(Panel):
         elif row is not None:
             try:
                 unit = self.view.document.case().quantity(row.name).unit
-                value = df.parse(str(self.view.document.value(row.path)), unit)
+                value = df.parse(row.value, unit)
             except (df.DForceError, TypeError):  # typed halfway: the ends are left for the person
                 value = 0.0
             if value > 0.0:
@@ -312,7 +312,7 @@ class Explorer(Panel):
             place = path_of(document, path)
             if path == "set_point":
                 share = min(max(value, LOWEST_SET_POINT), HIGHEST_SET_POINT)
-            elif place and document.value(place) is not None:
+            elif any(row.path == place for row in self._rows()):
                 document = document.put(place, value if unit == "1" else show(value, unit, DIGITS))
         self.view.edit(document, anew=True)
         self.view.session.look(dataclasses.replace(self.view.document, set_point=share))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nicegui import app, ui
+from nicegui.elements.mixins.text_element import TextElement
 from starlette.requests import Request
 
 import dforce as df
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 FORGOTTEN = 3600.0  # s after which a session that no page shows is only kept in the storage
 ANSWERED_WITHIN = 60.0  # s that a browser of a busy computer has to answer
 HERE = Path(__file__).parent
+SKIPS = {"Skip to the sliders": ".df-slider input[type=range]", "Skip to the chart": ".df-main .df-chart"}
+SKIP = "(event) => { event.preventDefault(); document.querySelector(PLACE)?.focus(); }"
 SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
 
 
@@ -126,6 +129,9 @@ class Page:
         self.view = View(session)
         self.dark = dress()
         ui.add_body_html(f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script>")
+        for words, place in SKIPS.items():
+            link = TextElement(tag="a", text=words).classes("df-skip").props('href="#"')
+            link.on("click", js_handler=SKIP.replace("PLACE", json.dumps(place)))
         with ui.element("header").classes("df-header"):
             self._header()
             if classroom is not None:

@@ -1,0 +1,84 @@
+"""What a sweep keeps of each case: quantities, of all its points or of the states at a set point alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.quantities import AXES, NOISES, OBSERVABLES, jumps_along
+from dforce.core.units import parse_share
+from dforce.experiments import Approach
+from dforce.findings.set_point import RATIO, at_set_point
+from dforce.maps._result import SweepLayout
+from dforce.procedures.found import KEPT
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
+ALL = KEPT | frozenset(jumps_along("zc"))
+NEEDED = frozenset({RATIO, "virial"})  # of a curve, to find the states at a set point and say their regime
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The names of the quantities, and the set point; None: all points are kept."""
+
+    names: frozenset[str]
+    set_point: float | None = None
+
+    @classmethod
+    def of(
+        cls,
+        quantities: Iterable[str] | None,
+        set_point: float | str | None,
+        layout: SweepLayout,
+        before: str | None = None,
+    ) -> Kept:
+        """Return what is asked for; without `quantities` those of the sweep that goes on, as it notes them, else all.
+
+        Raises
+        ------
+        ParameterError
+            For a name that is not known, names other than those of the sweep that goes on, a set point that is no share, or
+            cases without set points.
+        """
+        share = None if set_point is None else parse_share(set_point, "at_set_point")
+        if share is not None and not isinstance(layout.case.experiment, Approach):
+            raise ParameterError("a set point needs the curve of an approach; use an approach as experiment")
+        given = None if quantities is None else frozenset(quantities)
+        known = frozenset(OBSERVABLES) if share is not None else ALL
+        if layout.plan is None:
+            known |= frozenset(AXES) | frozenset(NOISES)
+        for name in sorted((given or frozenset()) - known):
+            where = "" if share is None else " at a set point"
+            raise ParameterError(f"there is no quantity '{shorten(name)}'{where}{nearest(name, known)}")
+        earlier = ALL if before is None else frozenset(before.split())
+        if before is not None and given not in (None, earlier):
+            raise ParameterError(
+                "this sweep keeps other quantities, so it cannot be continued with the present ones; leave quantities out"
+            )
+        return cls(earlier if given is None else given, share)
+
+    @property
+    def computed(self) -> frozenset[str]:
+        """The quantities that are computed for it."""
+        return self.names if self.set_point is None else self.names | NEEDED
+
+    @property
+    def unfinished(self) -> dict[str, Any]:
+        """The attributes by which a sweep that is not complete goes on."""
+        return {"interrupted": 1, QUANTITIES: " ".join(sorted(self.names))}
+
+    def take(self, data: xr.Dataset, layout: SweepLayout) -> xr.Dataset:
+        """Return what is kept of cases with the quantities that are computed.
+
+        At a set point :func:`dforce.at_set_point` gives it; the `status` of a case is the largest of those of its points.
+        """
+        if self.set_point is None:
+            return data
+        found = at_set_point(data, self.set_point, None if self.names == ALL else sorted(self.names))
+        status = data["status"].max(list(layout.inner)).astype(data["status"].dtype)
+        return found.assign(status=status.assign_attrs(data["status"].attrs)).assign_attrs(data.attrs | found.attrs)

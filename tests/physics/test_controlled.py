@@ -1,0 +1,72 @@
+"""A phase-locked loop and an amplitude control in time lead to the locked states of an independent solver."""
+
+import math
+
+import numpy as np
+import pytest
+
+import dforce as df
+from dforce.solvers.controlled import Controllers, follow
+from dforce.solvers.integrator import Motion
+
+NM, E_EFF, RIGHT = 1e-9, 1e9 / 0.91, math.pi / 2.0
+DMT, HERTZ = [df.forces.DMT(hamaker="2e-20 J")], [df.forces.Hertz()]
+VISCOUS = [df.forces.Hertz(), df.forces.KelvinVoigt(viscosity="100 Pa s")]
+SETTINGS = df.SolverSettings(settle_tolerance=1e-11, relative_tolerance=1e-12)
+
+
+def problem(f0, Q, A0, forces, E_eff=E_EFF):
+    return df.Case(
+        cantilever={"f0": f0, "k": 0.9, "Q": Q},
+        drive={"A0": A0},
+        tip={"radius": 2e-9},
+        sample={"youngs_modulus": 0.91 * E_eff, "poisson_ratio": 0.3},
+        forces=forces,
+    ).problem
+
+
+def free(one):
+    """Return the free motion at resonance at the start of a period."""
+    return Motion((0.0, 1.0), np.zeros(0), np.zeros(0), 0)
+
+
+# (f0, Q, A0, forces, E_eff, zc; divisor of omega0 that is b; frequency shift and its tolerance; drive and amplitude)
+ROWS = {
+    "S1b": (48.9e3, 255, 10 * NM, DMT, E_EFF, 10.2 * NM, 100, (-44.4831237, 2e-7), 3.5262084049e-11, None),
+    "S2a": (48.9e3, 100, 4.2 * NM, HERTZ, E_EFF, 4.0 * NM, 100, (442.8092277, 2e-7), 3.814965522e-11, None),
+    "S3a": (48.9e3, 2, 5.0 * NM, HERTZ, E_EFF, 4.5 * NM, 20, (1036.966215, 2e-6), 2.29969616e-9, None),
+    "S4a": (49e3, 50, 9.0 * NM, VISCOUS, 50e6 / 0.91, 8.0 * NM, 100, (73.4221824, 2e-7), 1.691291067e-10, None),
+    "S7b": (49e3, 50, 9.0 * NM, VISCOUS, 50e6 / 0.91, 8.0 * NM, 100, (47.627398, 2e-6), None, 8.751010037e-9),
+}
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_loops_lead_to_the_locked_state_of_an_independent_solver(name):
+    f0, Q, A0, forces, E_eff, zc, divisor, (shift, digits), drive, amplitude = ROWS[name]
+    one = problem(f0, Q, A0, forces, E_eff)
+    loops = Controllers(RIGHT, A0 if amplitude is None else None, f0 / divisor, f0 / divisor)
+    found = follow(one, zc, free(one), loops, SETTINGS)
+    assert found.settled
+    assert found.frequency[-1] - f0 == pytest.approx(shift, rel=0, abs=digits)
+    assert found.amplitude[-1] == pytest.approx(amplitude or A0, rel=1e-9)
+    assert found.force[-1] == pytest.approx(drive or 0.9 * A0 / Q, rel=1e-8)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 4])
+def test_loops_of_a_sixth_of_the_frequency_settle_with_every_low_pass(order):
+    one = problem(48.9e3, 255, 10 * NM, DMT)
+    loops = Controllers(RIGHT, 10 * NM, 48.9e3 / 6, 48.9e3 / 6, order)
+    found = follow(one, 10.2 * NM, free(one), loops, df.SolverSettings())
+    assert found.settled
+    assert found.frequency[-1] - 48.9e3 == pytest.approx(-44.48312, abs=1e-4)
+
+
+def test_free_loop_follows_a_change_of_set_point_with_its_bandwidth():
+    one = problem(48.9e3, 255, 10 * NM, HERTZ)
+    loops = Controllers(RIGHT, 11 * NM, 50.0, 50.0)
+    found = follow(one, 50 * NM, free(one), loops, SETTINGS)
+    left = 11 * NM - found.amplitude
+    time = np.cumsum(1.0 / found.frequency)
+    later = (left < 0.5 * NM) & (left > 0.05 * NM)
+    rate = -np.polyfit(time[later], np.log(left[later]), 1)[0]
+    assert rate == pytest.approx(2.0 * math.pi * 50.0, rel=0.01)  # the lock-in is late by a period, 0.6 %
