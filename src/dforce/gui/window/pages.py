@@ -23,6 +23,7 @@ from dforce.gui.document.document import FIRST, Document
 from dforce.gui.document.session import Session
 from dforce.gui.document.store import Store
 from dforce.gui.files.file_menu import FileMenu
+from dforce.gui.files.last_files import list_opened
 from dforce.gui.measured.at_field import FitAtFields
 from dforce.gui.study.parameter_study import Over
 from dforce.gui.window.address import Address
@@ -52,6 +53,7 @@ def register(
     limits: Limits = ALONE,
     over: xr.Dataset | None = None,
     classroom: Classroom | None = None,
+    file: Path | None = None,
 ) -> None:
     """Make the page known to the server.
 
@@ -67,6 +69,8 @@ def register(
         A result over parameters that each session looks at first.
     classroom
         The class that the server is open to; None where it is for one person.
+    file
+        The file that the document is from, which is listed among the last files of each session.
     """
     sessions: dict[str, Session] = {}
     app.add_static_files(local_directory=HERE / "pictures", url_path="/assets/pictures", max_cache_age=3600)
@@ -85,6 +89,8 @@ def register(
                 sessions[name].document, sessions[name].fresh = document, False
             if over is not None:
                 sessions[name].study.take(Over(over))
+            if file is not None:
+                list_opened(sessions[name].results.folder, file)
         return sessions[name]
 
     @app.on_startup
