@@ -16,7 +16,7 @@ from dforce.core import units
 from dforce.core.arrays import Complexes
 from dforce.core.errors import ForceError, ParameterError, checked, nearest
 from dforce.core.parameters import Parameters
-from dforce.forces import REGISTRY, Force
+from dforce.forces import Force, refuse_double_counting
 from dforce.instrument import (
     BaseMotion,
     Cantilever,
@@ -35,6 +35,7 @@ from dforce.instrument import (
     effective_modulus,
     heights_of,
 )
+from dforce.instrument.operation import free_lock
 
 SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
 
@@ -114,7 +115,7 @@ class Problem:
         _refuse_unknown_fluid(cantilever, modes, shaken, medium)
         values = instrument_values(modes, tip, sample, contact, medium)
         chosen = tuple(forces)
-        _refuse_double_counting(chosen)
+        refuse_double_counting(chosen)
         _refuse_extremes(modes, tones, values)
         _refuse_wide_band(noise, tones)
         bound = [_bound(force, values) for force in chosen]
@@ -132,6 +133,8 @@ class Problem:
             noise=(noise or Noise()).resolve(medium.temperature),
             heights=heights_of(cantilever, drive, medium, readout, modes, tones),
         )
+        if problem.is_locked:
+            return problem._at_free_lock(readout)
         tuned = [tone.frequency == "peak" for tone in drive.tones or (drive,)]
         free = [readout.phase_reference == "free" or (readout.phase_reference is None and peak) for peak in tuned]
         if not any(free):
@@ -182,6 +185,49 @@ class Problem:
                 force[j, tone.mode] += self.modes[tone.mode].stiffness(tone.frequency) * self.base[j]
         force.flags.writeable = False
         return force
+
+    @property
+    def is_locked(self) -> bool:
+        """Whether controllers hold the amplitude or the phase of a tone."""
+        return any(tone.lock is not None for tone in self.tones)
+
+    @property
+    def unlocked(self) -> Self:
+        """The problem in amplitude modulation, at the frequency and drive of its tones."""
+        return dataclasses.replace(self, tones=tuple(dataclasses.replace(tone, lock=None) for tone in self.tones))
+
+    def refuse_lock(self, what: str) -> None:
+        """Raise :class:`ParameterError` where controllers hold amplitude or phase, which something does not allow."""
+        names = [tone.lock.operation for tone in self.tones if tone.lock is not None]
+        if names:
+            raise ParameterError(f'{what} needs drive.operation = "am"; "{names[0]}" suits an approach and a dwell')
+
+    def _at_free_lock(self, readout: Readout) -> Self:
+        """Return the problem with the frequency and drive of each tone that its controllers find without tip–sample forces."""
+        if readout.phase_reference == "free":
+            raise ParameterError(
+                'readout.phase_reference = "free" needs drive.operation = "am"; a lock counts its phase from the drive'
+            )
+        found = self
+        for j, tone in enumerate(self.tones):
+            if tone.lock is None:
+                continue
+            self.refuse_changing_lever(f'drive.operation = "{tone.lock.operation}"')
+            frequency = tone.frequency
+            if "phase" in tone.lock.held:
+                frequency = free_lock(
+                    lambda f, j=j: self.driven(f, 1.0, j).signal(j), self.modes[tone.mode], tone.lock.phase
+                )
+            there = self.driven(frequency, 1.0, j)
+            found = found.driven(frequency, tone.A0 / abs(there.signal(j)), j)
+        return found
+
+    def signal(self, tone: int) -> complex:
+        """Return the complex amplitude (m) that the lock-in of a tone reads without tip–sample forces, relative to the drive."""
+        given = self.tones[tone]
+        is_mode = given.lock is not None and given.lock.of_mode
+        read = self.free[tone, given.mode] if is_mode else self.detected_free[tone]
+        return complex(read * cmath.exp(-1j * given.phase))
 
     @property
     def lagging(self) -> bool:
@@ -259,6 +305,13 @@ class Problem:
             changed = dataclasses.replace(changed, force=force)
         tones = (*self.tones[:tone], changed, *self.tones[tone + 1 :])
         return dataclasses.replace(self, tones=tones)
+
+    def driven(self, frequency: float, ratio: float, tone: int = 0) -> Self:
+        """Return the problem with another frequency (Hz) of a tone, and so many times its driving force or base motion."""
+        there = self.at_frequency(frequency, tone)
+        given = there.tones[tone]
+        stronger = dataclasses.replace(given, force=ratio * given.force, base=ratio * given.base)
+        return dataclasses.replace(there, tones=(*there.tones[:tone], stronger, *there.tones[tone + 1 :]))
 
 
 def instrument_values(
@@ -349,32 +402,6 @@ def _refuse_wide_band(noise: Noise | None, tones: tuple[ToneNumbers, ...]) -> No
     if noise is not None and noise.bandwidth is not None and noise.bandwidth > slowest:
         band, drive = units.show(noise.bandwidth, "Hz", 4), units.show(slowest, "Hz", 4)
         raise ParameterError(f"noise.bandwidth = {band} is above the drive frequency, {drive}")
-
-
-def _refuse_double_counting(forces: tuple[Force, ...]) -> None:
-    """Raise :class:`ParameterError` when two forces count the same interaction."""
-    for i, second in enumerate(forces):
-        for first in forces[:i]:
-            common = [interaction for interaction in first.contains if interaction in second.contains]
-            if common:
-                both = f"{first.name} and {second.name} both count the same interaction ({', '.join(common)})"
-                if first.name == second.name:
-                    both = f"{first.name} appears twice"
-                raise ParameterError(f"{both}; {_what_to_drop(first, second, common)}")
-
-
-def _what_to_drop(first: Force, second: Force, common: list[str]) -> str:
-    for whole, part in ((first, second), (second, first)):
-        if len(part.contains) == len(common):
-            return f"drop {'one of them' if len(whole.contains) == len(common) else part.name}"
-    for mixed, other in ((second, first), (first, second)):
-        rest = {interaction for interaction in mixed.contains if interaction not in common}
-        simpler = next(
-            (name for name, model in REGISTRY.items() if model.contains and set(model.contains) == rest), None
-        )
-        if simpler is not None:
-            return f"beside {other.name}, put {simpler} in the place of {mixed.name}"
-    return "drop one of them"
 
 
 def _refuse_extremes(

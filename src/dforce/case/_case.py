@@ -149,6 +149,8 @@ class Case(Parameters):
                 "solver.integrator = langevin simulates thermal motion, but noise.thermal = false; choose rk4 for motion "
                 "without noise"
             )
+        if self.solver.method != "periodic":
+            self.problem.refuse_lock(f"solver.method = {self.solver.method}")
         self._refuse_low_tip()
         for path in self.sweep.over if self.sweep is not None else ():
             place_of(self, path)

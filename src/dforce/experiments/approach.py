@@ -30,6 +30,7 @@ class Approach(DistanceExperiment, PathExperiment):
 
     both_ways = ("approach", "retract")
     falls_first = True
+    locks = True
 
     kind: Literal["approach"] = "approach"
     zc: Part[Distances] = param(

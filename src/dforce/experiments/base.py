@@ -170,11 +170,14 @@ class Experiment(Parameters):
         :func:`dforce.runs.carry_out`.
     unswept
         Dimensions of what a sweep does not keep of each case, such as the samples of a record.
+    locks
+        Whether it can be done under controllers that hold amplitude or phase.
     """
 
     title_of: ClassVar[str] = "experiment"
     procedure: ClassVar[str]
     unswept: ClassVar[tuple[str, ...]] = ()
+    locks: ClassVar[bool] = False
 
     kind: str
 
@@ -194,6 +197,11 @@ class Experiment(Parameters):
 
     def check(self, problem: Problem) -> None:
         """Raise :class:`ParameterError` where it cannot be done with an instrument, which a case says as soon as it is made."""
+        if problem.is_locked and not self.locks:
+            problem.refuse_lock(f"experiment.kind = {self.kind}")
+        for key, only in (("protocol", "quasi_static"), ("start", "free"), ("record", "settled")):
+            if problem.is_locked and getattr(self, key, only) != only:
+                problem.refuse_lock(f"experiment.{key} = {shorten(getattr(self, key))}")
 
     def range_of_zc(self, problem: Problem) -> tuple[float, float] | None:
         """Return the nearest and the farthest average distance that it visits (m); None where it does not say."""

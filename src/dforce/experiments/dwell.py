@@ -19,6 +19,7 @@ class Dwell(CurveExperiment):
 
     procedure = "procedures.dwell:dwell"
     unswept = ("time", "frequency")
+    locks = True
 
     kind: Literal["dwell"] = "dwell"
     zc: Number = param(unit="m", symbol="z_c", doc="average tip–surface distance")

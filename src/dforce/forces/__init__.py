@@ -15,6 +15,7 @@ from dforce.core.entries import loaded
 from dforce.core.errors import nearest
 from dforce.forces._contract import INTERACTIONS, REGISTRY, Force, makes_its_laws
 from dforce.forces._groups import grouped
+from dforce.forces._interactions import refuse_double_counting
 from dforce.forces._layer import kernel_moments
 from dforce.forces._plugins import load_plugin, read_plugin
 from dforce.forces._rheology import Viscoelastic
@@ -37,6 +38,7 @@ __all__ = [  # noqa: PLE0604
     "load_plugin",
     "makes_its_laws",
     "read_plugin",
+    "refuse_double_counting",
     *sorted(_models),
 ]
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Self
 import pydantic
 
 from dforce.core.errors import ParameterError
-from dforce.core.parameters import MaybeNumber, Number, Parameters, Part, param, part
+from dforce.core.parameters import MaybeNumber, Number, Part, param, part
 from dforce.instrument.base import BaseMotion, Piezo, peak_ratio
 from dforce.instrument.modes import MOST_MODES, ModeNumbers
+from dforce.instrument.operation import Lock, Operated
 from dforce.instrument.readout import Readout
 
 SEVERAL_TONES = (
@@ -53,6 +54,9 @@ class ToneNumbers:
         Lag of the force, or of the base, behind the drive signal (rad).
     base
         Amplitude of the base far below the piezo's resonance (m); 0 under a force.
+    lock
+        What its controllers hold; None in amplitude modulation. Where they hold amplitude or phase, frequency, force and base
+        are those of the free lock.
     """
 
     frequency: float
@@ -62,6 +66,7 @@ class ToneNumbers:
     force: float
     lag: float = 0.0
     base: float = 0.0
+    lock: Lock | None = None
 
 
 def drive_force(mode: ModeNumbers, A0: float, frequency: float) -> float:
@@ -74,7 +79,7 @@ def drive_force(mode: ModeNumbers, A0: float, frequency: float) -> float:
     return float(A0 * abs(mode.stiffness(frequency)))
 
 
-class Tone(Parameters):
+class Tone(Operated):
     """One tone of the drive, by the free amplitude of its mode, or by the amplitude of the base."""
 
     A0: MaybeNumber = param(
@@ -114,11 +119,11 @@ class Tone(Parameters):
         return self
 
 
-class Drive(Parameters):
+class Drive(Operated):
     """The drive: one tone by `A0` (`frequency`, `mode`, `phase`), or `tones`; each a force at the tip, or base excitation."""
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "one tone": ("A0", "base_amplitude", "frequency", "mode", "phase", "lag"),
+        "one tone": ("A0", "base_amplitude", "frequency", "mode", "phase", "lag", *Operated.model_fields),
         "several tones": ("tones",),
     }
 
@@ -187,7 +192,10 @@ class Drive(Parameters):
 
     @pydantic.model_validator(mode="after")
     def _one_description(self) -> Self:
-        single = [name for name in self.ways["one tone"] if getattr(self, name)]
+        usual = Tone(A0=1e-9)
+        single = [
+            name for name in self.ways["one tone"] if getattr(self, name) not in (None, getattr(usual, name, None))
+        ]
         if self.tones and single:
             raise ParameterError(f"drive has both {single[0]} and tones; write only one of them")
         if not self.tones and self.base_amplitude is None:
@@ -254,7 +262,7 @@ def _tone(
     if base is None:
         A0 = given.needed("A0")
         force = drive_force(mode, A0 / abs(seen), frequency)
-        return ToneNumbers(frequency, given.phase, A0, number - 1, force, given.lag)
+        return ToneNumbers(frequency, given.phase, A0, number - 1, force, given.lag, lock=given.lock)
     push = base.force(mode, frequency)  # N per meter of the base
     response = abs(seen * push / mode.stiffness(frequency) + readout.sees_base)
     if push == 0.0 or response * FARTHEST < 1.0:
@@ -268,4 +276,4 @@ def _tone(
         A0 = given.needed("A0")
         moved = A0 / response
     static = moved / abs(base.piezo_response(frequency))
-    return ToneNumbers(frequency, given.phase, A0, number - 1, abs(push) * moved, given.lag, static)
+    return ToneNumbers(frequency, given.phase, A0, number - 1, abs(push) * moved, given.lag, static, given.lock)

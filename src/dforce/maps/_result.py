@@ -56,6 +56,8 @@ class SweepLayout(Layout):
         if self.free is not None:
             inner = {RATIO if dim == "zc" else dim: values for dim, values in inner.items()} | {RATIO: shares}
         self.side_by_side = self._parts(case) if plan is not None and plan.zc is None else []
+        if any(one.problem.is_locked for one in self.side_by_side):
+            self.side_by_side = []
         plans = [cast(CurveExperiment, one.experiment).plan(one.problem) for one in self.side_by_side]
         super().__init__(plans, inner, dims_of(axes), tuple(dims_of((*self.choices, *self.numbers))))
 

@@ -16,6 +16,7 @@ from dforce.instrument.noise import detector_readings
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish
 from dforce.problem import Problem
+from dforce.procedures import locked
 from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.motion import in_si
 from dforce.procedures.recording import check_length, record_spectrum, record_traces
@@ -29,7 +30,7 @@ from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.states import States
 from dforce.solvers.transient import LATE, CancelCheck, Steady, decay_periods, march, observe
 
-NOT_RECORDED = (Status.FAILED, Status.UNRESOLVED)
+NOT_RECORDED = (Status.FAILED, Status.UNRESOLVED, Status.NO_STATE)
 
 
 class Reached(NamedTuple):
@@ -45,6 +46,8 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
     """Return traces, spectrum and scalars; see :func:`dforce.runs.carry_out`."""
     problem, layout = case.problem.at_height(plan.zc), Layout([plan.plan(case.problem)], {})
     reach, note = (_noisy, "periods") if case.solver.integrator == "langevin" else (_settled, "settling")
+    if problem.is_locked:
+        reach, note = _held, "locking"
     with until_stopped() as stop:
         report_progress(0, 1, note)
         integrator, start, motion, found = reach(plan, problem, case.solver, lambda: report_progress(0, 1, note))
@@ -77,6 +80,13 @@ def _settled(plan: Dwell, problem: Problem, settings: SolverSettings, check_canc
     if found.status not in NOT_RECORDED:
         found.arrays[MOTION] = in_si(States.of(steady.motion), problem)[None]
     return Reached(block.integrator(0, plan.zc), start, steady.motion, found)
+
+
+def _held(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
+    """Return the motion at the amplitude and phase that controllers hold."""
+    found, there, states = locked.at_distance(problem, settings, plan.zc, plan.harmonics, check_cancelled)
+    integrator = block_type(settings).of_one(there, settings, plan.harmonics, check_cancelled).integrator(0, plan.zc)
+    return Reached(integrator, states.motion(0), states.motion(0), found)
 
 
 def _noisy(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:

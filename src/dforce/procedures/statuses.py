@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from dforce.solvers.points import Points
     from dforce.solvers.transient import Steady
 
-EMPTY = (Status.FAILED, Status.NOT_COMPUTED, Status.UNRESOLVED)  # points without numbers
+EMPTY = (Status.FAILED, Status.NOT_COMPUTED, Status.UNRESOLVED, Status.NO_STATE)  # points without numbers
 
 
 def status_of(found: Steady, problem: Problem) -> Status:

@@ -60,6 +60,8 @@ def varied_by(case: Case) -> VariedParameter:
 def problem_at(case: Case, point: xr.Dataset) -> Problem:
     """Return the problem at one point of a result of a case, whose coordinates say where it is.
 
+    A locked state is one in amplitude modulation, at the frequency and drive that were found.
+
     Raises
     ------
     ParameterError
@@ -67,5 +69,8 @@ def problem_at(case: Case, point: xr.Dataset) -> Problem:
     """
     if case.experiment is None:
         raise ParameterError("the result does not contain its experiment")
+    if case.problem.is_locked:
+        frequency, ratio = (float(point[name].values[0]) for name in ("drive_frequency", "drive_ratio"))
+        return case.problem.unlocked.driven(frequency, ratio)
     path = varied_by(case)
     return path.problem_at(float(point[path.name])) if path.name in point.coords else case.problem

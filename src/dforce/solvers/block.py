@@ -12,7 +12,7 @@ import numpy as np
 from dforce import kernel
 from dforce.core.arrays import Array, Indices
 from dforce.integrators.lanes import padded
-from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
+from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
 from dforce.kernel.tip import TipFunctions
 from dforce.observables import measure
 from dforce.observables.averaging import common_period
@@ -379,6 +379,33 @@ class Block:
             return
         order, room = np.arange(count), self._room(count, 1)
         self._solvers.entry("march")(slots, order, count, 1, measured, self._first, self.drive(repeats), room)
+
+    def driven(self, zc: Array, states: States, at: Array, ratio: Array, wanted: int) -> tuple[States, Array]:
+        """March motions of the first problem over a common period at distances (m), frequencies (Hz) and relative drives.
+
+        With them comes what was measured, :data:`MOTION` or :data:`ALL`, (motions, periods, columns).
+        """
+        out, rows = states.copy(), np.empty((len(zc), self.common, self.columns))
+        march = self._solvers.entry("march")
+        for start in range(0, len(zc), ABREAST):
+            part = slice(start, start + ABREAST)
+            slots = self.slots(states.take(part), at[part])
+            order, model = np.arange(len(slots.case)), self.model(np.zeros(len(slots.case), np.int64))
+            slots.wanted[:] = wanted
+            model.numbers[0] = zc[part]
+            model.tones[:, :, FIRST_DRIVE:-1] *= ratio[part, None, None]
+            march(slots, order, len(order), 1, True, model, self.drive(1), self._room(len(order), 1))
+            out.put(part, States(slots.ends[:, 0], slots.memory_after, slots.branch_after))
+            rows[part] = slots.rows
+            self.check_cancelled()
+        return out, rows
+
+    def tables_driven(self, zc: Array, at: Array, ratio: Array) -> tuple[Array, Array]:
+        """Return the kernel's parameters and tone tables of such motions."""
+        numbers, tones = self.tables_of(np.zeros(len(zc), np.int64), at)
+        numbers[:, 0] = zc
+        tones[:, :, FIRST_DRIVE:-1] *= ratio[:, None, None]
+        return numbers, tones
 
     def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
         """Find the orbits of the first problem near motions by Newton's method."""

@@ -19,6 +19,7 @@ from dforce.solvers.quasi_static import Branch
 from dforce.solvers.states import States
 
 MOTION, COLUMNS, HARMONIC = 0.03, 0.003, 0.1  # of the accuracy times a mode's damping: error of a step; see `limits`
+ROUNDING = 1e-15  # of the free amplitude: steps cannot have smaller errors
 ACCURACY = 1e-4  # where none is promised
 NEARBY = 1e-5  # of the free amplitude: Newton step behind which the next one is smaller than rounding
 STRAY = (
@@ -103,7 +104,12 @@ class EngineBlock(Block):
         damping = np.minimum(modes[:, :, 1].min(axis=1), 1.0)
         accuracy = share * self.accuracy
         return np.stack(
-            [MOTION * accuracy * damping, COLUMNS * share * damping, np.full(len(damping), HARMONIC * accuracy)], axis=1
+            [
+                np.maximum(MOTION * accuracy * damping, ROUNDING),
+                COLUMNS * share * damping,
+                np.full(len(damping), HARMONIC * accuracy),
+            ],
+            axis=1,
         )
 
     def marched(
@@ -247,6 +253,14 @@ class EngineBlock(Block):
         slots.ends[:, 0], slots.memory_after[:], slots.branch_after[:] = out.path[:, -1], out.memory, out.branch
         if measured:
             slots.rows[:] = out.rows
+
+    def driven(self, zc: Array, states: States, at: Array, ratio: Array, wanted: int) -> tuple[States, Array]:
+        """March motions at distances, frequencies and relative drives; see :meth:`Block.driven`."""
+        numbers, tones = self.tables_driven(zc, at, ratio)
+        places = self._places[np.zeros(len(zc), np.int64)]
+        start = Start(numbers, tones, places, states.x, states.memory, states.branch)
+        out = self._marcher.march(start, self.common, self.limits(numbers), harmonics=self.harmonics)
+        return States(out.path[:, -1].copy(), out.memory, out.branch), out.rows
 
     def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
         """Find the orbits of the first problem near motions by Newton's method."""

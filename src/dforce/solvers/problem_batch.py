@@ -119,6 +119,8 @@ class ProblemBatch:
     def of(cls, problems: Sequence[Problem]) -> ProblemBatch:
         """Return problems as a batch."""
         far = [problem.at_height(math.inf) for problem in problems]
+        for problem in problems:
+            problem.refuse_lock("this")
         return cls(
             far[0],
             np.array([kernel.parameters(problem, 0.0) for problem in far]),

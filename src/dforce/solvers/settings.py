@@ -9,6 +9,7 @@ import pydantic
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Parameters
 
+LEAST_OF_RK4 = 1e-8  # accuracy
 PERIODIC = ("rk4", "engine")  # integrators that find periodic orbits
 
 
@@ -34,7 +35,7 @@ class SolverSettings(Parameters):
     )
     accuracy: float | None = pydantic.Field(
         default=1e-4,
-        ge=1e-8,
+        ge=1e-12,
         le=0.01,
         description="periodic: error of each quantity as a share of its scale; an orbit with a larger error gets more "
         "samples; without accuracy, points_per_period is fixed",
@@ -102,6 +103,10 @@ class SolverSettings(Parameters):
             )
         if self.method == "periodic" and self.settle == "fixed":
             raise ParameterError('solver.settle = fixed needs method = "transient"; a periodic orbit has no settling')
+        if self.integrator == "rk4" and self.accuracy is not None and self.accuracy < LEAST_OF_RK4:
+            raise ParameterError(
+                f'solver.accuracy = {self.accuracy:g} is below {LEAST_OF_RK4:g}, the best of rk4; write integrator = "engine"'
+            )
         return self
 
 

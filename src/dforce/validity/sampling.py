@@ -79,7 +79,7 @@ def _misfits(seen: Evidence) -> Array | None:
     """Return by how much the tip equation is missed at the points that settled, in units of the drive."""
     result, settings = seen.result, seen.case.solver
     along_other = seen.along == "frequency" or getattr(seen.case.experiment, "parameter", None) is not None
-    along_other |= seen.problem.heights is not None
+    along_other |= seen.problem.heights is not None or seen.problem.is_locked
     if result is None or along_other or settings.settle == "fixed" or not {*MEASURED, "status"} <= {*result.variables}:
         return None
     settled = repeats(result.variables["status"].values)

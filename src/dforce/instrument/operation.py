@@ -1,0 +1,132 @@
+"""The mode of operation of a tone: an instrument holds two of its four numbers (drive, frequency, amplitude, phase)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import numpy as np
+import pydantic
+
+from dforce.core import units
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Number, Parameters, param
+from dforce.instrument.modes import ModeNumbers
+
+# what each mode of operation holds; the other two of the four numbers are what it measures
+HELD = {
+    "am": ("drive", "frequency"),
+    "fm": ("amplitude", "phase"),
+    "ce_fm": ("drive", "phase"),
+    "pm": ("amplitude", "frequency"),
+}
+SEARCHED = 181  # lags of the mode between 0 and 180 degrees at which the free lock is looked for
+
+
+@dataclass(frozen=True)
+class Lock:
+    """What the controllers of a tone hold in the place of its drive and frequency.
+
+    Attributes
+    ----------
+    operation
+        A name in :data:`HELD`, other than "am".
+    phase
+        Set point of the phase lag (rad).
+    of_mode
+        Whether the lock-in reads the tone's own mode; otherwise the detector's signal.
+    """
+
+    operation: str
+    phase: float
+    of_mode: bool
+
+    @property
+    def held(self) -> tuple[str, str]:
+        """The two numbers that are held."""
+        return HELD[self.operation]
+
+
+class Operated(Parameters):
+    """How a tone is controlled: its mode of operation, the set point of its phase, and the signal of its lock-in."""
+
+    operation: Literal["am", "fm", "ce_fm", "pm"] = pydantic.Field(
+        default="am",
+        title="Operation",
+        description="am: constant drive and frequency (tapping mode); fm: constant amplitude and phase (FM-AFM); ce_fm: "
+        "constant drive and phase; pm: constant amplitude and frequency",
+    )
+    phase_set_point: Number = param(
+        "90 deg",
+        symbol=r"\phi_\mathrm{set}",
+        above="0 deg",
+        below="180 deg",
+        doc="fm, ce_fm: phase lag that the controller holds",
+    )
+    signal: Literal["total", "mode"] = pydantic.Field(
+        default="total",
+        title="Lock-in reads",
+        description="fm, ce_fm, pm: total: the detector's signal; mode: the deflection of the tone's own mode",
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _held_and_given(self) -> Self:
+        held = HELD[self.operation]
+        if "phase" not in held and self.phase_set_point != math.pi / 2.0:
+            raise ParameterError(
+                f'has phase_set_point, but operation = "{self.operation}" holds no phase; write operation = "fm" or "ce_fm"'
+            )
+        if self.operation == "am" and self.signal == "mode":
+            raise ParameterError('has signal = "mode", but operation = "am" locks nothing; remove signal')
+        if self.operation != "am" and getattr(self, "base_amplitude", None) is not None:
+            raise ParameterError(f'has base_amplitude, but operation = "{self.operation}" needs A0; write A0 instead')
+        if "frequency" not in held and getattr(self, "frequency", None) is not None:
+            raise ParameterError(f'has a frequency, but operation = "{self.operation}" finds it; remove frequency')
+        return self
+
+    @property
+    def lock(self) -> Lock | None:
+        """What is held in the place of drive and frequency; None in amplitude modulation."""
+        if self.operation == "am":
+            return None
+        return Lock(self.operation, self.phase_set_point, self.signal == "mode")
+
+
+def free_lock(response: Callable[[float], complex], mode: ModeNumbers, phase: float) -> float:
+    r"""Return the frequency (Hz) at which a signal without tip–sample forces has a phase lag (rad).
+
+    For a mode alone :math:`1 - r^2 = (r / Q) \cot\phi`. Other modes move the total deflection as well: of several frequencies
+    the one nearest to that of the mode alone counts.
+
+    Parameters
+    ----------
+    response
+        Complex amplitude of the signal at a frequency (Hz), relative to the drive.
+
+    Raises
+    ------
+    ParameterError
+        When no frequency near the mode's resonance has this lag.
+    """
+    from scipy.optimize import brentq  # loading it takes long
+
+    def alone(lag: float) -> float:
+        cot = 1.0 / math.tan(lag)
+        return float(mode.f0 * (-cot / (2.0 * mode.Q) + math.sqrt(1.0 + cot * cot / (4.0 * mode.Q**2))))
+
+    def miss(frequency: float) -> float:
+        turned = response(frequency) * complex(math.cos(phase), math.sin(phase))
+        return math.atan2(-turned.imag, turned.real)
+
+    places = np.array([alone(lag) for lag in np.linspace(0.0, math.pi, SEARCHED + 2)[1:-1].tolist()])
+    misses = np.array([miss(place) for place in places.tolist()])
+    crossed = np.flatnonzero((misses[:-1] <= 0.0) & (misses[1:] > 0.0) & (misses[1:] - misses[:-1] < math.pi))
+    if not len(crossed):
+        raise ParameterError(
+            f"no frequency near the resonance of its mode has the phase lag phase_set_point = {units.show(phase, 'rad', 4)}; "
+            "write one near 90 deg"
+        )
+    nearest = crossed[np.argmin(np.abs(places[crossed] - alone(phase)))]
+    return float(brentq(miss, places[nearest], places[nearest + 1], xtol=1e-13 * mode.f0, rtol=1e-15))

@@ -1,0 +1,190 @@
+"""Curves and single distances under controllers: FM-AFM, constant excitation, phase modulation."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce import kernel
+from dforce.core import units
+from dforce.core.quantities import MOTION, REPEATS
+from dforce.core.stopping import until_stopped
+from dforce.experiments.base import initial_motions
+from dforce.observables.averaging import weights
+from dforce.observables.deviation import deviations
+from dforce.observables.finish import finish_each
+from dforce.observables.misfit import GROSS, misfit_each
+from dforce.procedures.found import Found, Layout, dataset
+from dforce.procedures.motion import rows_of
+from dforce.procedures.statuses import without_failed
+from dforce.results.status import Status, graded
+from dforce.solvers.accuracy import SURE
+from dforce.solvers.locked import Anchor, Locked, LockedStates
+from dforce.solvers.sample_counts import MOST_SAMPLES
+from dforce.solvers.states import States
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.case import Case
+    from dforce.core.arrays import Array
+    from dforce.experiments.base import CurveExperiment, Place, Progress
+    from dforce.problem import Problem
+    from dforce.solvers import SolverSettings
+    from dforce.solvers.transient import CancelCheck
+
+AT_ONCE = 128  # distances whose states are found together: a stop loses no more
+SHRINKS = 0.5  # of the error with half of the samples, at least
+TWICE = 2  # times the samples, with which states are found again: the change is their error
+
+
+def curve(
+    case: Case, experiment: CurveExperiment, report_progress: Progress, _earlier: xr.Dataset | None
+) -> xr.Dataset:
+    """Return the locked states along a curve; see :func:`dforce.runs.carry_out`. A stopped curve is found again as a whole."""
+    plan = experiment.plan(case.problem)
+    kept, total, done = Found.empty(1, len(plan.visits)), len(plan.visits), 0
+    note = "free lock"
+
+    def check_cancelled() -> None:
+        report_progress(min(done, total - 1), total, note)
+
+    locked = Locked(case.problem, case.solver, experiment.harmonics, check_cancelled)
+    with until_stopped() as stop:
+        last: Anchor | None = None
+        for some in _portions(plan.visits):
+            zc = plan.values[[place[0] for place in plan.visits[some]]]
+            note = f"zc = {units.show(float(zc[0]), 'm', 4)}"
+            first = begun(locked, float(zc[0])) if last is None else last
+            if first is None:
+                kept.status[0, some] = Status.NO_STATE
+            else:
+                found, last = locked.along(first, zc)
+                columns, became = observed(locked, found)
+                kept.keep((0, some), columns, became)
+            done = some.stop
+        report_progress(total, total, "")
+    data = dataset(Layout([plan], plan.coords), [kept], locked.block.batch.example)
+    data.attrs |= {
+        "samples_per_period": locked.block.points,
+        "protocol": "quasi_static",
+        "reference_frequency": locked.reference,
+    }
+    return data.assign_attrs(interrupted=1) if stop.came else data
+
+
+def at_distance(
+    problem: Problem, settings: SolverSettings, zc: float, harmonics: int, check_cancelled: CancelCheck
+) -> tuple[Found, Problem, States]:
+    """Return what is found at a distance, the problem with the frequency and drive found there, and the motion."""
+    locked, found = Locked(problem, settings, harmonics, check_cancelled), Found.empty()
+    first = begun(locked, zc)
+    if first is None:
+        found.status[:] = Status.NO_STATE
+        return found, problem.unlocked, _free(locked)
+    state = locked.newton(np.array([zc]), first.unknowns[None], first.branch[None])
+    columns, became = observed(locked, state)
+    found.keep((0, slice(None)), columns, became)
+    frequency, ratio = float(locked.frequency(state.unknowns)[0]), float(locked.drive(state.unknowns)[0])
+    there = problem.unlocked.driven(frequency, ratio)
+    return found, there, locked.motions(state.unknowns, state.branch)
+
+
+def begun(locked: Locked, zc: float) -> Anchor | None:
+    """Return the state at a distance that an approach leads to; None where it ends before."""
+    return locked.begin(zc, _free(locked))
+
+
+def _free(locked: Locked) -> States:
+    """Return the motion without tip–sample forces."""
+    return States.of(*initial_motions(locked.block, np.array([locked.reference]), "free"))
+
+
+def _portions(visits: list[Place]) -> Iterator[slice]:
+    """Give the numbers of distances that rise or fall one after the other, so many at once."""
+    end = 0
+    for _, way in itertools.groupby(visits, key=lambda place: place[1:]):
+        begin, end = end, end + len(list(way))
+        for first in range(begin, end, AT_ONCE):
+            yield slice(first, min(first + AT_ONCE, end))
+
+
+def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
+    """Return the observables of states, with estimated errors, and what became of them."""
+    count = len(found.zc)
+    became = np.full(count, Status.NO_STATE, dtype=np.int8)
+    there = np.flatnonzero(found.good)
+    if not len(there):
+        return {}, became
+    states, accuracy = found.take(there), locked.block.settings.accuracy
+    values = measured(locked, states, 1)
+    left, error, times = np.arange(len(there)), np.full(len(there), np.inf), 1
+    while len(left) and TWICE * times * locked.block.points <= MOST_SAMPLES:
+        times *= TWICE
+        some = states.take(left)
+        finer = measured(locked, some, times)
+        numbers, tones = tables(locked, some)
+        coarser = {name: value[left] for name, value in values.items()}
+        apart = deviations(locked.block.batch.example, numbers, tones, coarser, finer).max(axis=1)
+        better = apart < SHRINKS * error[left]  # else the rest is rounding
+        left = left[better]
+        error[left] = apart[better]
+        for name, value in finer.items():
+            values[name][left] = value[better]
+        for whole, part in zip(states, some.take(better), strict=True):
+            whole[left] = part
+        if accuracy is None:
+            break
+        left = left[error[left] > SURE * accuracy]
+    good = misfit_each(locked.block.batch.example, values, *tables(locked, states)) <= GROSS
+    became[there] = np.where(good, graded(error, accuracy), Status.UNRESOLVED)
+    for whole, part in zip(found, states, strict=True):
+        whole[there] = part
+    columns = values | {"error_estimate": error} | of_locks(locked, states, values) | _motions(locked, states)
+    out = {}
+    for name, value in columns.items():
+        out[name] = np.full((count, *np.shape(value)[1:]), np.nan)
+        out[name][there] = value
+    return without_failed(out, became), became
+
+
+def tables(locked: Locked, states: LockedStates) -> tuple[Array, Array]:
+    """Return the kernel's parameters and tone tables of states."""
+    return locked.block.tables_driven(states.zc, locked.frequency(states.unknowns), locked.drive(states.unknowns))
+
+
+def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Array]:
+    """Return the observables of states, which are moved to where they are with so many times the samples."""
+    rows = locked.measured(states, times)
+    even = weights(locked.block.frequencies, locked.block.common)
+    return finish_each(locked.block.batch.example, locked.block.harmonics, rows, even, *tables(locked, states))
+
+
+def of_locks(locked: Locked, states: LockedStates, values: dict[str, Array]) -> dict[str, Array]:
+    """Return what a lock measures in the place of amplitude and phase."""
+    problem, at, ratio = locked.problem, locked.frequency(states.unknowns), locked.drive(states.unknowns)
+    shift, stiffness = at - locked.reference, problem.modes[problem.tones[0].mode].k
+    forces = [problem.at_frequency(frequency).tones[0].force for frequency in at.tolist()]
+    normalized = stiffness * values["amplitude"][:, 0] ** 1.5 * shift / locked.reference
+    return {
+        "drive_frequency": at[:, None],
+        "frequency_shift": shift[:, None],
+        "drive_force": (ratio * forces)[:, None],
+        "drive_ratio": ratio[:, None],
+        "normalized_frequency_shift": normalized[:, None],
+        "mean_stiffness": -2.0 * values["virial"] / values["mode_amplitude"] ** 2,
+    }
+
+
+def _motions(locked: Locked, states: LockedStates) -> dict[str, Array]:
+    """Return the motions of states in SI."""
+    example, at = locked.block.batch.example, locked.frequency(states.unknowns)
+    length = np.full(len(at), locked.length)
+    scales = kernel.units_of(example, length, 2.0 * math.pi * at * length)
+    base = kernel.base_in_motion(example, tables(locked, states)[1])
+    rows = rows_of(locked.motions(states.unknowns, states.branch), scales, base, example)
+    return {MOTION: rows, REPEATS: np.full(len(at), 1.0)}

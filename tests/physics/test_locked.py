@@ -1,0 +1,260 @@
+"""Modes of operation of one tone: FM-AFM, constant excitation and phase modulation.
+
+The values are those of two independent programs, harmonic balance and shooting with located kinks, which share nothing with
+dForce; each has the digits that both agree on.
+"""
+
+import numpy as np
+import pytest
+
+import dforce as df
+
+AIR = {"f0": "48.9 kHz", "k": "0.9 N/m", "Q": 255}
+HERTZ = {"model": "hertz"}
+DMT = {"model": "dmt", "hamaker": "2e-20 J"}
+DRAG = {"model": "kelvin_voigt", "viscosity": "100 Pa s"}
+SHARP = {"radius": "2 nm"}
+STIFF = {"youngs_modulus": "1 GPa", "poisson_ratio": 0.3}
+TWO_MODES = [{"f0": "48.9 kHz", "k": "0.9 N/m"}, {"f0": "282 kHz", "k": "28 N/m"}]
+
+
+def two_modes(*Q):
+    return {"modes": [mode | {"Q": one} for mode, one in zip(TWO_MODES, Q, strict=True)]}
+
+
+def case(lever, forces, zc, tip=SHARP, sample=STIFF, solver=None, **drive):
+    return df.Case(
+        cantilever=lever,
+        drive={"operation": "fm"} | drive,
+        tip=tip,
+        sample=sample,
+        forces=forces,
+        experiment={"kind": "approach", "zc": [zc]},
+        solver=solver or {},
+    )
+
+
+ROWS = {
+    "S1a": (
+        {"lever": AIR, "forces": [DMT], "zc": "12 nm", "A0": "10 nm"},
+        {
+            "frequency_shift": "-1.2412634564",
+            "drive_force": "3.5293221777e-11",
+            "mean_deflection": "-3.0459811858e-13",
+            "virial": "2.2845049738e-21",
+            "second_harmonic": "1.23155819e-13",
+        },
+    ),
+    "S1b": (
+        {"lever": AIR, "forces": [DMT], "zc": "10.2 nm", "A0": "10 nm"},
+        {
+            "frequency_shift": "-44.4831237",
+            "drive_force": "3.5262084049e-11",
+            "mean_deflection": "-9.2761992e-12",
+            "virial": "8.18335419e-20",
+            "second_harmonic": "5.7929652e-12",
+        },
+    ),
+    "S1c": (
+        {"lever": AIR, "forces": [DMT], "zc": "9.5 nm", "A0": "10 nm"},
+        {
+            "frequency_shift": "252.15802",
+            "drive_force": "3.54789277e-11",
+            "mean_deflection": "5.1595464e-11",
+            "virial": "-4.6529110e-19",
+            "second_harmonic": "3.407754e-11",
+        },
+    ),
+    "S2a": (
+        {"lever": AIR | {"Q": 100}, "forces": [HERTZ], "zc": "4 nm", "A0": "4.2 nm"},
+        {
+            "frequency_shift": "442.8092277",
+            "drive_force": "3.814965522e-11",
+            "mean_deflection": "3.87286455e-11",
+            "virial": "-1.44414503e-19",
+            "second_harmonic": "2.38643e-11",
+            "dissipated_energy": "9.7126e-23",
+        },
+    ),
+    "S3a": (
+        {"lever": AIR | {"Q": 2}, "forces": [HERTZ], "zc": "4.5 nm", "A0": "5 nm"},
+        {
+            "frequency_shift": "1036.966215",
+            "drive_force": "2.29969616e-9",
+            "mean_deflection": "1.092488281e-10",
+            "virial": "-4.82190686e-19",
+            "dissipated_energy": "3.114874985e-20",
+            "second_harmonic": "6.06701446e-11",
+        },
+    ),
+    "S3b": (
+        {
+            "lever": AIR | {"Q": 2},
+            "forces": [HERTZ],
+            "zc": "4.5 nm",
+            "A0": "5 nm",
+            "phase_set_point": "75.036782567 deg",
+        },
+        {
+            "drive_frequency": "46808.0471112",
+            "drive_force": "2.2321495708e-9",
+            "virial": "-4.98880501e-19",
+            "dissipated_energy": "4.2676336e-20",
+        },
+    ),
+    "S4a": (
+        {
+            "lever": {"f0": "49 kHz", "k": "0.9 N/m", "Q": 50},
+            "forces": [HERTZ, DRAG],
+            "zc": "8 nm",
+            "A0": "9 nm",
+            "sample": STIFF | {"youngs_modulus": "50 MPa"},
+        },
+        {
+            "frequency_shift": "73.4221824",
+            "drive_force": "1.691291067e-10",
+            "mean_deflection": "1.38026759e-11",
+            "virial": "-1.093160655e-19",
+            "dissipated_energy": "1.94707353e-19",
+        },
+    ),
+    "S5a": (
+        {
+            "lever": {"f0": "300 kHz", "k": "40 N/m", "Q": 300},
+            "forces": [{"model": "lennard_jones", "work_of_adhesion": "0.05 J/m^2"}],
+            "zc": "10.3 nm",
+            "A0": "10 nm",
+            "tip": {"radius": "10 nm"},
+        },
+        {
+            "frequency_shift": "-56.771273197",
+            "drive_force": "1.3330811258e-9",
+            "mean_deflection": "-1.9491696e-12",
+            "virial": "7.5687868758e-19",
+        },
+    ),
+    "S6a": (
+        {
+            "lever": {"f0": "30 kHz", "k": "1800 N/m", "Q": 1e4},
+            "forces": [{"model": "morse"}],
+            "zc": "0.4 nm",
+            "A0": "0.1 nm",
+        },
+        {
+            "frequency_shift": "-60.569869399",
+            "drive_force": "1.7963665814e-11",
+            "mean_deflection": "-3.7343466186e-13",
+            "virial": "3.6305234549e-20",
+        },
+    ),
+    "S7a": (
+        {"lever": AIR, "forces": [DMT], "zc": "9.5 nm", "A0": "10 nm", "operation": "ce_fm"},
+        {"amplitude": "9.9572247e-9", "frequency_shift": "207.3166", "mean_force": "3.78947549e-11"},
+    ),
+    "S7b": (
+        {
+            "lever": {"f0": "49 kHz", "k": "0.9 N/m", "Q": 50},
+            "forces": [HERTZ, DRAG],
+            "zc": "8 nm",
+            "A0": "9 nm",
+            "sample": STIFF | {"youngs_modulus": "50 MPa"},
+            "operation": "ce_fm",
+        },
+        {"amplitude": "8.751010037e-9", "frequency_shift": "47.627398", "dissipated_energy": "1.19005464e-19"},
+    ),
+    "S8a": (
+        {"lever": AIR, "forces": [DMT], "zc": "10.2 nm", "A0": "10 nm", "operation": "pm"},
+        {"phase": "114.8817476", "drive_force": "3.8905469805e-11"},
+    ),
+    "S9a": (
+        {
+            "lever": two_modes(100, 200),
+            "forces": [HERTZ],
+            "zc": "4 nm",
+            "A0": "4.2 nm",
+            "tip": {"radius": "20 nm"},
+            "signal": "mode",
+        },
+        {
+            "frequency_shift": "1152.46933",
+            "drive_force": "3.9155216e-11",
+            "amplitude": "4.193353821e-9",
+            "phase": "89.980422",
+        },
+    ),
+    "S9b": (
+        {"lever": two_modes(100, 200), "forces": [HERTZ], "zc": "4 nm", "A0": "4.2 nm", "tip": {"radius": "20 nm"}},
+        {"drive_frequency": "50083.88608", "drive_force": "3.92599445e-11", "reference_frequency": "48900.0810258"},
+    ),
+    "S9c": (
+        {
+            "lever": two_modes(100, 200),
+            "forces": [HERTZ],
+            "zc": "4 nm",
+            "A0": "4.2 nm",
+            "tip": {"radius": "20 nm"},
+            "signal": "mode",
+            "acts_on": "own_mode",
+        },
+        {"frequency_shift": "1152.46262", "drive_force": "3.90932325e-11"},
+    ),
+    "S10a": (
+        {"lever": two_modes(2, 5), "forces": [HERTZ], "zc": "4.5 nm", "A0": "5 nm"},
+        {"drive_frequency": "50075.3415669", "drive_force": "2.3137814594e-9", "reference_frequency": "49103.6769838"},
+    ),
+    "S10b": (
+        {"lever": two_modes(2, 5), "forces": [HERTZ], "zc": "4.5 nm", "A0": "5 nm", "signal": "mode"},
+        {"frequency_shift": "961.5063582", "drive_force": "2.301627375e-9"},
+    ),
+}
+
+
+SHARED = 2e-8  # digits behind the eighth are those of shooting alone
+
+
+def value_of(curve, name):
+    if name == "reference_frequency":
+        return curve.attrs[name]
+    if name == "second_harmonic":
+        return float(curve["harmonic_amplitude"].values[0, 1])
+    return float(np.ravel(curve[name].values)[0])
+
+
+def last_digit(text):
+    mantissa, _, exponent = text.partition("e")
+    return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_locked_states_have_the_values_of_two_other_programs(row):
+    given, expected = ROWS[row]
+    curve = df.run(case(**given, solver={"integrator": "engine", "accuracy": 1e-11}))
+    found = {name: (value_of(curve, name), text) for name, text in expected.items()}
+
+    def is_near(value, text):
+        return abs(value - float(text)) <= max(2.0 * last_digit(text), SHARED * abs(float(text)))
+
+    wrong = {name: pair for name, pair in found.items() if not is_near(*pair)}
+    assert not wrong
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_the_default_accuracy_is_kept_by_locked_states(row):
+    given, expected = ROWS[row]
+    asked = case(**given)
+    curve, mode = df.run(asked), asked.problem.modes[0]
+    amplitude = asked.problem.tones[0].A0
+    energy = mode.k * amplitude**2 / mode.Q
+    scales = {
+        "frequency_shift": mode.f0 / mode.Q,
+        "drive_frequency": mode.f0 / mode.Q,
+        "reference_frequency": mode.f0 / mode.Q,
+        "drive_force": mode.k * amplitude / mode.Q,
+        "mean_force": float(np.abs(curve[["peak_force", "min_force"]].to_array()).sum()),
+        "virial": energy,
+        "dissipated_energy": energy,
+        "phase": 57.3,
+    }
+    assert int(curve["status"].values[0]) == 0
+    for name, text in expected.items():
+        assert value_of(curve, name) == pytest.approx(float(text), abs=1e-4 * scales.get(name, amplitude)), name
