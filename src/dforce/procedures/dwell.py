@@ -16,7 +16,7 @@ from dforce.instrument.noise import detector_readings
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish
 from dforce.problem import Problem
-from dforce.procedures import locked
+from dforce.procedures import locked, two_tones
 from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.motion import in_si
 from dforce.procedures.recording import check_length, record_spectrum, record_traces
@@ -84,7 +84,8 @@ def _settled(plan: Dwell, problem: Problem, settings: SolverSettings, check_canc
 
 def _held(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
     """Return the motion at the amplitude and phase that controllers hold."""
-    found, there, states = locked.at_distance(problem, settings, plan.zc, plan.harmonics, check_cancelled)
+    solved = two_tones if len(problem.tones) > 1 else locked
+    found, there, states = solved.at_distance(problem, settings, plan.zc, plan.harmonics, check_cancelled)
     integrator = block_type(settings).of_one(there, settings, plan.harmonics, check_cancelled).integrator(0, plan.zc)
     return Reached(integrator, states.motion(0), states.motion(0), found)
 

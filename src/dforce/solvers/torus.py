@@ -22,6 +22,8 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from dforce.core.arrays import AnyArray, Array, Complexes
+from dforce.core.blas_threads import one_blas_thread
+from dforce.instrument.modes import ModeNumbers
 
 EXACT = 60  # coefficients whose matrix conditions GMRES
 FARTHEST = 60, 8  # multiples of the tones among which these are
@@ -43,29 +45,29 @@ class Held(NamedTuple):
 
 
 class Lever(NamedTuple):
-    """A lever under two tones, in units of a length, an angular frequency and a stiffness.
+    """A lever under two tones.
 
     Attributes
     ----------
-    frequency, stiffness, Q
-        Of each mode, (modes,).
+    modes
+        Its modes.
+    frequency, stiffness
+        Units of frequency (Hz) and stiffness (N/m); with a unit of length they scale everything else.
     acts, sees
         Share of the drive of each tone on each mode, and weight of each mode for the lock-in of each tone, (2, modes).
     """
 
-    frequency: Array
-    stiffness: Array
-    Q: Array
-    acts: Array
-    sees: Array
+    modes: tuple[ModeNumbers, ...]
+    frequency: float
+    stiffness: float
+    acts: AnyArray
+    sees: AnyArray
 
-    def responses(self, omega: Array) -> Complexes:
+    def responses(self, omega: AnyArray) -> Complexes:
         """Return the deflection of each mode over the force on it at angular frequencies, (modes, ...)."""
-        outer = (slice(None), *[None] * omega.ndim)
-        r = omega / self.frequency[outer]
-        return np.asarray(1.0 / (self.stiffness[outer] * ((1.0 - r) * (1.0 + r) + 1j / self.Q[outer] * r)))
+        return np.stack([self.stiffness / mode.stiffness(self.frequency * omega) for mode in self.modes])
 
-    def modes(self, omega: Array, drive: AnyArray, force: AnyArray) -> Complexes:
+    def driven(self, omega: Array, drive: AnyArray, force: AnyArray) -> Complexes:
         """Return the complex amplitude of each mode at each tone, (2, modes), under drives and coefficients of the force."""
         return np.asarray(self.responses(omega).T * (self.acts * drive[:, None] + 2.0 * force[:, None]))
 
@@ -110,6 +112,12 @@ class Torus(NamedTuple):
         """Return the torus after a step back along a vector of real numbers: of the coefficients, then six."""
         moved = self.with_numbers(self.numbers - way[-6:])
         return moved._replace(z=self.z - way[:-6].view(complex).reshape(self.z.shape))
+
+    def on(self, phases: int) -> Torus:
+        """Return the torus on a grid with more phases of the first tone."""
+        z, half = np.zeros((phases, self.z.shape[1]), complex), len(self.z) // 2
+        z[:half], z[-half:] = self.z[:half], self.z[-half:]
+        return self._replace(z=z)
 
     def deflection(self) -> Array:
         """Return the deflection on the grid."""
@@ -202,11 +210,12 @@ class Balance:
 
     def free(self, grid: tuple[int, int], omega: Array) -> Torus:
         """Return the motion without a force at two angular frequencies, on a grid of both phases."""
-        read = (self.lever.modes(omega, np.ones(2), np.zeros(2)) * self.lever.sees).sum(axis=1)
+        read = (self.lever.driven(omega, np.ones(2), np.zeros(2)) * self.lever.sees).sum(axis=1)
         size = [one.drive or (one.amplitude or 0.0) / abs(per) for one, per in zip(self.held, read, strict=True)]
         start = Torus(np.zeros((grid[0], grid[1] // 2 + 1), complex), omega, size * np.exp(-1j * np.angle(read)))
         return start._replace(z=self.answer(start, start.z, start.z))
 
+    @one_blas_thread()
     def find(self, start: Torus, tolerance: float, most: int = 60) -> Found:
         """Return the motion near a start; where its mismatch is not below the tolerance, none was found.
 
@@ -237,7 +246,7 @@ class Balance:
         Three for each tone: the phase of the signal, from which phases count, and the two that are held.
         """
         largest = np.abs(self.lever.responses(torus.omega)).max(axis=0)
-        read, out = (self.lever.modes(torus.omega, torus.drive, force) * self.lever.sees).sum(axis=1), []
+        read, out = (self.lever.driven(torus.omega, torus.drive, force) * self.lever.sees).sum(axis=1), []
         for j, one in enumerate(self.held):
             out.append(read[j].imag / largest[j])
             if one.drive is not None:
@@ -253,7 +262,7 @@ class Balance:
     def answer(self, torus: Torus, response: Complexes, force: Complexes) -> Complexes:
         """Return the coefficients of the deflection that a force and the drives lead to."""
         out = response * force
-        out[TONES] += 0.5 * self.lever.modes(torus.omega, torus.drive, np.zeros(2)).sum(axis=1)
+        out[TONES] += 0.5 * self.lever.driven(torus.omega, torus.drive, np.zeros(2)).sum(axis=1)
         out[-1, 0] = out[1, 0].conj()
         return out
 
