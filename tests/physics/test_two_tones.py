@@ -1,6 +1,5 @@
 """AM-FM and FM-FM from a case: values of an independent torus balance, a run in time, and what is refused."""
 
-import numpy as np
 import pytest
 
 import dforce as df
@@ -8,13 +7,13 @@ import dforce as df
 LEVER = {"modes": [{"f0": 48.9e3, "k": 0.9, "Q": 100.0}, {"f0": 282e3, "k": 28.0, "Q": 200.0}]}
 
 
-def case(tones, forces=(df.forces.Hertz(),), radius=20e-9, **more):
+def case(tones, radius=20e-9, **more):
     return df.Case(
         cantilever=LEVER,
         drive={"tones": tones},
         tip={"radius": radius},
         sample={"youngs_modulus": "1 GPa", "poisson_ratio": 0.3},
-        forces=list(forces),
+        forces=[df.forces.Hertz()],
         **more,
     )
 

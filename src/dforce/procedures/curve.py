@@ -39,7 +39,8 @@ def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, ea
     """Return the motions along the curve of an experiment; see :func:`dforce.runs.carry_out`."""
     problem, harmonics = case.problem, experiment.harmonics
     if problem.is_locked:
-        return (two_tones if len(problem.tones) > 1 else locked).curve(case, experiment, report_progress, earlier)
+        solve = two_tones.curve if len(problem.tones) > 1 else locked.curve
+        return solve(case, experiment, report_progress, earlier)
     plan, settings = experiment.plan(problem), experiment.solved_with(case.solver)
     blocks, zc = block_type(settings), plan.zc
     if zc is None:

@@ -144,8 +144,9 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     became[there] = np.where(good, graded(error, accuracy), Status.UNRESOLVED)
     for whole, part in zip(found, states, strict=True):
         whole[there] = part
-    found = locked.frequency(states.unknowns)[:, None], locked.drive(states.unknowns)[:, None]
-    columns = values | {"error_estimate": error} | of_locks(locked.problem, *found, values) | _motions(locked, states)
+    frequency, ratio = locked.frequency(states.unknowns)[:, None], locked.drive(states.unknowns)[:, None]
+    columns = values | {"error_estimate": error} | of_locks(locked.problem, frequency, ratio, values)
+    columns |= _motions(locked, states)
     out = {}
     for name, value in columns.items():
         out[name] = np.full((count, *np.shape(value)[1:]), np.nan)

@@ -123,7 +123,7 @@ class TwoTones:
                 [became] = graded(error, accuracy).tolist()
                 columns = {name: value[0] for name, value in values.items()} | {"error_estimate": error[0]}
                 columns[MOTION] = in_si(self.motion(finer), there)[0]
-                return without_failed(columns, became), Status(became)
+                return without_failed(columns, became), next(status for status in Status if status == became)
             self.torus = finer.torus
 
     def there(self, found: Torus) -> Problem:

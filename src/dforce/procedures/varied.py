@@ -70,9 +70,10 @@ def problem_at(case: Case, point: xr.Dataset) -> Problem:
     if case.experiment is None:
         raise ParameterError("the result does not contain its experiment")
     if case.problem.is_locked:
-        there, names = case.problem.unlocked, ("drive_frequency", "drive_ratio")
-        for j, both in enumerate(zip(*(point[name].values.tolist() for name in names), strict=True)):
-            there = there.driven(*both, j)
+        there = case.problem.unlocked
+        frequencies, ratios = (point[name].values.tolist() for name in ("drive_frequency", "drive_ratio"))
+        for j, (frequency, ratio) in enumerate(zip(frequencies, ratios, strict=True)):
+            there = there.driven(frequency, ratio, j)
         return there
     path = varied_by(case)
     return path.problem_at(float(point[path.name])) if path.name in point.coords else case.problem
