@@ -393,7 +393,23 @@ FITS = table(
              ("minimum", "parameter")),
 )  # fmt: skip
 
-OF_RESULTS = OBSERVABLES | TRACES | NOISES | JUMPS | AXES | RECONSTRUCTED  # what the variables of a result may be
+MATERIAL = table(
+    Quantity("E_eff", r"E_\mathrm{eff}", "Pa", "GPa", "effective modulus", "effective modulus by the formulas of AM-FM"),
+    Quantity("true_E_eff", r"E_\mathrm{eff}", "Pa", "GPa", "true effective modulus",
+             "effective modulus of the simulated contact"),
+    Quantity("estimated_indentation", r"\delta", "m", "nm", "indentation", "largest indentation by the formulas of AM-FM"),
+    Quantity("true_indentation", r"\delta", "m", "nm", "true indentation", "largest indentation of the simulated motion"),
+    Quantity("estimated_viscosity", r"\eta", "Pa s", "Pa s", "viscosity", "viscosity of the contact by the formulas of AM-FM"),
+    Quantity("true_viscosity", r"\eta", "Pa s", "Pa s", "true viscosity", "viscosity of the simulated contact"),
+    Quantity("loss_tangent", r"\tan\rho", "1", "1", "loss tangent", "energy of tone 1 over 2 pi times its virial"),
+    Quantity("neglected", "", "1", "%", "neglected share",
+             "effects that the formulas of AM-FM neglect, as shares", ("effect",)),
+    Quantity("effect", "", "", "", "effect", "effect that the formulas of AM-FM neglect"),
+)  # fmt: skip
+
+OF_RESULTS = (
+    OBSERVABLES | TRACES | NOISES | JUMPS | AXES | RECONSTRUCTED | MATERIAL
+)  # what the variables of a result may be
 
 NONE = "none"  # what a reader is shown of an amount below its estimated error
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from dforce.core.arrays import Array
 
-STRONGEST, PHASES = 3, 4096  # harmonics around mode 2; points of a period, for the Fourier coefficients of the force
+PHASES = 4096  # points of a period, for the Fourier coefficients of the force
 
 
 class Contact(NamedTuple):
@@ -120,7 +120,8 @@ def neglected(seen: Observed, contact: Contact, found: Estimate) -> dict[str, Ar
     force = np.where(depth > 0.0, (depth / found.indentation[..., None]) ** contact.power, 0.0)
     nearest = np.round(seen.f0[1] / f1)
     answer = np.zeros_like(A)
-    for h in nearest + np.arange(STRONGEST) - STRONGEST // 2:
+    for beside in (-1.0, 0.0, 1.0):
+        h = nearest + beside
         r = h * f1 / seen.f0[1]
         pushed = 2.0 * found.peak_force * (force * np.cos(h[..., None] * theta)).mean(axis=-1)
         answer += np.abs(pushed / (seen.k[1] * (1.0 - r**2 + 1j * r / seen.Q[1])))
