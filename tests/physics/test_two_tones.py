@@ -23,14 +23,18 @@ OF_MODES = {"operation": "fm", "signal": "mode"}
 FM_FM = case([{"A0": "4.2 nm", **OF_MODES}, {"A0": "0.1 nm", **OF_MODES}], radius=2e-9)
 
 
-def test_am_fm_dwell_has_the_values_of_an_independent_balance_within_the_accuracy():
-    found = df.dwell(AM_FM, 4e-9)
-    assert df.Status(int(found.status)) == df.Status.OK
-    assert found.mode_amplitude.values[0] == pytest.approx(4e-9, abs=1e-4 * 7.35e-9)
-    assert found.mode_phase.values[0] == pytest.approx(33.06728, abs=0.01)
-    assert found.frequency_shift.values == pytest.approx([0.0, 1193.665], abs=0.05)
-    assert found.drive_force.values[1] == pytest.approx(1.405994e-11, rel=1e-4)
-    assert found.virial.values == pytest.approx([-1.108993e-19, -1.187708e-21], rel=1e-4)
+@pytest.fixture(scope="module")
+def am_fm():
+    return df.dwell(AM_FM, 4e-9, recorded_periods=40)
+
+
+def test_am_fm_dwell_has_the_values_of_an_independent_balance_within_the_accuracy(am_fm):
+    assert df.Status(int(am_fm.status)) == df.Status.OK
+    assert am_fm.mode_amplitude.values[0] == pytest.approx(4e-9, abs=1e-4 * 7.35e-9)
+    assert am_fm.mode_phase.values[0] == pytest.approx(33.06728, abs=0.01)
+    assert am_fm.frequency_shift.values == pytest.approx([0.0, 1193.665], abs=0.05)
+    assert am_fm.drive_force.values[1] == pytest.approx(1.405994e-11, rel=1e-4)
+    assert am_fm.virial.values == pytest.approx([-1.108993e-19, -1.187708e-21], rel=1e-4)
 
 
 def test_fm_fm_curve_passes_the_values_of_an_independent_balance():
@@ -40,25 +44,20 @@ def test_fm_fm_curve_passes_the_values_of_an_independent_balance():
     assert found.phase.values[0] == pytest.approx(90.0, abs=0.1)
 
 
-def test_torus_is_the_motion_that_stays_in_time_without_controllers():
-    found = df.dwell(AM_FM, 4e-9)
-    tones = [
-        {"A0": 7.351847e-9},
-        {"A0": 0.1e-9 * float(found.drive_ratio[1]), "frequency": float(found.drive_frequency[1])},
-    ]
+def test_torus_is_the_motion_that_stays_in_time_without_controllers(am_fm):
+    tones = [{"A0": 7.351847e-9}, {"A0": 0.1e-9, "frequency": float(am_fm.drive_frequency[1])}]
     free = case(tones).problem.tones[1].force
-    tones[1]["A0"] *= float(found.drive_force[1]) / free
+    tones[1]["A0"] *= float(am_fm.drive_force[1]) / free
     settings = {"method": "transient", "integrator": "engine", "settle_tolerance": 1e-8}
     later = df.dwell(case(tones, solver=settings), 4e-9)
-    assert later.mode_amplitude.values == pytest.approx(found.mode_amplitude.values, rel=2e-4)
-    assert later.mode_phase.values == pytest.approx(found.mode_phase.values, abs=0.02)
+    assert later.mode_amplitude.values == pytest.approx(am_fm.mode_amplitude.values, rel=2e-4)
+    assert later.mode_phase.values == pytest.approx(am_fm.mode_phase.values, abs=0.02)
 
 
-def test_recorded_motion_of_a_torus_stays_between_its_extremes():
-    found = df.dwell(AM_FM, 4e-9, recorded_periods=40)
-    assert float(found.distance.min()) == pytest.approx(float(found.min_distance), abs=2e-11)
-    assert float(found.distance.min()) > float(found.min_distance) - 1e-13
-    assert float(found.deflection.max()) < float(found.max_deflection) + 1e-13
+def test_recorded_motion_of_a_torus_stays_between_its_extremes(am_fm):
+    assert float(am_fm.distance.min()) == pytest.approx(float(am_fm.min_distance), abs=2e-11)
+    assert float(am_fm.distance.min()) > float(am_fm.min_distance) - 1e-13
+    assert float(am_fm.deflection.max()) < float(am_fm.max_deflection) + 1e-13
 
 
 @pytest.mark.parametrize(

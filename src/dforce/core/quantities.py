@@ -133,7 +133,7 @@ TRACES = table(
              "energy that the sample has dissipated so far", ("time",)),
     Quantity("loop_time", "t", "s", "ms", "time", "time under the controllers"),
     Quantity("loop_frequency_shift", r"\Delta f", "Hz", "Hz", "frequency shift",
-             "frequency of the phase-locked loop above that of the free lock, period by period", ("loop_time",)),
+             "frequency of the phase-locked loop minus the frequency of the free lock, period by period", ("loop_time",)),
     Quantity("loop_drive_ratio", r"F_0/F_\mathrm{free}", "1", "1", "excitation",
              "drive by the amplitude control as a share of that at the free lock, period by period", ("loop_time",)),
     Quantity("loop_amplitude", "A", "m", "nm", "amplitude",
