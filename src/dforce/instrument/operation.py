@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Self
 
-import numpy as np
 import pydantic
 
 from dforce.core import units
@@ -22,7 +21,14 @@ HELD = {
     "ce_fm": ("drive", "phase"),
     "pm": ("amplitude", "frequency"),
 }
-SEARCHED = 181  # lags of the mode between 0 and 180 degrees at which the free lock is looked for
+BESIDE = (
+    0.01,
+    0.03,
+    0.1,
+    0.3,
+    0.6,
+    0.9,
+)  # of the way to 0 and 180 degrees: lags of the mode alone around the free lock
 
 
 @dataclass(frozen=True)
@@ -120,13 +126,12 @@ def free_lock(response: Callable[[float], complex], mode: ModeNumbers, phase: fl
         turned = response(frequency) * complex(math.cos(phase), math.sin(phase))
         return math.atan2(-turned.imag, turned.real)
 
-    places = np.array([alone(lag) for lag in np.linspace(0.0, math.pi, SEARCHED + 2)[1:-1].tolist()])
-    misses = np.array([miss(place) for place in places.tolist()])
-    crossed = np.flatnonzero((misses[:-1] <= 0.0) & (misses[1:] > 0.0) & (misses[1:] - misses[:-1] < math.pi))
-    if not len(crossed):
-        raise ParameterError(
-            f"no frequency near the resonance of its mode has the phase lag phase_set_point = {units.show(phase, 'rad', 4)}; "
-            "write one near 90 deg"
-        )
-    nearest = crossed[np.argmin(np.abs(places[crossed] - alone(phase)))]
-    return float(brentq(miss, places[nearest], places[nearest + 1], xtol=1e-13 * mode.f0, rtol=1e-15))
+    for share in BESIDE:
+        low, high = alone(phase * (1.0 - share)), alone(phase + (math.pi - phase) * share)
+        below, above = miss(low), miss(high)
+        if below <= 0.0 < above < below + math.pi:
+            return float(brentq(miss, low, high, xtol=1e-13 * mode.f0, rtol=1e-15))
+    raise ParameterError(
+        f"no frequency near the resonance of its mode has the phase lag phase_set_point = {units.show(phase, 'rad', 4)}; "
+        "write one near 90 deg"
+    )

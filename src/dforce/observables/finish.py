@@ -129,21 +129,21 @@ def finish_each(
 
 def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Array) -> Array:
     """Return the amplitude (m) at the first tone alone, for many motions as in :func:`finish_all`."""
-    mean, table = np.einsum("k,ikc->ic", weights, rows), kernel.tone_table(problem)[None]
-    return modulus(held_signal(problem, mean, table, of_mode=False)) * scales.length
+    mean, base = np.einsum("k,ikc->ic", weights, rows), problem.base[0] / scales.length
+    return modulus(held_signal(problem, mean, np.full(len(mean), base), of_mode=False)) * scales.length
 
 
-def held_signal(problem: Problem, mean: Array, tables: Array, of_mode: bool) -> Complexes:
-    """Return what the lock-in of the first tone reads, relative to the drive and in units of A0, from mean rows (motions, columns).
+def held_signal(problem: Problem, mean: Array, base: Complexes, of_mode: bool) -> Complexes:
+    """Return what the lock-in of the first tone reads, relative to the drive and in units of A0, (motions,).
 
-    That is the deflection of the tone's own mode, or the signal of the detector.
+    That is the deflection of the tone's own mode, or the signal of the detector. Given are means of rows, (motions, columns),
+    and the scaled motion of the base, (motions,).
     """
-    mode, base = problem.tones[0].mode, kernel.base_of(tables)[:, :1]
-    after = m.FIRST + 2 * (len(problem.modes) + 1)
+    mode, after = problem.tones[0].mode, m.FIRST + 2 * (len(problem.modes) + 1)
     pairs = mean[:, m.FIRST : after : 2] + 1j * mean[:, m.FIRST + 1 : after : 2]
     moves, tip = pairs[:, None, :-1], pairs[:, -1:]
-    moves[:, 0, mode] -= base[:, 0]
-    return np.asarray(moves[:, 0, mode] if of_mode else detected(problem, moves, tip, base)[:, 0])
+    moves[:, 0, mode] -= base
+    return np.asarray(moves[:, 0, mode] if of_mode else detected(problem, moves, tip, base[:, None])[:, 0])
 
 
 def detected(problem: Problem, moves: Complexes, tip: Complexes, base: Complexes) -> Complexes:

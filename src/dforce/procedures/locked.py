@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from dforce.solvers import SolverSettings
     from dforce.solvers.transient import CancelCheck
 
-AT_ONCE = 128  # distances whose states are found together: a stop loses no more
+AT_ONCE = 256  # distances whose states are found together: a stop loses no more
 SHRINKS = 0.5  # of the error with half of the samples, at least
 TWICE = 2  # times the samples, with which states are found again: the change is their error
 
@@ -121,15 +121,17 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     if not len(there):
         return {}, became
     states, accuracy = found.take(there), locked.block.settings.accuracy
+    # errors are shares of what the free lock has: at the frequency found the same drive may move a free lever by next to nothing
+    at_free_lock = np.full(len(there), locked.reference), np.ones(len(there))
+    numbers, tones = locked.block.tables_driven(states.zc, *at_free_lock)
     values = measured(locked, states, 1)
     left, error, times = np.arange(len(there)), np.full(len(there), np.inf), 1
     while len(left) and TWICE * times * locked.block.points <= MOST_SAMPLES:
         times *= TWICE
         some = states.take(left)
         finer = measured(locked, some, times)
-        numbers, tones = tables(locked, some)
         coarser = {name: value[left] for name, value in values.items()}
-        apart = deviations(locked.block.batch.example, numbers, tones, coarser, finer).max(axis=1)
+        apart = deviations(locked.block.batch.example, numbers[left], tones[left], coarser, finer).max(axis=1)
         better = apart < SHRINKS * error[left]  # else the rest is rounding
         left = left[better]
         error[left] = apart[better]
@@ -169,18 +171,16 @@ def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Arra
 def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str, Array]) -> dict[str, Array]:
     """Return what locks measure in the place of amplitude and phase, from frequencies (Hz) and drives, (states, tones).
 
-    A drive is given as a multiple of that at the free lock.
+    A drive is a multiple of the one at the free lock.
     """
-    reference = np.array([tone.frequency for tone in problem.tones])
+    reference, force = np.array([(tone.frequency, tone.force) for tone in problem.tones]).T
     shift, stiffness = frequency - reference, np.array([problem.modes[tone.mode].k for tone in problem.tones])
-    force = [
-        [problem.driven(*both, j).tones[j].force for j, both in enumerate(zip(*of_state, strict=True))]
-        for of_state in zip(frequency.tolist(), ratio.tolist(), strict=True)
-    ]
+    if problem.shaken is not None:
+        force = np.array([[problem.at_frequency(one).tones[0].force] for one in frequency[:, 0].tolist()])
     return {
         "drive_frequency": frequency,
         "frequency_shift": shift,
-        "drive_force": np.array(force),
+        "drive_force": ratio * force,
         "drive_ratio": ratio,
         "normalized_frequency_shift": stiffness * values["amplitude"] ** 1.5 * shift / reference,
         "mean_stiffness": -2.0 * values["virial"] / values["mode_amplitude"] ** 2,

@@ -246,7 +246,11 @@ class Block:
         if self.batch.levers is not None:
             return self.batch.levers.at(which, values)[1]
         if self.parameter == FREQUENCY:
-            for rows, responses, g in zip(tones, self.responses[which], values / self.reference[which], strict=True):
+            ratio = values / self.reference[which]
+            if self.batch.example.shaken is None:
+                tones[:, :, FIRST_DRIVE : FIRST_DRIVE + 2 * self.modes] /= (ratio * ratio)[:, None, None]
+                return tones
+            for rows, responses, g in zip(tones, self.responses[which], ratio, strict=True):
                 for row, response in zip(rows, responses, strict=True):
                     retune(row, response, self.modes, g)
         return tones
@@ -390,10 +394,11 @@ class Block:
         for start in range(0, len(zc), ABREAST):
             part = slice(start, start + ABREAST)
             slots = self.slots(states.take(part), at[part])
-            order, model = np.arange(len(slots.case)), self.model(np.zeros(len(slots.case), np.int64))
+            order, model = np.arange(len(slots.case)), self._driven
             slots.wanted[:] = wanted
-            model.numbers[0] = zc[part]
-            model.tones[:, :, FIRST_DRIVE:-1] *= ratio[part, None, None]
+            model.numbers[0, : len(order)] = zc[part]
+            drive = self.batch.tones[0, :, FIRST_DRIVE:-1]
+            model.tones[: len(order), :, FIRST_DRIVE:-1] = ratio[part, None, None] * drive
             march(slots, order, len(order), 1, True, model, self.drive(1), self._room(len(order), 1))
             out.put(part, States(slots.ends[:, 0], slots.memory_after, slots.branch_after))
             rows[part] = slots.rows
@@ -415,6 +420,11 @@ class Block:
     def take_step(self, slots: Slots, each: int, orbits: Orbits) -> None:
         """Take the Newton step of the only slot, which holds no memory, see ``newton.take_steps``."""
         self._solver("take_steps")(slots, np.zeros(1, np.int64), 1, each, np.empty(0), orbits)
+
+    @functools.cached_property
+    def _driven(self) -> Model:
+        """The tip equation of the first problem many times, to be changed for motions that are marched together."""
+        return self.model(np.zeros(ABREAST, np.int64))
 
     @functools.cached_property
     def _first(self) -> Model:

@@ -8,11 +8,13 @@ folds of amplitude modulation, so a curve passes through bistable ranges without
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import NamedTuple
 
 import numpy as np
 
+from dforce import kernel
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.observables.finish import held_signal
 from dforce.problem import Problem
@@ -25,11 +27,12 @@ from dforce.solvers.transient import CancelCheck
 
 BESIDE = 1e-6  # of the unknowns' units: neighbors that give derivatives
 FOUND, FLOOR = 1e-9, 1e-8  # Newton step of a state that is found; of one where rounding lets no step be smaller
+NEAR = 1e-7  # Newton step behind which the next one, with the same derivatives, is smaller than that
 FARTHEST = 0.3  # of the free amplitude: longest Newton step
 CONTRACTS = 0.3  # of the step before: the next one, or the derivatives are worked out again
 MOST_MATRICES, MOST_STEPS = 6, 8  # of a search, and with the same derivatives
 FIRST, LARGEST, SMALLEST = 0.05, 0.5, 1e-6  # of the free amplitude: steps along the distance
-AIMED, ASTRAY = 0.02, 0.2  # how far from its prediction a state should be, and may be
+AIMED, ASTRAY = 0.05, 0.2  # how far from its prediction a state should be, and may be
 SHRINK, GROWTH = 0.25, 2.5
 FAR = (
     0.0,
@@ -45,12 +48,13 @@ FAR = (
 
 
 class Anchor(NamedTuple):
-    """A state on the way along the distance: its unknowns, their derivatives by the distance (1/m), the forces' branches."""
+    """A state on the way along the distance: its unknowns, their derivatives by the distance (1/m), branches, and matrix."""
 
     zc: float
     unknowns: Array
     slope: Array
     branch: Array
+    matrix: Array
 
 
 class LockedStates(NamedTuple):
@@ -109,6 +113,7 @@ class Locked:
         self.free = [name for name in ("frequency", "drive") if name not in self.lock.held]
         self.held = [name for name in ("amplitude", "phase") if name in self.lock.held]
         self.found = min(FOUND, 0.01 * (settings.accuracy or 1.0))
+        self.near = NEAR / FOUND * self.found
         self._direction = 0.0
 
     def finer(self, times: int) -> Block:
@@ -141,9 +146,10 @@ class Locked:
         block, at, ratio = self.finer(times), self.frequency(unknowns), self.drive(unknowns)
         before = self.motions(unknowns, branch)
         after, rows = block.driven(zc, before, at, ratio, wanted)
-        signal = held_signal(
-            block.batch.example, rows.mean(axis=1), block.tables_driven(zc, at, ratio)[1], self.lock.of_mode
-        )
+        base = np.zeros(len(zc))
+        if self.problem.shaken is not None:
+            base = kernel.base_of(block.tables_driven(zc, at, ratio)[1])[:, 0]
+        signal = held_signal(block.batch.example, rows[:, 0], base, self.lock.of_mode)
         turned = signal * np.exp(1j * self.lock.phase)
         missed = {"amplitude": np.abs(signal) - 1.0, "phase": np.angle(turned)}
         parts = [after.x - before.x, (after.memory - before.memory) / block.memory_scale]
@@ -161,16 +167,25 @@ class Locked:
         by = np.moveaxis(missed[:, 1:] - missed[:, :1], 1, 2) / BESIDE
         return missed[:, 0], after[::each], by
 
-    def newton(self, zc: Array, unknowns: Array, branch: Array) -> LockedStates:
-        """Find the states near guesses."""
+    def newton(
+        self, zc: Array, unknowns: Array, branch: Array, matrix: Array | None = None, rough: bool = False
+    ) -> LockedStates:
+        """Find the states near guesses, with guessed derivatives as far as they lead there.
+
+        Rough states are guesses themselves.
+        """
+        enough = self.near if rough else self.found
         count, size = unknowns.shape
         out = LockedStates(
             zc, unknowns.copy(), branch.copy(), np.full((count, size, size + 1), np.nan), np.zeros(count, bool)
         )
         going = np.arange(count)
         for _ in range(MOST_MATRICES):
-            missed, after, by = self.derived(zc[going], out.unknowns[going], out.branch[going])
-            out.matrix[going] = by
+            if matrix is None:
+                missed, after, out.matrix[going] = self.derived(zc[going], out.unknowns[going], out.branch[going])
+            else:
+                out.matrix[:], matrix = matrix, None
+                missed, after, _ = self.march(zc, unknowns, branch)
             before, left, turned = np.full(len(going), np.inf), going, np.arange(len(going))
             again = []
             for _ in range(MOST_STEPS):
@@ -181,7 +196,7 @@ class Locked:
                 out.unknowns[left[fine]] += (share[:, None] * step)[fine]
                 same = (after == out.branch[left]).all(axis=1)
                 out.branch[left] = after
-                done = same & ((length < self.found) | ((length < FLOOR) & (length > 0.5 * before[turned])))
+                done = same & ((length < enough) | ((length < FLOOR) & (length > 0.5 * before[turned])))
                 slow = fine & ~done & ((share < 1.0) | (length > CONTRACTS * before[turned]))
                 out.good[left[done]] = True
                 again.append(left[slow])
@@ -207,10 +222,10 @@ class Locked:
         within = found.matrix[:, rest][:, :, rest] + np.eye(len(rest))
         with np.errstate(invalid="ignore"):
             sign = np.linalg.slogdet(found.matrix[:, :, :-1])[0]
-        known = np.isfinite(within).all(axis=(1, 2))
-        largest = np.full(len(within), np.inf)
-        largest[known] = np.abs(np.linalg.eigvals(within[known])).max(axis=1, initial=0.0)
-        return np.asarray((sign == self._direction) & (largest < 1.0))
+        stable = np.asarray(sign == self._direction)
+        if rest:
+            stable[stable] = np.abs(np.linalg.eigvals(within[stable])).max(axis=1) < 1.0
+        return stable
 
     def begin(self, zc: float, start: States) -> Anchor | None:
         """Return the state at a distance that an approach from far away leads to; None where it ends before."""
@@ -229,7 +244,7 @@ class Locked:
     def _anchor(self, found: LockedStates) -> Anchor:
         """Return the only state as an anchor."""
         slope = -solved(found.matrix[:, :, :-1], found.matrix[:, :, -1])[0] / self.length
-        return Anchor(float(found.zc[0]), found.unknowns[0], slope, found.branch[0])
+        return Anchor(float(found.zc[0]), found.unknowns[0], slope, found.branch[0], found.matrix[0])
 
     def reach(self, first: Anchor, zc: float) -> Anchor | None:
         """Return the state at a distance that leads there from another one; None where it ends before."""
@@ -244,8 +259,8 @@ class Locked:
             left = abs(stop - last.zc)
             length = left if step > 0.7 * left else step
             to = stop if length == left else last.zc + math.copysign(length, stop - last.zc)
-            predicted = self._predicted(anchors, to)
-            found = self.newton(np.array([to]), predicted[None], last.branch[None])
+            predicted = cubic(*anchors[-2:], to) if len(anchors) > 1 else last.unknowns + (to - last.zc) * last.slope
+            found = self.newton(np.array([to]), predicted[None], last.branch[None], rough=True)
             astray = float(np.abs(found.unknowns[0] - predicted).max())
             if not (found.good[0] and astray < ASTRAY and self.is_stable(found)[0]):
                 step = SHRINK * length
@@ -253,33 +268,20 @@ class Locked:
                     return anchors
                 continue
             anchors.append(self._anchor(found))
-            step = min(
-                LARGEST * self.length, length * min(GROWTH, max(SHRINK, (AIMED / max(astray, 1e-12)) ** (1.0 / 3.0)))
-            )
+            step = min(LARGEST * self.length, length * min(GROWTH, max(SHRINK, (AIMED / max(astray, 1e-12)) ** 0.25)))
         return anchors
-
-    def _predicted(self, anchors: list[Anchor], zc: float) -> Array:
-        """Return the unknowns at a distance beyond the last anchor: from its slope, and how that changed."""
-        last = anchors[-1]
-        way = zc - last.zc
-        out = last.unknowns + way * last.slope
-        if len(anchors) > 1:
-            out = out + 0.5 * way**2 * (last.slope - anchors[-2].slope) / (last.zc - anchors[-2].zc)
-        return np.asarray(out)
 
     def between(self, anchors: list[Anchor], zc: Array) -> LockedStates:
         """Find the states at distances between anchors; each guess is a cubic through the nearest two."""
         sign = 1.0 if anchors[-1].zc > anchors[0].zc else -1.0
         places = np.array([sign * one.zc for one in anchors])
         after = np.clip(np.searchsorted(places, sign * zc), 1, len(anchors) - 1)
-        x, slope = np.array([one.unknowns for one in anchors]), np.array([one.slope for one in anchors])
-        branch, where = np.array([one.branch for one in anchors]), np.array([one.zc for one in anchors])
-        span = (where[after] - where[after - 1])[:, None]
-        t = (zc - where[after - 1])[:, None] / span
-        low, high = t * t * (3.0 - 2.0 * t), t * (1.0 - t)
-        guess = (1.0 - low) * x[after - 1] + low * x[after]
-        guess += span * high * ((1.0 - t) * slope[after - 1] - t * slope[after])
-        found = self.newton(zc, guess, branch[after - 1])
+        guess = np.array(
+            [cubic(*anchors[i - 1 : i + 1], at) for i, at in zip(after.tolist(), zc.tolist(), strict=True)]
+        )
+        matrix, branch = (np.array([getattr(one, name) for one in anchors]) for name in ("matrix", "branch"))
+        share = ((zc - sign * places[after - 1]) / (sign * (places[after] - places[after - 1])))[:, None, None]
+        found = self.newton(zc, guess, branch[after - 1], (1.0 - share) * matrix[after - 1] + share * matrix[after])
         found.good[:] &= (np.abs(found.unknowns - guess).max(axis=1) < ASTRAY) & self.is_stable(found)
         return found
 
@@ -304,18 +306,28 @@ class Locked:
 
     def measured(self, found: LockedStates, times: int) -> Array:
         """Move states to where they are with so many times the samples, and return what is measured, (states, periods, columns)."""
-        missed, _, _ = self.march(found.zc, found.unknowns, found.branch, times)
+        step = np.inf
         for _ in range(MOST_STEPS):
+            if times == 1 or not np.abs(step).max(initial=0.0) > self.near:
+                break
+            missed, found.branch[:], _ = self.march(found.zc, found.unknowns, found.branch, times)
             step = np.nan_to_num(-solved(found.matrix[:, :, :-1], missed))
             found.unknowns[:] += step
-            missed, found.branch[:], rows = self.march(found.zc, found.unknowns, found.branch, times, ALL)
-            if not np.abs(step).max(initial=0.0) > self.found:
-                break
-        return rows
+        return self.march(found.zc, found.unknowns, found.branch, times, ALL)[2]
+
+
+def cubic(first: Anchor, second: Anchor, zc: float) -> Array:
+    """Return the unknowns at a distance, on the cubic with the values and the slopes of two states."""
+    span = second.zc - first.zc
+    t = (zc - first.zc) / span
+    out = first.unknowns + t * t * (3.0 - 2.0 * t) * (second.unknowns - first.unknowns)
+    return np.asarray(out + span * t * (1.0 - t) * ((1.0 - t) * first.slope - t * second.slope))
 
 
 def solved(matrix: Array, side: Array) -> Array:
     """Return the solutions of many systems of equations; NaN where there is none."""
+    with contextlib.suppress(np.linalg.LinAlgError):
+        return np.asarray(np.linalg.solve(matrix, side[:, :, None])[:, :, 0])
     out = np.full(side.shape, np.nan)
     regular = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(side).all(axis=1)
     regular[regular] = np.abs(np.linalg.det(matrix[regular])) > 0.0
