@@ -68,6 +68,7 @@ def result() -> xr.Dataset:
         | {"used": (point, height > 3e-9), "lost": (point, height > 9.5e-9)},
         {
             "parameter": names, "parameter_2": names, "unit": ("parameter", ["Pa", "m"]), "tone": [1],
+            "symbol": ("parameter", ["E_s", "z_0"]),
             "branch": (point, np.where(height > 6e-9, 1, -1)),
         },
         {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from served import Window, served
+from served import Window, served, violations
 
 AMPLITUDE = "drive.A0"
 
@@ -28,22 +28,35 @@ def joined(visit, server, name):
     return window
 
 
-def test_a_teacher_sees_who_is_there_and_opens_the_case_of_a_student(visit, shared):
-    teacher = visit(shared)
+def test_a_teacher_begins_a_class_sees_who_is_there_and_opens_the_case_of_a_student(visit, shared):
+    teacher = visit(shared, enter=Window.go)
+    teacher.page.get_by_role("button", name="Teach a class").click()
+    teacher.page.get_by_role("button", name="Start", exact=True).click()
+    invitation = teacher.page.get_by_role("dialog", name="teach a class")
+    invitation.get_by_role("img", name="QR code of").wait_for()
+    invitation.get_by_text("A run may take 5 min and have 2000 points.").wait_for()
+    assert violations(teacher.page, "region", within=".df-dialog") == []
     with teacher.page.expect_popup() as opened:
-        teacher.page.get_by_role("link", name="Class").click()
+        invitation.get_by_role("button", name="See who is there").click()
+    invitation.get_by_role("button", name="Close").click()
+    teacher.drawn()  # the case to talk about
     wall = opened.value
     wall.get_by_role("img", name="QR code of").wait_for()
     wall.get_by_text("Nobody is here yet").wait_for()
+    assert violations(wall) == []
     ada = joined(visit, shared, "Ada")
     joined(visit, shared, "Ben")
     wall.get_by_text("2 here").wait_for()
     assert wall.get_by_role("listitem").count() == 2
     ada.type(AMPLITUDE, "17.5")
     ada.saved("17.5 nm")
-    wall.wait_for_timeout(2500)
+    link = wall.get_by_role("link", name="open the case of Ada")
+    before = link.get_attribute("href")
+    ada.page.get_by_label("title of the case").fill("The answer of Ada")
+    wall.get_by_text("The answer of Ada").wait_for()
+    assert link.get_attribute("href") != before  # the case of this moment
     with wall.context.expect_page() as shown:
-        wall.get_by_role("link", name="open the case of Ada").click()
+        link.click()
     case = Window(shown.value, shared)
     case.drawn()
     case.page.wait_for_function(

@@ -48,9 +48,17 @@ def test_a_quality_factor_is_asked_for_where_nothing_gives_it():
         case_for(BY_KEY["curve"], "OTESPA")
 
 
-def test_bimodal_with_one_mode_is_refused_in_a_sentence():
-    with pytest.raises(df.ParameterError, match="needs a lever with two modes"):
-        case_for(BY_KEY["bimodal"], "PPP-NCHR", "", "air")
+@pytest.mark.parametrize("lever", lever_labels(bimodal=True))
+def test_a_lever_of_the_library_is_driven_in_two_modes(lever):
+    case = case_for(BY_KEY["bimodal"], lever, "", "air", "polystyrene")
+    first, second = case.problem.modes
+    assert first.f0 == df.cantilevers()[lever].f0 and second.f0 / first.f0 == pytest.approx(6.27, abs=0.01)
+    assert [tone.frequency for tone in case.problem.tones] == [first.f0, second.f0]
+
+
+def test_two_modes_in_a_liquid_are_refused_in_a_sentence():
+    with pytest.raises(df.ParameterError, match="nominal in air"):
+        case_for(BY_KEY["bimodal"], "PPP-NCHR", "", "water")
 
 
 @pytest.mark.parametrize("question", QUESTIONS, ids=lambda one: one.key)
@@ -76,6 +84,21 @@ def test_start_opens_the_case_and_the_tab_of_its_question(tmp_path):
             assert page.body.visible and not page.start.element.visible
             assert page.view.document.case().problem.modes[0].k == 42.0
             assert page.plots.pane.current.title == "Against"
+
+    asyncio.run(flow())
+
+
+def test_a_bimodal_case_is_opened_with_a_lever_whose_two_modes_are_known(tmp_path):
+    async def flow():
+        async with window(tmp_path, Session({}, tmp_path), live=False) as (_, page):
+            page.start.show()
+            page.start.lever.value = "OTESPA"  # of which nothing gives the Q of its second mode
+            page.start._choose(BY_KEY["bimodal"])
+            assert page.start.lever.value is None and "OTESPA" not in page.start.lever.options
+            page.start.lever.value = "PPP-NCHR"
+            assert "ideal beam" in page.start.note.text
+            page.start._start()
+            assert len(page.view.document.case().problem.modes) == 2
 
     asyncio.run(flow())
 

@@ -17,8 +17,10 @@ from simulated import element, send, until, window
 import dforce as df
 from dforce.gui.case.entry import Entry
 from dforce.gui.case.forces import ForceList
+from dforce.gui.case.forms import TEXTUAL
 from dforce.gui.case.sliders import SliderElement
 from dforce.gui.document.compute import Job, Live
+from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
 from dforce.gui.window.pages import Page
 from dforce.results.status import repeats
@@ -48,6 +50,28 @@ def test_what_is_typed_goes_to_the_case_and_mistakes_to_their_field(tmp_path):
             field = type_into(user, "drive.A0", "-1", "nm")
             page.view.show(anew=False)
             await until(lambda: "is not above 0 nm" in field.props.get("error", ""))
+
+    asyncio.run(flow())
+
+
+@pytest.mark.parametrize("name", ["hysteresis", "figure-6", "resonance-curve"])
+def test_each_field_answers_a_wrong_text_within_a_second_and_takes_the_right_one_back(tmp_path, name):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            opened = Document.of(df.example(name))
+            page.view.open(opened)
+            kinds = {path: shape.kind for path, (_, shape, _) in page.forms.shown.items()}
+            numbers = [path for path, kind in kinds.items() if kind in TEXTUAL and kind != "text"]
+            assert len(numbers) > 20
+            for path in numbers:
+                entry, began = page.forms.shown[path][2], time.perf_counter()
+                before = {"text": entry.props["text"], "unit": entry.props.get("unit") or ""}
+                send(entry, "typed", {"text": "zork", "unit": before["unit"]})
+                assert "zork" in entry.props["error"], path
+                assert time.perf_counter() - began < 1.0, path
+                send(entry, "typed", before)
+                assert entry.props["error"] == "", path
+            assert page.forms.last.wrong == "" and page.view.document.case().problem == opened.case().problem
 
     asyncio.run(flow())
 

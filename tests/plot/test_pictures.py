@@ -39,7 +39,9 @@ def test_each_usual_picture_of_each_kind_of_result_can_be_saved(tmp_path):
     for name in ("figure-3-air-jump", "figure-3-branches", "resonance-curve", "table-1-am"):
         dataset = df.run(df.example(name))
         for number, picture in enumerate(pictures_of(dataset)):
-            path = df.plot.save(df.plot.draw(dataset, picture), tmp_path / f"{name}-{number}.png", dpi=30)
+            path = df.plot.save(
+                df.plot.draw(dataset, picture, df.plot.Sheet()), tmp_path / f"{name}-{number}.png", dpi=30
+            )
             assert path.stat().st_size > 1000
 
 

@@ -22,5 +22,6 @@ def stacked(arrays: Sequence[AnyArray | None], fill: object) -> AnyArray:
     out: AnyArray = np.full((len(arrays), *longest), fill, np.result_type(*(one.dtype for one in there)))
     for i, one in enumerate(arrays):
         if one is not None:
-            out[(i, *map(slice, one.shape))] = one
+            own: tuple[Any, ...] = tuple(map(slice, one.shape))
+            out[(i, *own)] = one
     return out

@@ -6,11 +6,13 @@ import math
 from typing import TYPE_CHECKING
 
 from dforce.core.errors import checked
+from dforce.core.notation import plain_math
 from dforce.core.units import parse_share, show
+from dforce.findings.others import fitted
 from dforce.findings.set_point import RATIO, SetPointState, states_at, why_none
 from dforce.findings.summary import summary
 from dforce.results.curves import goes_along, row_of
-from dforce.results.kinds import swept
+from dforce.results.kinds import is_kind, swept
 from dforce.results.status import check_computed
 
 if TYPE_CHECKING:
@@ -25,7 +27,7 @@ def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
     """Return a result in words.
 
     A curve along the distance gives its stable states at a set point, the approach first, with peak force and indentation.
-    Any other result gives the first lines of :func:`dforce.summary`.
+    A fit gives its parameters with their errors. Any other result gives the first lines of :func:`dforce.summary`.
 
     Parameters
     ----------
@@ -45,6 +47,8 @@ def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
 
 def answer_with(result: xr.Dataset, share: float, states: xr.Dataset | None = None) -> str:
     """Return a result in words; `states` is a result of :func:`dforce.at_set_point` for this share where it is known."""
+    if is_kind(result, "fit"):
+        return _of_fit(result)
     along = goes_along(result)
     row = row_of(result, along) if along else ""
     if along != "zc" or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
@@ -61,6 +65,19 @@ def answer_with(result: xr.Dataset, share: float, states: xr.Dataset | None = No
     if rest:
         sentences.append(f"{'Another state exists' if len(rest) == 1 else 'Other states exist'}: {'; '.join(rest)}.")
     return " ".join(sentences)
+
+
+def _of_fit(fit: xr.Dataset) -> str:
+    """Return the fitted parameters of the case by their symbols, with k and R for which they hold."""
+    symbols = [plain_math(str(symbol)) for symbol in fit["symbol"].values]
+    found = [
+        f"{symbol} = {fitted(fit.sel(parameter=name))}"
+        for name, symbol in zip(map(str, fit["parameter"].values), symbols, strict=True)
+        if "." in name  # the others are offsets of the measurement
+    ]
+    held = [part.partition(" = ") for part in str(fit.attrs.get("holds_for", "")).split(", ") if part]
+    known = [f"{'R' if path == 'tip.radius' else 'k'} = {value}" for path, _, value in held]
+    return f"{', '.join(found)}{', for ' if known else ''}{', '.join(known)}."
 
 
 def _details(state: SetPointState) -> str:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from dforce.core.listing import Listing, aligned, html_table
 from dforce.core.quantities import NONE
+from dforce.core.units import reader_unit
 from dforce.results.dataset import unit_for
 
 DIGITS = 3  # of what is computed: the default accuracy promises them, and not always one more
 GIVEN_DIGITS = 5  # of what a user gave, and of frequencies: a narrow resonance is told from the drive by them
 GIVEN = ("zc", "frequency", "distance", "free_amplitude")
 LEAST = 0.001
+DEGREE = "degree"  # unit of phases in results, which the parser of units knows as an angle
 
 
 @dataclass(frozen=True)
@@ -76,3 +79,24 @@ def finding(
     """Return the line of a number; `more` is text behind it."""
     text = number(value, unit, name, none) + more * (not none)
     return Finding(name, label, text, value if np.isfinite(value) else None, unit, way)
+
+
+def with_error(value: float, error: float, unit: str) -> tuple[str, str, str]:
+    """Return value, error and unit as text, with two digits of the error; "none" where it is not known."""
+    if unit == DEGREE or not math.isfinite(value):
+        scale, name = 1.0, "deg" if unit == DEGREE else unit
+    else:
+        scale, name = reader_unit(abs(value) if value else error, unit)
+    value, error = value / scale, error / scale
+    name = "" if name == "1" else name
+    known = math.isfinite(error) and error > 0.0
+    if not math.isfinite(value):
+        return "none", "none", name
+    power = math.floor(math.log10(abs(value))) if value else 0
+    ending = ""
+    if abs(value) >= 1e5 or 0.0 < abs(value) < 1e-3:
+        value, error, ending = value / 10.0**power, error / 10.0**power, f"e{power:+03d}"
+    if not known:
+        return f"{value:.5g}{ending}", "none", name
+    digits = min(max(1 - math.floor(math.log10(error)), 0), 9)
+    return f"{value:.{digits}f}{ending}", f"{error:.{digits}f}{ending}", name

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.units import show
-from dforce.findings.finding import DIGITS, Finding
+from dforce.findings.finding import DIGITS, Finding, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,13 +52,18 @@ def material(dataset: xr.Dataset) -> Iterator[Finding]:
                 yield finding(one, row.attrs["long_name"], value, row.attrs["units"])
 
 
+def fitted(one: xr.Dataset) -> str:
+    """Return value and error of one parameter of a fit."""
+    value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
+    return f"{value} {unit}, error unknown" if error == "none" else f"{value} ± {error} {unit}".strip()
+
+
 def fit(dataset: xr.Dataset) -> Iterator[Finding]:
     """Give the fitted parameters, chi2 and the points that the best fit loses."""
     for name in dataset["parameter"].values:
         one = dataset.sel(parameter=name)
-        value, error = float(one["value"]), float(one["error"])
-        spread = f" ± {error:.2g}" if np.isfinite(error) else ", error unknown"
-        yield Finding(str(name), f"{name} (SI)", f"{value:.5g}{spread}", value, "SI")
+        value, unit = float(one["value"]), str(one["unit"].values)
+        yield Finding(str(name), str(name), fitted(one), value, unit)
     chi2 = dataset.attrs["chi2"]
     yield Finding("chi2", "chi2", f"{chi2:.1f} for {dataset.attrs['degrees_of_freedom']}", chi2, "1")
     yield _count("lost_points", "lost points", dataset.attrs["lost_points"])

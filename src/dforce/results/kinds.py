@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from dforce.core.errors import ParameterError
+from dforce.results.dataset import COLUMN_DIMS
 from dforce.results.status import check_computed
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-NO_RESULT = "this dataset is neither a result of an experiment nor a force curve; it has no overview and no summary"
+NO_RESULT = "this dataset is no result of a known kind, and no force curve; it has no overview and no summary"
 
 Own = dict[tuple[str, ...], str]  # functions by the quantities that they draw
 
@@ -155,6 +156,16 @@ def _is_frequency_sweep(dataset: xr.Dataset) -> bool:
     return "frequency" in dataset.dims and "amplitude" in dataset and "frequency" in dataset["amplitude"].dims
 
 
+def _is_dwell(dataset: xr.Dataset) -> bool:
+    if "zc" not in dataset.coords or dataset["zc"].ndim:
+        return False
+    return "amplitude" not in dataset or set(dataset["amplitude"].dims) <= set(COLUMN_DIMS)
+
+
+def _is_approach(dataset: xr.Dataset) -> bool:
+    return "zc" in dataset.coords and dataset["zc"].ndim > 0
+
+
 FORCE: Own = {("force",): "plot.forces:force_distance"}
 RECORD: Own = FORCE | {("spectrum",): "plot.motion:spectrum", ("velocity",): "plot.motion:phase_portrait"}
 
@@ -179,11 +190,8 @@ KINDS = (
          own=FORCE),
     Kind("frequency_sweep", _is_frequency_sweep, "findings.motions:frequency_sweep", "plot.branches:resonance",
          own={AMPLITUDE_AND_PHASE: "plot.branches:resonance"}),
-    Kind(
-        "dwell", lambda dataset: "zc" in dataset.coords and dataset["zc"].ndim == 0, "findings.motions:dwell",
-        "plot.overview:dwell", pictures=OF_RECORDS, own=RECORD,
-    ),
-    Kind("approach", lambda dataset: "zc" in dataset.coords, "findings.motions:approach", "plot.overview:approach",
+    Kind("dwell", _is_dwell, "findings.motions:dwell", "plot.overview:dwell", pictures=OF_RECORDS, own=RECORD),
+    Kind("approach", _is_approach, "findings.motions:approach", "plot.overview:approach",
          own={AMPLITUDE_AND_PHASE: "plot.distances:amplitude_phase"}),
 )  # fmt: skip
 

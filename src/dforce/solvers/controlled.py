@@ -129,7 +129,7 @@ def follow(
         )
         motion = Motion(tuple(found.path[0, -1].tolist()), found.memory[0], found.branch[0], 0)
         unit_before, time = units, time + period
-        read = complex(held_signal(there, found.rows[0], tones, loops.of_mode)[0]) * tone.A0
+        read = complex(held_signal(there, found.rows[0], kernel.base_of(tones)[:, 0], loops.of_mode)[0]) * tone.A0
         read = loops.filtered(read, stages, period)
         rows.append((omega / (2.0 * math.pi), ratio, abs(read), -np.angle(read)))
         e = 0.0 if loops.phase is None else rows[-1][3] - loops.phase

@@ -19,6 +19,7 @@ from dforce.gui.case.words import in_words, plain
 from dforce.gui.curves.other_figures import force_distance
 from dforce.gui.document.compute import LIVE, Latest, in_thread
 from dforce.gui.document.document import Path, path_of
+from dforce.gui.window.dialogs import dialog
 
 if TYPE_CHECKING:
     from dforce.gui.case.fields import Field
@@ -31,7 +32,7 @@ class ForceList(ui.element, component="force_menu.js"):
 
 def choose_force(take: Callable[[str], None]) -> None:
     """Ask for a force model; `take` is called with the key of the one chosen."""
-    with ui.dialog(value=True).props('aria-label="add a force"') as dialog, ui.card().classes("df-dialog"):
+    with dialog("add a force") as made:
         models = ForceList()
         models.props["groups"] = [
             {"title": title, "items": [_item(model) for model in members]}
@@ -40,11 +41,10 @@ def choose_force(take: Callable[[str], None]) -> None:
 
     def taken(event: GenericEventArguments) -> None:
         if event.args in df.forces.REGISTRY:
-            dialog.close()
+            made.close()
             take(str(event.args))
 
     models.on("take", taken)
-    dialog.on("hide", dialog.delete)
 
 
 def _item(model: type[df.forces.Force]) -> dict[str, str]:

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("dforce.gui")
 
+LONG = 150  # characters of an answer that are more than two lines of large letters
 UNDRAWN = "An error inside dForce: these results cannot be drawn. Please report it."
 
 
@@ -153,7 +154,9 @@ class Plots:
         if self.shown is not None:
             self._offer(self.layers[-1].result, self.shown)
         self.picker.set_visibility(self.shown is not None)
-        self.answer.set_text(self._answer())
+        answer = self._answer()
+        self.answer.set_text(answer)
+        self.answer.classes(add="df-long" if len(answer) > LONG else "", remove="" if len(answer) > LONG else "df-long")
         self.motion.follow(self.view.curve, (*self.layers, *self._behind()))
         self.pane.show(Scene(self.layers, self.shown, self.drawn))
 
@@ -175,10 +178,10 @@ class Plots:
         document, fit = self.view.document, self.view.session.measured.fit
         top = self.layers[-1]
         try:
-            sentences = [answer_with(top.result, document.set_point, top.states)]
+            text = in_words(document, answer_with(top.result, document.set_point, top.states))
             if document.measured is not None and fit is not None and fitting.is_of(fit, document):
-                sentences.insert(0, df.answer(fit))
-            return in_words(document, " ".join(sentences))
+                return f"{df.answer(fit)} {text}"
+            return text
         except df.DForceError:  # a run that was stopped before its first result
             return ""
 

@@ -11,7 +11,7 @@ export default {
       <div v-if="rows.length" class="df-setpoint-rows" role="region" aria-label="coexisting states in a table" tabindex="0"><table>
         <thead><tr><th scope="col">state</th><th scope="col">stability</th>
           <th v-for="(column, n) in columns" :key="n" scope="col">{{ column.label }} <span class="df-symbol" v-html="column.symbol"></span></th>
-          <th scope="col"></th></tr></thead>
+          <th scope="col">motion</th></tr></thead>
         <tbody><tr v-for="(row, n) in rows" :key="n">
           <th scope="row"><b>{{ row.state }}</b></th><td>{{ row.stable ? "stable" : "unstable" }}</td>
           <td v-for="(cell, k) in row.cells" :key="k">{{ cell }}</td>

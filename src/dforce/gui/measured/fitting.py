@@ -14,6 +14,7 @@ from nicegui import background_tasks
 
 import dforce as df
 from dforce.core.units import show
+from dforce.findings.finding import with_error
 from dforce.gui.case.values import ParameterRow, rows_of
 from dforce.gui.case.words import field_at, label_of
 from dforce.gui.document.compute import Job, duration
@@ -21,7 +22,6 @@ from dforce.gui.document.document import LONGEST_NAME, NAMING, Document, Path, p
 from dforce.gui.measured.lever import holds_for
 from dforce.gui.measured.reading import CALIBRATED
 from dforce.inverse.fitting.result import data_of
-from dforce.inverse.fitting.typed import shown
 from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def found(fit: xr.Dataset, name: str) -> str:
     one = _one(fit, name)
     if one is None or not bool(one["seen"]) or math.isinf(float(one["error"])):
         return ""
-    value, error, unit = shown(float(one["value"]), float(one["error"]), str(one["unit"].values))
+    value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
     return f"{value} ± {error} {unit}".replace("none", "?").strip()
 
 

@@ -167,7 +167,11 @@ def _residuals(
     room = len(names) * SHARE + GAP / 2.0
     for key, axis in drawn.figure["layout"].items():
         if key.startswith("yaxis") and "domain" in axis:
-            layout[key] = axis | {"domain": [room + (1.0 - room) * end for end in axis["domain"]]}
+            words = axis["title"]["text"]  # of lower frames only the symbol has room
+            layout[key] = axis | {
+                "domain": [room + (1.0 - room) * end for end in axis["domain"]],
+                "title": {"text": words[max(words.find("<i>"), 0) :]},
+            }
     tag = max(int(key[5:] or 1) for key in layout if key.startswith("yaxis"))
     shapes, traces = list(layout.get("shapes", [])), list[Figure]()
     used = fit["used"].values if fit.sizes["point"] == beside.curve.sizes["point"] else slice(None)

@@ -16,7 +16,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.files import in_quotes
 from dforce.gui.document.document import MeasuredData
-from dforce.gui.window.dialogs import LONGEST, Field, text
+from dforce.gui.window.dialogs import LONGEST, Field, dialog, text
 from dforce.inverse.fitting.load import known_settings
 from dforce.inverse.heads import SPECTRUM, FileHead, HeadColumn, head_of
 from dforce.inverse.readers import tables_in
@@ -248,18 +248,16 @@ def ask_table(
     more
         Questions beside those of the table, by where their answers belong.
     """
-    with ui.dialog() as dialog, ui.card().classes("df-dialog df-table-dialog"):
+    with dialog(title, "df-table-dialog") as made:
         form = TableForm()
         form.props.update(title=title, why=why, **_shown(head, settings, more))
 
     async def answered(event: GenericEventArguments) -> None:
-        dialog.close()
+        made.close()
         await read(told(head, settings, list(more), event.args))
 
     form.on("read", answered)
-    form.on("cancel", dialog.close)
-    dialog.on("hide", dialog.delete)
-    dialog.open()
+    form.on("cancel", made.close)
 
 
 def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Field]) -> dict[str, Any]:

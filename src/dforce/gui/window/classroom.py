@@ -89,7 +89,7 @@ class Classroom:
         ui.label(told(self.limits)).classes("df-text")
 
     def _page(self, sessions: Mapping[str, Session]) -> None:
-        with ui.element("main").classes("df-class"):
+        with ui.element("div").classes("df-class"):
             with ui.element("section").props('aria-label="how to join"'):
                 ui.label("Join the class").classes("df-class-title").props('role="heading" aria-level="1"')
                 self.invitation()

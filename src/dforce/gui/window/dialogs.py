@@ -66,6 +66,15 @@ def menu(*groups: Iterable[Item], titles: Sequence[str] = ("",)) -> ui.menu:
     return made
 
 
+@contextlib.contextmanager
+def dialog(name: str, look: str = "") -> Iterator[ui.dialog]:
+    """Open a dialog with a name for screen readers and what is made inside; it goes once it is closed."""
+    with ui.dialog(value=True) as made, ui.card().classes(f"df-dialog {look}"):
+        made.props["aria-label"] = name
+        yield made
+    made.on("hide", made.delete)
+
+
 LONGEST = 200  # characters of an answer
 
 Field = dict[str, Any]  # a question
@@ -93,7 +102,7 @@ def ask(
 
     `why` is a sentence above the questions, which then have room for longer words; `button` sends the answers.
     """
-    with ui.dialog() as dialog, ui.card().classes("df-dialog"):
+    with dialog(title) as made:
         form = SaveForm()
         form.props.update(title=title, fields=list(fields), why=why, button=button)
 
@@ -104,10 +113,8 @@ def ask(
             for field, value in zip(fields, given, strict=True)
         )
         if all(allowed):
-            dialog.close()
+            made.close()
             await save(*given)
 
     form.on("save", answered)
-    form.on("cancel", dialog.close)
-    dialog.on("hide", dialog.delete)
-    dialog.open()
+    form.on("cancel", made.close)

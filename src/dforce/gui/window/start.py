@@ -14,11 +14,12 @@ from nicegui.elements.mixins.text_element import TextElement
 
 import dforce as df
 from dforce.experiments import EXPERIMENTS
+from dforce.gui.case.words import in_words
 from dforce.gui.document.document import FIRST, Document
 from dforce.gui.files.file_menu import FileMenu
 from dforce.gui.window.classroom import PAGE as CLASS_PAGE
 from dforce.gui.window.classroom import Classroom, told
-from dforce.gui.window.dialogs import as_sentence, say
+from dforce.gui.window.dialogs import as_sentence, dialog, say
 from dforce.gui.window.security import SHARED
 from dforce.gui.window.view import View
 from dforce.library import FOLDERS, measured_data
@@ -91,15 +92,15 @@ QUESTIONS = (
     ),
 )
 TIP = "borosilicate_glass"  # for the native oxide of a silicon tip
-ONE_MODE = "Bimodal needs a lever with two modes. Leave lever and medium empty, then type the modes of yours"
 NO_LEVER = "Choose a lever, too: the medium decides its Q, and the example has none for this one"
 
 
-def lever_labels() -> dict[str, str]:
-    """Return the levers of the library by name, as a list shows them."""
+def lever_labels(bimodal: bool = False) -> dict[str, str]:
+    """Return the levers of the library by name, as a list shows them; `bimodal`: those of which two modes are known."""
     return {
         name: f"{name}: {df.show(probe.f0, 'Hz', 3)}, {df.show(probe.k, 'N/m', 3)}"
         for name, probe in df.cantilevers().items()
+        if not bimodal or probe.width is not None
     }
 
 
@@ -132,14 +133,15 @@ def case_for(question: Question, lever: str = "", Q: str = "", medium: str = "",
         return df.example(question.example)
     table.pop("about", None)
     table["title"] = question.title
-    if (lever or medium) and len(table["cantilever"].get("modes", ())) > 1:
-        raise df.ParameterError(ONE_MODE)
     if medium and not lever and medium != table.get("medium"):
         raise df.ParameterError(NO_LEVER)
     if lever:
         probe = df.cantilevers()[lever]
+        tones = table["drive"].get("tones", ())
         table["cantilever"] = {"name": lever, **({"Q": Q} if Q else {})}
-        table["drive"] = {"A0": table["drive"]["A0"]}
+        if tones:
+            table["cantilever"]["higher_modes"] = len(tones) - 1
+        table["drive"] = {"tones": tones} if tones else {"A0": table["drive"]["A0"]}
         if probe.tip_radius is not None:
             table["tip"] = {**table.get("tip", {}), "radius": df.show(probe.tip_radius, "m")}
     if medium:
@@ -165,7 +167,7 @@ MEDIA = {"": "as in the example", "air": "air", "water": "water", "vacuum": "vac
 DROP = "Drop a file anywhere: a measured curve, a thermal spectrum, a case or a project."
 KEPT = "Forces and free amplitude are the values of the example."
 ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as for a silicon tip with its oxide."
-TWO_MODES = "This needs a lever with two modes: type your modes at Cantilever."
+TWO_MODES = "The second mode is that of an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
 NO_Q = "The library has no quality factor of this lever. Type it at “Quality factor Q”."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (
@@ -203,7 +205,7 @@ class StartPage:
         self.chosen = QUESTIONS[0]
         self.offered: Question | None = None
         self.buttons: dict[str, ui.element] = {}
-        with ui.element("main").classes("df-start").props('aria-label="start"') as self.element:
+        with ui.element("section").classes("df-start").props('aria-label="start"') as self.element:
             ui.label("Choose your question").classes("df-start-title").props('role="heading" aria-level="2"')
             with ui.element("div").classes("df-questions").props('role="group" aria-label="questions"'):
                 for question in QUESTIONS:
@@ -263,9 +265,8 @@ class StartPage:
         self.chosen = question
         for key, button in self.buttons.items():
             button.props["aria-pressed"] = "true" if key == question.key else "false"
-        if question.key == "bimodal":
-            self.lever.value = None
-        self.lever.set_enabled(question.key != "bimodal")
+        levers = lever_labels(question.key == "bimodal")
+        self.lever.set_options(levers, value=self.lever.value if self.lever.value in levers else None)
         if self.offered is not question:  # a button that is made anew loses a press
             self._offer(question)
         self._follow()
@@ -304,7 +305,7 @@ class StartPage:
             self.medium.value = "air"
         self.q.set_visibility(asks_for_q(self.lever.value or "", self.medium.value or ""))
         material = df.materials().get(self.sample.value or "")
-        notes = [TWO_MODES] if self.chosen.key == "bimodal" else []
+        notes = [TWO_MODES] if self.chosen.key == "bimodal" and self.lever.value else []
         notes += [KEPT] if self.lever.value or material is not None else []
         if material is not None:
             medium = self.medium.value or "air"
@@ -327,7 +328,7 @@ class StartPage:
                 self.sample.value or "",
             )
         except df.DForceError as error:
-            say(as_sentence(str(error)))
+            say(as_sentence(in_words(self.view.document, str(error))))
             return
         self.view.open(Document.first() if case == df.example(FIRST) else Document.of(case))
         self.hide()
@@ -337,7 +338,7 @@ class StartPage:
 
     def _teach(self) -> None:
         """Show the address of the class; where the window is for one person, the command that starts one for a class."""
-        with ui.dialog(value=True).props('aria-label="teach a class"') as dialog, ui.card().classes("df-dialog"):
+        with dialog("teach a class") as made:
             with ui.element("div").classes("df-save wide"):
                 TextElement(tag="h2", text="Teach a class")
                 if self.classroom is not None:
@@ -350,9 +351,8 @@ class StartPage:
                     ui.label(f"Your students read: “{told(SHARED)}”").classes("df-text")
                     name, press = "Copy the command", self._copy
                 with ui.element("div").classes("df-save-buttons"):
-                    quiet("Close").on("click", dialog.close)
+                    quiet("Close").on("click", made.close)
                     quiet(name).classes("df-main-button").on("click", press)
-        dialog.on("hide", dialog.delete)
 
     def _copy(self) -> None:
         ui.clipboard.write(COMMAND)

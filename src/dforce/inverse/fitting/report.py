@@ -10,10 +10,10 @@ import numpy as np
 
 from dforce.core.errors import ParameterError, checked
 from dforce.core.listing import aligned, in_parts
+from dforce.findings.finding import with_error
 from dforce.inverse.fitting.certainty import CORRELATED
 from dforce.inverse.fitting.chi2 import WHY, JudgedChi2, judged
 from dforce.inverse.fitting.result import DATA
-from dforce.inverse.fitting.typed import shown
 from dforce.validity import advice_in
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def _table(result: xr.Dataset) -> str:
         cells = []
         for name in names:
             part = one.sel(parameter=name)
-            value, error, unit = shown(float(part["value"]), float(part["error"]), str(part["unit"].values))
+            value, error, unit = with_error(float(part["value"]), float(part["error"]), str(part["unit"].values))
             cells.append(f"{value} +- {error} {unit}".rstrip())
         chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}"
         rows.append((curve, *cells, chi2, f"{float(one['lost_points']):.0f}"))
@@ -141,7 +141,7 @@ def _parameters(result: xr.Dataset) -> list[str]:
     rows = []
     for name in result["parameter"].values.tolist():
         one = result.sel(parameter=name)
-        value, error, unit = shown(float(one["value"]), float(one["error"]), str(one["unit"].values))
+        value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
         if not bool(one["seen"]):
             rows.append((name, f"{value} {unit}".strip(), "not constrained by these data", ""))
             continue
@@ -155,7 +155,7 @@ def _parameters(result: xr.Dataset) -> list[str]:
         prior = (
             f"prior {float(one['prior']):.4g} +- {float(one['prior_error']):.2g}" if np.isfinite(one["prior"]) else ""
         )
-        start = shown(float(one["start"]), math.nan, str(one["unit"].values))
+        start = with_error(float(one["start"]), math.nan, str(one["unit"].values))
         rows.append((name, value, told, prior or f"start {start[0]} {start[2]}"))
     return ["  " + line for line in aligned(rows).splitlines()]
 
@@ -177,9 +177,12 @@ def _minima(result: xr.Dataset) -> list[str]:
     for name in result["parameter"].values.tolist():
         one = result.sel(parameter=name)
         plain, error = str(one["unit"].values), float(one["error"])
-        cells = [" ".join(shown(float(one["minimum_value"][place]), error, plain)[::2]).strip() for place in places]
+        cells = [
+            " ".join(with_error(float(one["minimum_value"][place]), error, plain)[::2]).strip() for place in places
+        ]
         ends = [
-            " ".join(shown(float(one[end]), error, plain)[::2]).strip() for end in ("interval_low", "interval_high")
+            " ".join(with_error(float(one[end]), error, plain)[::2]).strip()
+            for end in ("interval_low", "interval_high")
         ]
         rows.append((name, *cells, " to ".join(ends)))
     return ["  " + line for line in aligned(rows).splitlines()]
@@ -192,7 +195,7 @@ def _both_sides(one: xr.Dataset, error: str, unit: str) -> str:
     if not ends or (len(ends) == 2 and max(ends.values()) < ALIKE * min(ends.values())):
         return f"+- {error} {unit}".rstrip()
     value, plain = float(one["value"]), str(one["unit"].values)
-    told = " ".join(f"{sign}{shown(value, side, plain)[1]}" for sign, side in ends.items())
+    told = " ".join(f"{sign}{with_error(value, side, plain)[1]}" for sign, side in ends.items())
     missing = {"-": ", no end below", "+": ", no end above"}
     return f"{told} {unit}".rstrip() + "".join(words for sign, words in missing.items() if sign not in ends)
 
@@ -204,7 +207,7 @@ def _given(result: xr.Dataset) -> list[str]:
         one = result.sel(parameter=name)
         given = float(one["error_given"])
         if given > LITTLE * float(one["error"]):
-            _, error, unit = shown(float(one["value"]), given, str(one["unit"].values))
+            _, error, unit = with_error(float(one["value"]), given, str(one["unit"].values))
             rows.append((name, f"+- {error} {unit}".rstrip()))
     return ["  " + line for line in aligned(rows).splitlines()]
 
@@ -217,7 +220,7 @@ def _bootstrap(result: xr.Dataset) -> list[str]:
     for name in result["parameter"].values.tolist():
         one = result.sel(parameter=name)
         if bool(one["seen"]):
-            _, error, unit = shown(float(one["value"]), float(one["bootstrap_error"]), str(one["unit"].values))
+            _, error, unit = with_error(float(one["value"]), float(one["bootstrap_error"]), str(one["unit"].values))
             ratio = float(one["bootstrap_error"]) / float(one["error"])
             rows.append((name, f"+- {error} {unit}".rstrip(), f"{ratio:.2f} times the error from the covariance"))
     block = int(result.attrs["bootstrap_block"])

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, shorten
+from dforce.findings.finding import DEGREE
 
-DEGREE = "degree"  # unit of phases in results, which the parser of units knows as an angle
 BRIEF = re.compile(r"\s*([+-]?\d+(?:\.(\d+))?)\((\d+)\)((?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)  # such as 180(4) Hz
 
 
@@ -61,24 +61,3 @@ def with_unit(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return f"{value:g}"
     return f"{value:g} deg" if unit == DEGREE else units.show(value, unit, 5)
-
-
-def shown(value: float, error: float, unit: str) -> tuple[str, str, str]:
-    """Return value, error and unit as a report prints them, with two digits of the error."""
-    if unit == DEGREE or not math.isfinite(value):
-        scale, name = 1.0, "deg" if unit == DEGREE else unit
-    else:
-        scale, name = units.reader_unit(abs(value) if value else error, unit)
-    value, error = value / scale, error / scale
-    name = "" if name == "1" else name
-    known = math.isfinite(error) and error > 0.0
-    if not math.isfinite(value):
-        return "none", "none", name
-    power = math.floor(math.log10(abs(value))) if value else 0
-    ending = ""
-    if abs(value) >= 1e5 or 0.0 < abs(value) < 1e-3:
-        value, error, ending = value / 10.0**power, error / 10.0**power, f"e{power:+03d}"
-    if not known:
-        return f"{value:.5g}{ending}", "none", name
-    digits = min(max(1 - math.floor(math.log10(error)), 0), 9)
-    return f"{value:.{digits}f}{ending}", f"{error:.{digits}f}{ending}", name

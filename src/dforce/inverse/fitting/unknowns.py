@@ -17,7 +17,8 @@ from dforce.case.paths import place_of, value_at
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.parameters import ParameterQuantity
-from dforce.inverse.fitting.typed import DEGREE, number_of, value_and_error, with_unit
+from dforce.findings.finding import DEGREE
+from dforce.inverse.fitting.typed import number_of, value_and_error, with_unit
 from dforce.problem import values_used
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes

@@ -1,0 +1,28 @@
+"""A result in words: what stands above its picture."""
+
+from __future__ import annotations
+
+import fitted_curves
+import numpy as np
+
+import dforce as df
+
+
+def test_a_fit_gives_values_with_errors_and_units_and_for_which_lever_and_tip():
+    fit = fitted_curves.result().assign_attrs(holds_for="cantilever.k = 2.7 N/m, tip.radius = 8 nm")
+    assert df.answer(fit) == "E_s = 1.00 ± 0.10 GPa, for k = 2.7 N/m, R = 8 nm."
+
+
+def test_an_error_that_is_not_known_is_said():
+    fit = fitted_curves.result()
+    fit["error"][:] = np.inf
+    assert df.answer(fit) == "E_s = 1 GPa, error unknown."
+
+
+def test_a_curve_gives_its_state_at_the_set_point_with_force_and_depth():
+    curve = df.run(df.example("figure-3-water"))
+    states = df.at_set_point(curve, 0.8, ["peak_force", "max_indentation"])
+    force, depth = (
+        float(np.unique(np.round(states[name].values, 15))[0]) for name in ("peak_force", "max_indentation")
+    )
+    assert df.answer(curve, "80 %") == (f"Repulsive at 80 %: {df.show(force, 'N', 3)}, {df.show(depth, 'm', 3)} deep.")
