@@ -8,7 +8,7 @@ import pytest
 import dforce as df
 from dforce.engine.laws import laws_of
 from dforce.engine.over_points import force_over
-from dforce.inverse.bimodal import Contact, Observed, estimate, neglected
+from dforce.inverse.material import Contact, Observed, estimate, neglected
 from dforce.solvers.torus import TONES, Balance, Held, Lever, over_phases
 
 NM, E_EFF, RIGHT = 1e-9, 1e9 / 0.91, np.pi / 2.0
@@ -118,9 +118,10 @@ def test_torus_equals_values_of_an_independent_balance_to_two_units_of_their_las
 def observed(name):
     """Return the observables of a row."""
     equations, motion = row(name)
-    found, Q = numbers_of(equations, motion), tuple(mode.Q for mode in equations.lever.modes)
-    A, f = (np.array([one.amplitude]) * NM for one in ROWS[name][4]), (F0 + found["frequency shift"])[:, None]
-    return Observed(tuple(K), Q, tuple(F0), tuple(f), tuple(A), found["drive"][:1], np.radians(found["phase"][:1]))
+    found, Q = numbers_of(equations, motion), np.array(ROWS[name][3])
+    A = NM * np.array([[one.amplitude] for one in ROWS[name][4]])
+    f = (F0 + found["frequency shift"])[:, None]
+    return Observed(K, Q, F0, f, A, found["drive"][:1], np.radians(found["phase"][:1]))
 
 
 @pytest.mark.parametrize("name", RATIOS)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -148,6 +148,11 @@ def coefficients_of(values: Array) -> Complexes:
     return np.asarray(found)
 
 
+def weight_of(response: Complexes) -> Array:
+    """Return by how much the differences of coefficients count: as forces where the response is large."""
+    return np.asarray(1.0 / np.maximum(1.0, np.abs(response)))
+
+
 @dataclass(frozen=True)
 class Found:
     """A torus with its force.
@@ -158,35 +163,25 @@ class Found:
         The motion.
     force
         Fourier coefficients of the force.
-    off, held
-        Differences of the coefficients from the answers of the lever, and of held numbers from their values.
     response
         Deflection over force at each coefficient.
+    differences
+        Differences of the coefficients from the answers of the lever, as forces where these are large, then of held numbers from
+        their values; a vector of real numbers.
     evaluations
         Computations of the force until it was found.
     """
 
     torus: Torus
     force: Complexes
-    off: Complexes = field(repr=False)
-    held: Array = field(repr=False)
-    response: Complexes = field(repr=False)
+    response: Complexes
+    differences: Array
     evaluations: int = 1
 
-    @functools.cached_property
-    def weight(self) -> Array:
-        """By how much the difference of each coefficient counts: that of a force where the answer is large."""
-        return np.asarray(1.0 / np.maximum(1.0, np.abs(self.response)))
-
-    @functools.cached_property
+    @property
     def mismatch(self) -> float:
         """The largest difference, in units of length, or of force over stiffness; not finite where the law is not."""
-        return float(max(np.abs(self.weight * self.off).max(), np.abs(self.held).max()))
-
-    @property
-    def differences(self) -> Array:
-        """All differences as one vector of real numbers."""
-        return np.concatenate([(self.weight * self.off).ravel().view(float), self.held])
+        return float(np.abs(self.differences).max())
 
 
 @dataclass(frozen=True)
@@ -230,15 +225,15 @@ class Balance:
                 share *= 0.25
                 after, count = self.at(now.torus.moved(share * way)), count + 1
             now = after
-        return Found(now.torus, now.force, now.off, now.held, now.response, count)
+        return replace(now, evaluations=count)
 
     def at(self, torus: Torus) -> Found:
         """Return a torus with its force."""
         velocity = torus.velocity() if self.has_rate else np.zeros(torus.grid)
         force = coefficients_of(self.force(torus.deflection(), velocity))
         response = self.lever.responses(torus.frequencies).sum(axis=0)
-        off = torus.z - self.answer(torus, response, force)
-        return Found(torus, force, off, self.misses(torus, force[TONES]), response)
+        off = weight_of(response) * (torus.z - self.answer(torus, response, force))
+        return Found(torus, force, response, np.append(off.ravel().view(float), self.misses(torus, force[TONES])))
 
     def misses(self, torus: Torus, force: Complexes) -> Array:
         """Return by how much the held numbers are missed, (6,), with coefficients of the force at the tones.
@@ -282,7 +277,7 @@ class _Linear:
 
     def __init__(self, balance: Balance, now: Found, exact: tuple[AnyArray, AnyArray]) -> None:
         self.balance, self.now, self.exact, self.has_rate = balance, now, exact, balance.has_rate
-        torus, tones = now.torus, now.force[TONES]
+        self.weight, torus, tones, held = weight_of(now.response), now.torus, now.force[TONES], now.differences[-6:]
         z, v = torus.deflection(), torus.velocity()
         force = balance.force(z, v)
         self.by_z = (balance.force(z + DIFFERENCE, v) - force) / DIFFERENCE
@@ -292,14 +287,13 @@ class _Linear:
             now.response
         ]
         answers = [balance.answer(*each, now.force) for each in zip(others, responses, strict=True)]
-        changes = [(torus.z - now.off - answer) / DIFFERENCE for answer in answers]
+        answered = balance.answer(torus, now.response, now.force)
+        changes = [(answered - answer) / DIFFERENCE for answer in answers]
         self.by_omega, self.by_numbers = changes[:2], np.array([change[exact] for change in changes]).T
-        self.held_by_numbers = np.array([(balance.misses(one, tones) - now.held) / DIFFERENCE for one in others]).T
+        self.held_by_numbers = np.array([(balance.misses(one, tones) - held) / DIFFERENCE for one in others]).T
         # held numbers by the real and imaginary parts of the force at the tones
         parts = DIFFERENCE * np.array([[1, 0], [0, 1], [1j, 0], [0, 1j]])
-        self.held_by_force = np.array(
-            [(balance.misses(torus, tones + part) - now.held) / DIFFERENCE for part in parts]
-        ).T
+        self.held_by_force = np.array([(balance.misses(torus, tones + part) - held) / DIFFERENCE for part in parts]).T
         self.factors = lu_factor(self._matrix(), check_finite=False)
 
     def step(self) -> Array:
@@ -323,7 +317,7 @@ class _Linear:
         force = np.concatenate([plain + conjugate, 1j * (plain - conjugate)], axis=1)
         tones = np.concatenate([force[(p == first) & (q == second)] for first, second in np.transpose(TONES)])
         moved = self.now.response[p, q, None] * force
-        weight = np.tile(self.now.weight[p, q], 2)[:, None]
+        weight = np.tile(self.weight[p, q], 2)[:, None]
         upper = np.hstack(
             [
                 np.eye(2 * count) - np.vstack([moved.real, moved.imag]),
@@ -340,9 +334,9 @@ class _Linear:
     def _conditioned(self, x: Array) -> Array:
         """Return the step by the matrix alone; other coefficients follow the force."""
         p, q = self.exact
-        z = x[:-6].view(complex).reshape(self.now.off.shape).copy()
+        z = x[:-6].view(complex).reshape(self.now.force.shape).copy()
         way = lu_solve(self.factors, np.concatenate([z[p, q].real, z[p, q].imag, x[-6:]]), check_finite=False)
-        z /= self.now.weight
+        z /= self.weight
         real, imaginary = np.split(way[:-6], 2)
         z[p, q] = real + 1j * imaginary
         z[-p[q == 0], 0] = z[p[q == 0], 0].conj()
@@ -362,4 +356,4 @@ class _Linear:
         off += first * self.by_omega[0] + second * self.by_omega[1]
         tones = pushed[TONES]
         held = self.held_by_force @ np.concatenate([tones.real, tones.imag]) + self.held_by_numbers @ way[-6:]
-        return np.concatenate([(self.now.weight * off).ravel().view(float), held])
+        return np.concatenate([(self.weight * off).ravel().view(float), held])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.inverse.bimodal import Contact, Observed, estimate, neglected
+from dforce.inverse.material import Contact, Observed, estimate, neglected
 
-A, K, F0 = 4e-9, (0.9, 28.0), (48.9e3, 282e3)
+A, K, F0 = 4e-9, np.array([0.9, 28.0]), np.array([48.9e3, 282e3])
 PHASE = np.pi * (np.arange(200_000) + 0.5) / 200_000
 
 
@@ -23,9 +23,14 @@ def prescribed(contact, E_eff, depth, tau=0.0):
     drive = K[0] * A * f1 / F0[0] / 100.0 + energy / (np.pi * A)
     f2 = F0[1] * np.sqrt(1.0 + np.mean(slope) / K[1])
     return Observed(
-        K, (100.0, 200.0), F0, (np.array([f1]), np.array([f2])), (np.array([A]), np.array([1e-14])), np.array([drive]),
+        K,
+        np.array([100.0, 200.0]),
+        F0,
+        np.array([[f1], [f2]]),
+        np.array([[A], [1e-14]]),
+        np.array([drive]),
         np.array([np.pi / 2.0]),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(
@@ -49,15 +54,15 @@ def test_each_shape_has_its_modulus_indentation_force_and_viscosity_back(contact
 
 def test_attraction_has_no_modulus():
     seen = prescribed(Contact.punch(5e-9), 1e7, 0.1e-9)
-    pulled = seen._replace(frequency=(np.array([0.999 * F0[0]]), np.array([0.999 * F0[1]])))
+    pulled = seen._replace(frequency=0.999 * F0[:, None])
     assert np.isnan(estimate(pulled, Contact.punch(5e-9)).E_eff).all()
 
 
 def test_answer_of_mode_2_to_harmonics_counts_most_where_one_falls_on_its_resonance():
     contact = Contact.paraboloid(20e-9)
     seen = prescribed(contact, 1e9, 0.2e-9)
-    tuned = seen._replace(f0=(F0[0], 6.0 * seen.frequency[0][0]))
-    off = seen._replace(f0=(F0[0], 6.5 * seen.frequency[0][0]))
+    tuned = seen._replace(f0=np.array([F0[0], 6.0 * seen.frequency[0, 0]]))
+    off = seen._replace(f0=np.array([F0[0], 6.5 * seen.frequency[0, 0]]))
     found = estimate(seen, contact)
     shares = [neglected(one, contact, found)["harmonics"][0] for one in (tuned, off)]
     assert shares[0] > 10.0 * shares[1]
