@@ -27,6 +27,7 @@ NEGLECTED = {
     "path": (0.05, "The force changes the path of mode 1 by {} of its amplitude"),
     "amplitude_2": (0.3, "The amplitude of tone 2 is {} of the indentation"),
     "indentation": (0.2, "The indentation is {} of the amplitude of tone 1"),
+    "signal": (0.002, "Other modes in the signal shift the free lock of tone 2 by {} from the resonance of mode 2"),
 }
 
 
@@ -77,7 +78,8 @@ def material(curve: xr.Dataset, model: Literal["hertz", "punch", "cone"] = "hert
         )
     contact, seen = _contact(case, model), _observed(curve, case)
     found = estimate(seen, contact)
-    shares = neglected(seen, contact, found)
+    shift = abs(seen.f0[1] / case.problem.modes[case.problem.tones[1].mode].f0 - 1.0)
+    shares = neglected(seen, contact, found) | {"signal": np.full(found.E_eff.shape, shift)}
     dims = curve["mean_deflection"].dims
     variables = {
         "E_eff": (dims, found.E_eff),
@@ -183,7 +185,8 @@ def neglected(seen: Observed, contact: Contact, found: Estimate) -> dict[str, Ar
         h = np.round(seen.f0[1] / f1) + beside
         r = h * f1 / seen.f0[1]
         pushed = 2.0 * (force * np.cos(h[..., None] * theta)).mean(axis=-1)
-        answer += np.abs(pushed / (seen.k[1] * (1.0 - r**2 + 1j * r / seen.Q[1])))
+        with np.errstate(invalid="ignore"):
+            answer += np.abs(pushed / (seen.k[1] * (1.0 - r**2 + 1j * r / seen.Q[1])))
     return {
         "harmonics": answer / found.indentation,
         "path": found.peak_force / (seen.k[0] * A),
@@ -204,18 +207,21 @@ def _contact(case: Case, model: str) -> Contact:
 
 
 def _observed(curve: xr.Dataset, case: Case) -> Observed:
-    """Return what the instrument shows; resonances are counted from the free lock of the signal."""
-    tones = case.problem.tones
+    """Return what the instrument shows: its resonances are at the free locks, and free motion in resonance lags by 90 degrees."""
+    tones, calibration = case.problem.tones, 1.0 + 0.0j
     modes = [case.problem.modes[tone.mode] for tone in tones]
     f0 = [mode.f0 for mode in modes]
     for j, (tone, mode) in enumerate(zip(tones, modes, strict=True)):
         if tone.lock is not None and "phase" in tone.lock.held:
             cot = 1.0 / math.tan(tone.lock.phase) / (2.0 * mode.Q)
             f0[j] = tone.frequency / (math.hypot(1.0, cot) - cot)
+        elif j == 0:  # the signal and the motion of the mode keep their ratio, as every force acts on all modes
+            calibration = complex(case.problem.free[0, tone.mode] / case.problem.detected_free[0])
     k, Q = (np.array([getattr(mode, name) for mode in modes]) for name in ("k", "Q"))
     names = ("drive_frequency", "amplitude", "drive_force", "phase")
     frequency, amplitude, drive, phase = (curve[name].transpose("tone", ...).values for name in names)
-    return Observed(k, Q, np.array(f0), frequency, amplitude, drive[0], np.radians(phase[0]))
+    amplitude = np.stack([abs(calibration) * amplitude[0], amplitude[1]])
+    return Observed(k, Q, np.array(f0), frequency, amplitude, drive[0], np.radians(phase[0]) - np.angle(calibration))
 
 
 def _advice(seen: Observed, shares: dict[str, Array]) -> list[Advice]:

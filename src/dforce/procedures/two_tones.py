@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from dforce.solvers.torus import Found as FoundTorus
     from dforce.solvers.transient import CancelCheck
 
-COARSE, MOST_PHASES = (512, 32), 16_384  # phases of both tones; of the first at most
+COARSE, MOST_PHASES = (512, 32), 8192  # phases of both tones; of the first at most
 FOUND = 1e-4  # of the accuracy asked for: mismatch of a torus that is found
 FAR = 2.0  # sums of the set points above the first distance: where an approach begins
 LONGEST, SHORTEST = 0.5, 1e-4  # of the first set point: steps along the distance
@@ -102,17 +102,18 @@ class TwoTones:
                 self.zc, self.torus, step = place, found.torus, 2.0 * step
                 continue
             step = 0.25 * min(step, abs(place - self.zc))
-            if step < SHORTEST * self.length:
-                return {}, Status.UNRESOLVED
+            if step < SHORTEST * self.length:  # a fold, as a rule
+                return {}, Status.NO_STATE
         return self._observed()
 
     def _observed(self) -> tuple[dict[str, Any], Status]:
         """Return the observables of the present torus, on a grid that is made finer until they meet the accuracy."""
         accuracy, balance = self.settings.accuracy, self.balance(self.zc)
-        values = self._values(balance.at(self.torus))
+        found = balance.at(self.torus)
+        values = self._values(found)
         while True:
             self.check_cancelled()
-            finer = balance.find(self.torus.on(2 * len(self.torus.z)), self.mismatch)
+            finer = balance.find(found.torus.finer(found.needs_second), self.mismatch)
             if not finer.mismatch <= self.mismatch:
                 return {}, Status.UNRESOLVED
             before, values = values, self._values(finer)
@@ -124,7 +125,7 @@ class TwoTones:
                 columns = {name: value[0] for name, value in values.items()} | {"error_estimate": error[0]}
                 columns[MOTION] = in_si(self.motion(finer), there)[0]
                 return without_failed(columns, became), next(status for status in Status if status == became)
-            self.torus = finer.torus
+            self.torus, found = finer.torus, finer
 
     def there(self, found: Torus) -> Problem:
         """Return the problem in amplitude modulation, at the frequencies and drives of a torus."""

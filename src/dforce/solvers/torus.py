@@ -113,10 +113,11 @@ class Torus(NamedTuple):
         moved = self.with_numbers(self.numbers - way[-6:])
         return moved._replace(z=self.z - way[:-6].view(complex).reshape(self.z.shape))
 
-    def on(self, phases: int) -> Torus:
-        """Return the torus on a grid with more phases of the first tone."""
-        z, half = np.zeros((phases, self.z.shape[1]), complex), len(self.z) // 2
-        z[:half], z[-half:] = self.z[:half], self.z[-half:]
+    def finer(self, second: bool) -> Torus:
+        """Return the torus on a grid with twice the phases of the first or the second tone."""
+        half, width = len(self.z) // 2, self.z.shape[1]
+        z = np.zeros((2 * half, 2 * width - 1) if second else (4 * half, width), complex)
+        z[:half, :width], z[-half:, :width] = self.z[:half], self.z[-half:]
         return self._replace(z=z)
 
     def deflection(self) -> Array:
@@ -177,6 +178,13 @@ class Found:
     response: Complexes
     differences: Array
     evaluations: int = 1
+
+    @property
+    def needs_second(self) -> bool:
+        """Whether the force is resolved worse along the phase of the second tone than along the first."""
+        size, first, second = np.abs(self.force), len(self.force) // 2, self.force.shape[1] - 1
+        first_tail = size[first - first // 4 : first + first // 4].sum()
+        return bool(size[:, second - second // 4 :].sum() > first_tail)
 
     @property
     def mismatch(self) -> float:
