@@ -39,6 +39,7 @@ COARSE, MOST_PHASES = (512, 32), 8192  # phases of both tones; of the first at m
 FOUND = 1e-4  # of the accuracy asked for: mismatch of a torus that is found
 FAR = 2.0  # sums of the set points above the first distance: where an approach begins
 LONGEST, SHORTEST = 0.5, 1e-4  # of the first set point: steps along the distance
+PASSED = 4097  # distances at which extremes of a force are looked for
 TRIED = 20  # computations of the force before a step is made shorter
 
 
@@ -72,6 +73,7 @@ class TwoTones:
         self.held = first_held, second_held
         self.mismatch = FOUND * (settings.accuracy or 1e-4)
         self.zc, self.torus = np.inf, self.balance(np.inf).free(COARSE, self.omega)
+        self.finest: FoundTorus | None = None
 
     def _held(self, j: int) -> Held:
         tone = self.problem.tones[j]
@@ -123,9 +125,9 @@ class TwoTones:
             if accuracy is None or error[0] <= accuracy or 2 * len(finer.torus.z) > MOST_PHASES:
                 [became] = graded(error, accuracy).tolist()
                 columns = {name: value[0] for name, value in values.items()} | {"error_estimate": error[0]}
-                columns[MOTION] = in_si(self.motion(finer), there)[0]
+                columns[MOTION], self.finest = in_si(self.motion(finer), there)[0], finer
                 return without_failed(columns, became), next(status for status in Status if status == became)
-            self.torus, found = finer.torus, finer
+            found = finer
 
     def there(self, found: Torus) -> Problem:
         """Return the problem in amplitude modulation, at the frequencies and drives of a torus."""
@@ -152,12 +154,16 @@ class TwoTones:
         row[measure.FIRST :: 2], row[measure.FIRST + 1 :: 2] = pairs.real, pairs.imag
         row[measure.Z], row[measure.F], row[measure.CONTACT] = z.mean(), force.mean(), share_below(d, there.a0)
         row[measure.F_Z], row[measure.F_V] = (force * z).mean() * self.length, (force * v).mean() * self.speed
-        row[measure.Z_MAX], row[measure.F_MAX], row[measure.V_MAX] = (
-            crest(z),
-            crest(force),
-            crest(np.abs(v)) * self.speed,
-        )
-        row[measure.Z_MIN], row[measure.D_MIN], row[measure.F_MIN] = -crest(-z), -crest(-d), -crest(-force)
+        low, high = -crest(-z), crest(z)
+        row[measure.Z_MIN], row[measure.Z_MAX], row[measure.D_MIN] = low, high, self.zc + self.length * low
+        row[measure.V_MAX] = crest(np.abs(v)) * self.speed
+        row[measure.F_MIN], row[measure.F_MAX] = -crest(-force), crest(force)
+        if not balance.has_rate:  # a function of the distance alone, of which the grid may miss a sharp end
+            kinks = np.clip((kernel.kink_distances(there) - self.zc) / self.length, low, high)
+            passed = self.force * balance.force(
+                way := np.append(np.linspace(low, high, PASSED), kinks), np.zeros_like(way)
+            )
+            row[measure.F_MIN], row[measure.F_MAX] = passed.min(), passed.max()
         numbers, tables = np.array([kernel.parameters(there, 0.0)]), kernel.tone_table(there)[None]
         values = finish_each(there, 0, row[None, None], np.ones(1), numbers, tables)
         frequency = np.array([[tone.frequency for tone in there.tones]])
@@ -182,16 +188,15 @@ class TwoTones:
 
 
 def crest(values: Array) -> float:
-    """Return the largest value of a function of two phases, by a parabola through the largest on the grid along each."""
+    """Return the largest value of a function of two phases, by a paraboloid around the largest on the grid."""
     i, j = np.unravel_index(int(np.argmax(values)), values.shape)
-    top = float(values[i, j])
-    for before, after in (
-        (values[i - 1, j], values[(i + 1) % len(values), j]),
-        (values[i, j - 1], values[i, (j + 1) % values.shape[1]]),
-    ):
-        bend = 2.0 * values[i, j] - before - after
-        top += float((after - before) ** 2 / (8.0 * bend)) if bend > 0.0 else 0.0
-    return top
+    near = values.take(range(i - 1, i + 2), 0, mode="wrap").take(range(j - 1, j + 2), 1, mode="wrap")
+    slope = 0.5 * np.array([near[2, 1] - near[0, 1], near[1, 2] - near[1, 0]])
+    along, across = near[2, 1] + near[0, 1] - 2.0 * near[1, 1], near[1, 2] + near[1, 0] - 2.0 * near[1, 1]
+    mixed = 0.25 * (near[2, 2] - near[2, 0] - near[0, 2] + near[0, 0])
+    if not (along < 0.0 and along * across > mixed**2):
+        return float(near[1, 1])
+    return float(near[1, 1] - 0.5 * slope @ np.linalg.solve([[along, mixed], [mixed, across]], slope))
 
 
 def share_below(d: Array, level: float) -> float:
@@ -217,7 +222,7 @@ def curve(
         report_progress(total, total, "")
     reference = [tone.frequency for tone in case.problem.tones]
     data = dataset(Layout([plan], plan.coords), [kept], case.problem)
-    data.attrs |= {"protocol": "quasi_static", "reference_frequency": reference, "phases": list(tori.torus.grid)}
+    data.attrs |= {"protocol": "quasi_static", "reference_frequency": reference, "phases": list(COARSE)}
     return data.assign_attrs(interrupted=1) if stop.came else data
 
 
@@ -228,5 +233,5 @@ def at_distance(
     tori, found = TwoTones(problem, settings, check_cancelled), Found.empty()
     columns, became = tori.at(zc)
     found.keep((0, 0), columns, became)
-    last = tori.balance(tori.zc).at(tori.torus)
+    last = tori.finest or tori.balance(tori.zc).at(tori.torus)
     return found, tori.there(last.torus), tori.motion(last)
