@@ -212,18 +212,19 @@ class Problem:
         for j, tone in enumerate(self.tones):
             if tone.lock is None:
                 continue
+
+            def response(frequency: float, j: int = j) -> complex:
+                return self.driven(frequency, 1.0, j).signal(j)
+
             self.refuse_changing_lever(f'drive.operation = "{tone.lock.operation}"')
             frequency = tone.frequency
             if "phase" in tone.lock.held:
-                frequency = free_lock(
-                    lambda f, j=j: self.driven(f, 1.0, j).signal(j), self.modes[tone.mode], tone.lock.phase
-                )
-            there = self.driven(frequency, 1.0, j)
-            found = found.driven(frequency, tone.A0 / abs(there.signal(j)), j)
+                frequency = free_lock(response, self.modes[tone.mode], tone.lock.phase)
+            found = found.driven(frequency, tone.A0 / abs(response(frequency)), j)
         return found
 
     def signal(self, tone: int) -> complex:
-        """Return the complex amplitude (m) that the lock-in of a tone reads without tip–sample forces, relative to the drive."""
+        """Return the complex amplitude (m) that a tone's lock-in reads without tip–sample forces, relative to the drive."""
         given = self.tones[tone]
         is_mode = given.lock is not None and given.lock.of_mode
         read = self.free[tone, given.mode] if is_mode else self.detected_free[tone]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
+from playwright.sync_api import expect
 from served import violations
 
 import dforce as df
@@ -64,6 +67,43 @@ def test_everything_can_be_done_with_the_keyboard_alone(window):
     page.get_by_role("button", name="Undo").focus()
     keyboard.press("Enter")
     window.shows(df.example("figure-3-water").replace("drive.A0", "8 nm"))
+
+
+def test_arrow_keys_go_along_a_curve_to_which_a_skip_link_leads(window):
+    page, keyboard = window.page, window.page.keyboard
+    result = df.run(window.start("figure-3-air"))
+    page.evaluate("() => document.activeElement.blur()")
+    focused = "(place) => document.activeElement.matches(place)"
+    for words, place in (("Skip to the sliders", ".df-slider input"), ("Skip to the chart", ".df-main .df-chart")):
+        link = page.locator(".df-skip", has_text=words)
+        link.focus()
+        assert link.bounding_box()["x"] > 0
+        keyboard.press("Enter")
+        page.wait_for_function(focused, arg=place)
+    said = page.locator(".df-main .df-chart [role=status]")
+    expect(said).to_contain_text("Arrow keys go along a curve")
+    for key, at in (
+        ("ArrowRight", 0),
+        ("ArrowRight", 1),
+        ("PageDown", 11),
+        ("ArrowLeft", 10),
+        ("End", -1),
+        ("Home", 0),
+    ):
+        keyboard.press(key)
+        one = result.isel(zc=at, tone=0, direction=0)
+        zc, amplitude = 1e9 * float(one["zc"]), 1e9 * float(one["amplitude"])
+        expect(said).to_contain_text(f"zc (nm): {zc:#.4g}, amplitude A (nm): {amplitude:#.4g}")
+    keyboard.press("PageDown")
+    for _ in range(3):  # retract, then the phase of both
+        keyboard.press("ArrowDown")
+    phase = float(result["phase"].isel(zc=10, tone=0, direction=1))
+    expect(said).to_contain_text(re.compile(rf"retract, .*phase lag φ \(°\): {phase:#.4g}"))
+    keyboard.press("Enter")
+    expect(page.get_by_role("region", name="motion at a point")).to_contain_text(
+        f"{1e9 * float(result['zc'][10]):.3g} nm"
+    )
+    assert violations(page) == []
 
 
 SCRIPT = "<img src=x onerror='window.hacked=1'><script>window.hacked=1</script>{{ 6*7 }} ${window.hacked=1}"

@@ -5,12 +5,15 @@ from __future__ import annotations
 import asyncio
 import dataclasses
 
+import pytest
 from simulated import element, send, until, window
 
 import dforce as df
 from dforce.gui.case.sliders import SliderElement
 from dforce.gui.document.document import Document, MeasuredData
+from dforce.gui.measured import at_field, fitting
 from dforce.gui.measured.at_field import FitAtField
+from dforce.inverse.fitting.typed import value_and_error
 
 
 def fits(user):
@@ -42,6 +45,15 @@ def test_every_number_of_the_active_forces_can_be_fitted_at_its_field_while_ther
             assert page.view.document.value(("fit", "free")) == []
 
     asyncio.run(flow())
+
+
+@pytest.mark.parametrize("name", ["hysteresis", "figure-3-water", "figure-4-soft"])
+def test_the_prior_shown_as_an_example_can_be_typed(name):
+    document = Document.of(df.example(name))
+    for row in fitting.rows(document):
+        value, error = value_and_error(row.name, at_field.example_of(row), document.case().quantity(row.name).unit)
+        meant = df.parse(row.value, document.case().quantity(row.name).unit)
+        assert value == pytest.approx(meant, rel=0.05) and error > 0.0
 
 
 def test_each_opening_has_a_slider_that_follows_what_is_typed_beyond_its_range(tmp_path):

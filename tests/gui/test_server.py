@@ -6,10 +6,14 @@ import importlib.util
 import ipaddress
 import os
 import socket
+import urllib.parse
+import urllib.request
 
 import pytest
+from served import served
 
 import dforce as df
+from dforce.gui.files.last_files import FOLDER, LastFiles
 from dforce.gui.window import server
 
 
@@ -116,3 +120,15 @@ def test_without_its_packages_the_command_says_what_to_install(monkeypatch, lack
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name in lacking else name)
     with pytest.raises(df.ParameterError, match=rf'the window needs {words}; run: pip install "dforce\[gui\]"'):
         gui()
+
+
+def test_a_file_named_at_the_start_is_among_the_last_files(tmp_path):
+    file = tmp_path / "my lever.toml"
+    df.save_case(df.example("figure-3-air"), file)
+    with served(tmp_path / "window", str(file)) as server:
+        opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+        address = f"{server.home}/?{urllib.parse.urlsplit(server.address).query}"
+        assert opener.open(address, timeout=60).status == 200
+        (folder,) = (tmp_path / "window" / "results").glob(f"*/{FOLDER}")
+        assert [one.name for one in LastFiles(folder).listed()] == ["my lever.toml"]
+        assert LastFiles(folder).take("my lever.toml") == file.read_bytes()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import asyncio
 import itertools
 import re
+from pathlib import Path
 
 import pytest
 from every import every
@@ -115,3 +117,31 @@ def test_run_with_a_mistake_says_why_nothing_is_run(tmp_path, monkeypatch, value
             assert page.view.session.job is None
 
     asyncio.run(flow())
+
+
+def templates(path):
+    """Give the sentences in the code of a file, with 1 in the place of what is filled in."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    documented = (ast.Module, ast.FunctionDef, ast.ClassDef)
+    docs = {ast.get_docstring(node, clean=False) for node in ast.walk(tree) if isinstance(node, documented)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant | ast.JoinedStr):
+            parts = [node] if isinstance(node, ast.Constant) else node.values
+            text = "".join(str(part.value) if isinstance(part, ast.Constant) else "1" for part in parts)
+            if text.count(" ") >= 5 and text not in docs:
+                yield text
+
+
+@pytest.mark.parametrize("name", ["hysteresis", "figure-6"])  # a lever with one mode, and with two
+def test_no_advice_has_words_of_the_file(name):
+    root, document = Path(df.__file__).parent, Document.of(df.example(name))
+    files = [
+        *(root / "validity").glob("*.py"),
+        root / "inverse" / "fitting" / "advice.py",
+        root / "findings" / "answer.py",
+    ]
+    sentences = [text for file in files for text in templates(file)]
+    assert len(sentences) > 50
+    for text in sentences:
+        said = with_labels(document, text)
+        assert not re.search(r"\b[a-z]+\.[a-zA-Z_]+|\[[a-z]+\]|[a-z]_[a-z]", said), said

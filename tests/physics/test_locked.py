@@ -258,3 +258,151 @@ def test_the_default_accuracy_is_kept_by_locked_states(row):
     assert int(curve["status"].values[0]) == 0
     for name, text in expected.items():
         assert value_of(curve, name) == pytest.approx(float(text), abs=1e-4 * scales.get(name, amplitude)), name
+
+
+def imbalance(curve, problem):
+    """Return by how much a mode's equation at its tone is missed, in units of the drive at resonance."""
+    mode, first = problem.modes[0], {"mode": 0, "tone": 0}
+    one = curve.isel(first)
+    A, phase = one["mode_amplitude"], np.radians(one["mode_phase"])
+    r, F0 = one["drive_frequency"] / mode.f0, one["drive_force"]
+    in_phase = mode.k * A * (1.0 - r**2) - F0 * np.cos(phase) - 2.0 * one["virial"] / A
+    quadrature = mode.k * A * r / mode.Q - F0 * np.sin(phase) + one["dissipated_energy"] / (np.pi * A)
+    return float(np.hypot(in_phase, quadrature).max() * mode.Q / (mode.k * problem.tones[0].A0))
+
+
+STIFF_LEVER = {"f0": "300 kHz", "k": "40 N/m", "Q": 400}
+FORCES = {
+    "memory": [{"model": "sls"}],
+    "a branch": [{"model": "jkr", "surface_energy": "0.02 J/m^2"}],
+    "a neck": [HERTZ, {"model": "capillary"}],
+}
+
+
+@pytest.mark.parametrize("forces", FORCES)
+@pytest.mark.parametrize("operation", ["fm", "pm"])
+def test_locked_states_obey_the_equation_of_motion_whatever_the_force_remembers(forces, operation):
+    asked = case(
+        STIFF_LEVER,
+        FORCES[forces],
+        "20 nm",
+        tip={"radius": "10 nm"},
+        sample=STIFF | {"youngs_modulus": "2 GPa"},
+        A0="20 nm",
+        operation=operation,
+    ).replace("experiment", {"kind": "approach", "zc": ["21 nm", "19 nm", "16 nm"], "direction": "both"})
+    curve = df.run(asked)
+    assert (curve["status"].values == 0).all()
+    assert imbalance(curve, asked.problem) < 2e-5
+
+
+def test_a_driven_base_is_locked_by_the_signal_of_the_detector():
+    asked = case(AIR | {"Q": 2}, [HERTZ], "4.5 nm", A0="5 nm", excitation="base")
+    curve = df.run(asked)
+    assert int(curve["status"].values[0]) == 0
+    assert float(curve["phase"].values[0, 0]) == pytest.approx(90.0, abs=1e-6)
+    assert float(curve["amplitude"].values[0, 0]) == pytest.approx(5e-9, rel=1e-8)
+    # the same motion in amplitude modulation, at the frequency and the base that were found
+    found = asked.replace("drive.operation", "am")
+    ratio = float(curve["drive_ratio"].values[0, 0])
+    base = ratio * asked.problem.tones[0].base
+    again = df.run(
+        found.replace(
+            "drive",
+            {"base_amplitude": base, "frequency": float(curve["drive_frequency"].values[0, 0]), "excitation": "base"},
+        )
+    )
+    for name in ("amplitude", "phase", "peak_force", "mean_deflection"):
+        np.testing.assert_allclose(again[name].values, curve[name].values, rtol=2e-4)
+
+
+def test_a_curve_in_fm_passes_through_the_bistable_range_of_tapping_without_a_jump():
+    asked = df.load_case("hysteresis").replace("drive.operation", "fm")
+    curve = df.run(asked).sel(direction="approach")
+    assert (curve["status"].values == 0).all()
+    within = (
+        curve.sel(zc=slice(19.11e-9, 19.79e-9))
+        if curve["zc"][0] < curve["zc"][-1]
+        else curve.sel(zc=slice(19.79e-9, 19.11e-9))
+    )
+    assert within.sizes["zc"] > 5
+    slopes = np.abs(np.diff(within["frequency_shift"].values[:, 0]))
+    assert slopes.max() < 3.0 * np.median(slopes) + 5.0  # Hz between neighbors
+    assert imbalance(within, asked.problem) < 1e-4
+
+
+def test_a_dwell_records_the_motion_that_is_locked():
+    dwell = df.run(case(AIR, [DMT], "9.5 nm", A0="10 nm").replace("experiment", {"kind": "dwell", "zc": "9.5 nm"}))
+    deflection = dwell["deflection"].values
+    assert np.ptp(deflection) / 2.0 == pytest.approx(float(dwell["half_peak_to_peak"]), rel=1e-3)
+    period = 1.0 / float(dwell["drive_frequency"].values[0])
+    steps = np.diff(dwell["time"].values)
+    assert steps[0] * dwell.attrs["samples_per_period"] == pytest.approx(period, rel=1e-9)
+    each = int(dwell.attrs["samples_per_period"])
+    np.testing.assert_allclose(deflection[:each], deflection[each : 2 * each], atol=1e-6 * 10e-9)
+
+
+def test_a_sweep_of_locked_curves_has_the_curves_of_its_cases():
+    asked = case(AIR, [DMT], "9.5 nm", A0="10 nm")
+    swept = df.sweep(asked, over={"sample.youngs_modulus": [0.1e9, 1e9]})
+    one = df.run(asked)
+    np.testing.assert_array_equal(swept["frequency_shift"].values[1], one["frequency_shift"].values)
+    assert swept["frequency_shift"].values[0, 0, 0] < swept["frequency_shift"].values[1, 0, 0]
+
+
+def test_states_at_a_frequency_shift_lie_on_the_curve():
+    zc = {"start": "12 nm", "stop": "9.4 nm", "points": 261}
+    asked = case(AIR, [DMT], "9.5 nm", A0="10 nm").replace("experiment", {"kind": "approach", "zc": zc})
+    states = df.at_set_point(df.run(asked), frequency_shift="-40 Hz")
+    assert states.sizes["crossing"] == 2
+    for at in states["zc"].values:
+        there = df.run(asked.replace("experiment", {"kind": "approach", "zc": [float(at)]}))
+        assert float(there["frequency_shift"].values[0, 0]) == pytest.approx(-40.0, abs=0.1)
+
+
+def test_a_drive_too_weak_for_the_sample_ends_the_state_and_says_so():
+    sticky, zc = FORCES["a branch"], {"start": "6 nm", "stop": "1 nm", "points": 26}
+    asked = case(STIFF_LEVER, sticky, "2 nm", A0="2 nm", tip={"radius": "10 nm"}, operation="ce_fm").replace(
+        "experiment", {"kind": "approach", "zc": zc}
+    )
+    curve = df.run(asked)
+    status = curve["status"].values[np.argsort(-curve["zc"].values)]
+    ended = status == 8
+    assert status[0] == 0 and ended.any()
+    assert (np.diff(ended.astype(int)) >= 0).all()  # and it does not come back
+    assert np.isnan(curve["amplitude"].values[curve["status"].values == 8]).all()
+
+
+REFUSED = {
+    "a frequency": ({"frequency": "49 kHz"}, "remove frequency"),
+    "no phase": ({"operation": "pm", "phase_set_point": "80 deg"}, "holds no phase"),
+    "a phase of 180 degrees": ({"phase_set_point": "180 deg"}, "not below 180 deg"),
+    "a signal without a lock": ({"operation": "am", "signal": "mode"}, "remove signal"),
+    "a base amplitude": ({"A0": None, "base_amplitude": "1 nm", "excitation": "base"}, "write A0 instead"),
+    "an unknown operation": ({"operation": "dam"}, "operation"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_a_lock_that_nothing_can_hold_is_refused_in_a_sentence(what):
+    given, words = REFUSED[what]
+    with pytest.raises(df.ParameterError, match=words):
+        case(AIR, [DMT], "9 nm", **({"A0": "10 nm"} | given))
+
+
+def test_what_does_not_suit_a_lock_is_refused_in_a_sentence():
+    asked = case(AIR, [DMT], "9.5 nm", A0="10 nm")
+    curve = df.run(asked)
+    grid = {"drive.A0": ["9 nm", "10 nm"], "sample.youngs_modulus": ["1 GPa", "2 GPa"]}
+    for attempt in (
+        lambda: df.branches(asked, zc=("12 nm", "9 nm")),
+        lambda: df.basins(asked, zc="9.5 nm"),
+        lambda: df.noise(curve, bandwidth="1 kHz"),
+        lambda: df.reconstruct(curve),
+        lambda: df.regimes(asked, over=grid, set_points=[0.8]),
+        lambda: asked.replace("solver.method", "transient"),
+        lambda: df.approach(asked, zc=["9.5 nm"], protocol="stepwise"),
+        lambda: df.dwell(asked, zc="9.5 nm", record="all"),
+    ):
+        with pytest.raises(df.ParameterError, match=r"drive\.operation"):
+            attempt()

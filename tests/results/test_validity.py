@@ -193,6 +193,11 @@ SPEAKS = {
             over(cantilever__Q=2, drive__excitation="base"), apparent_dissipated_energy=1e-15, total_dissipated_energy=0.0
         ),
     ],
+    "free_lock": [over(cantilever__Q=2, drive__operation="fm", drive__phase_set_point="75 deg")],
+    "harmonics_pull": [tapping(over(drive__operation="fm"), mean_force=1e-10, max_indentation=1e-10)],
+    "false_dissipation": [
+        tapping(over(cantilever__Q=2, drive__operation="fm"), dissipated_energy=1e-18, total_dissipated_energy=0.0),
+    ],
     "nominal_sample": [over(sample="polystyrene")],
     "ideal_higher_mode": [over(cantilever={"f0": 71e3, "k": 2.1, "Q": 100, "higher_modes": [{"Q": 300}]})],
     "nominal_lever": [over(cantilever={"name": "FMR", "Q": 100}), over(cantilever={"name": "FMR", "k": 2.1, "Q": 100})],
@@ -305,6 +310,15 @@ SILENT = {
     "apparent_dissipation": [
         tapping(over(cantilever__Q=2), apparent_dissipated_energy=1e-15, total_dissipated_energy=0.0),
         tapping(over(drive__excitation="base"), apparent_dissipated_energy=1e-22, total_dissipated_energy=0.0),
+    ],
+    "free_lock": [CALM, over(drive__operation="fm"), over(drive__operation="pm")],
+    "harmonics_pull": [
+        tapping(CALM, mean_force=1e-10, max_indentation=1e-10),
+        tapping(over(drive__operation="fm"), mean_force=1e-12, max_indentation=1e-9),
+    ],
+    "false_dissipation": [
+        tapping(over(cantilever__Q=2), dissipated_energy=1e-18, total_dissipated_energy=0.0),
+        tapping(over(cantilever__Q=2, drive__operation="fm"), dissipated_energy=1e-18, total_dissipated_energy=1e-18),
     ],
     "nominal_sample": [CALM, over(sample={"name": "polystyrene", "youngs_modulus": "2 GPa"})],
     "ideal_higher_mode": [

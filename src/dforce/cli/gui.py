@@ -58,6 +58,7 @@ def gui(
     source = None if case is None else open_source(case, [])
     over = source.result if source is not None and source.result is not None and is_explorable(source.result) else None
     opened = None if source is None else source.case if over is None else with_approach(source.case)
+    file = None if case is None or not Path(case).is_file() else Path(case)
     show = "window" if window else "browser" if browser else "no"
-    serve(Options(host=host, port=listening, show=show, case=opened, folder=folder, over=over))
+    serve(Options(host=host, port=listening, show=show, case=opened, file=file, folder=folder, over=over))
     return DONE

@@ -9,7 +9,7 @@ from dforce.core.errors import checked
 from dforce.core.notation import plain_math
 from dforce.core.units import parse_share, show
 from dforce.findings.others import fitted
-from dforce.findings.set_point import RATIO, SetPointState, states_at, why_none
+from dforce.findings.set_point import RATIO, SHIFT, SetPointState, states_at, why_none
 from dforce.findings.summary import summary
 from dforce.results.curves import goes_along, row_of
 from dforce.results.kinds import is_kind, swept
@@ -51,7 +51,7 @@ def answer_with(result: xr.Dataset, share: float, states: xr.Dataset | None = No
         return _of_fit(result)
     along = goes_along(result)
     row = row_of(result, along) if along else ""
-    if along != "zc" or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
+    if along != "zc" or SHIFT in result or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
         return " ".join(
             f"{line.label[0].upper()}{line.label[1:]}: {line.text}." for line in summary(result)[:MOST_LINES]
         )

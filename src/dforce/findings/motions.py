@@ -16,7 +16,7 @@ from dforce.findings.finding import Finding, finding, number
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
 from dforce.findings.set_point import RATIO, SetPointState, regime, states_at
 from dforce.results.curves import goes_along
-from dforce.results.kinds import swept
+from dforce.results.kinds import LOCKED, swept
 from dforce.results.significance import is_none, scaled
 from dforce.results.status import Status, count_status
 
@@ -52,6 +52,8 @@ def _unit(variable: xr.DataArray) -> str:
 DWELL = (
     "amplitude",
     "phase",
+    "frequency_shift",
+    "drive_ratio",
     "mean_deflection",
     "half_peak_to_peak",
     "peak_force",
@@ -112,14 +114,17 @@ def frequency_sweep(dataset: xr.Dataset) -> Iterator[Finding]:
 def _curve(sweep: xr.Dataset, name_along: str, way: str) -> Iterator[Finding]:
     along = sweep[name_along]
     free = free_amplitudes(sweep)
+    held = str(sweep.attrs.get("held", "")).split()
+    shown = [name for number, name in LOCKED.items() if number not in held] if held else ["amplitude", "phase"]
     for index, tone in enumerate(sweep["tone"].values if "tone" in sweep else ()):
         one = sweep.sel(tone=tone)
         tag = f", tone {tone}" if sweep.sizes["tone"] > 1 else ""
         if index < len(free):
-            yield finding(f"free_amplitude_tone{tone}", f"free amplitude{tag}", free[index], "m", way)
-        for name, label in (("amplitude", "amplitude"), ("phase", "phase lag")):
-            if name in sweep:  # one case of a sweep may keep neither
-                yield _range(one[name], f"{name}_tone{tone}", label + tag, way)
+            label = "amplitude set point" if "amplitude" in held else "free amplitude"
+            yield finding(f"free_amplitude_tone{tone}", label + tag, free[index], "m", way)
+        for name in shown:
+            if name in sweep:  # one case of a sweep may keep none
+                yield _range(one[name], f"{name}_tone{tone}", _label(sweep[name]) + tag, way)
     if name_along in sweep.dims and ("amplitude" in sweep or "amplitude_ratio" in sweep):
         found = jumps(sweep, way)
         texts = [f"{number(jump.at, _unit(along), str(along.name))}{_change(sweep, jump)}" for jump in found[:3]]

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.arrays import AnyArray
-from dforce.core.errors import ParameterError, checked, nearest
-from dforce.core.units import parse_share
+from dforce.core.errors import ParameterError, UnitError, checked, nearest
+from dforce.core.units import parse, parse_share
 from dforce.findings.jumps import jumps_of_all
 from dforce.results.curves import by_case, drawable, goes_along, row_of
 from dforce.results.dataset import COLUMN_DIMS
@@ -22,13 +22,18 @@ from dforce.results.status import check_computed, repeats
 if TYPE_CHECKING:
     import xarray as xr
 
-RATIO = "amplitude_ratio"
+RATIO, SHIFT = "amplitude_ratio", "frequency_shift"
 HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
 
 
 @checked
-def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collection[str] | None = None) -> xr.Dataset:
-    r"""Return the states of curves at a ratio of the first tone's amplitude to its free amplitude.
+def at_set_point(
+    result: xr.Dataset,
+    set_point: float | str = 0.8,
+    names: Collection[str] | None = None,
+    frequency_shift: float | str | None = None,
+) -> xr.Dataset:
+    r"""Return the states of curves at a ratio of the first tone's amplitude to its free amplitude, or at a frequency shift.
 
     .. math:: A / A_0 = \text{set point}
 
@@ -44,6 +49,8 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
         The share :math:`A / A_0`, above 0 and at most 1: 0.8 or ``"80 %"``.
     names
         Names of the quantities; default: all along the curves.
+    frequency_shift
+        Frequency shift (Hz, or text with a unit) that the feedback holds in FM-AFM, instead of the ratio.
 
     Returns
     -------
@@ -58,6 +65,14 @@ def at_set_point(result: xr.Dataset, set_point: float | str = 0.8, names: Collec
         When the result has no points, is not a curve with an amplitude ratio, or lacks a quantity, and when the set point is
         not such a share.
     """
+    if frequency_shift is not None:
+        if SHIFT not in result:
+            raise ParameterError('this result has no frequency shift; at_set_point needs drive.operation = "fm" for it')
+        try:
+            shift = parse(frequency_shift, "Hz")
+        except UnitError as error:
+            raise UnitError(f"frequency_shift {error}") from None
+        return _states(result, SHIFT, shift, names).assign_attrs(frequency_shift=shift)
     set_point = parse_share(set_point, "set_point")
     return _states(result, RATIO, set_point, names).assign_attrs(set_point=set_point)
 
@@ -277,6 +292,7 @@ class _Crossings:
         """Find the states at which the quantity `met` has a value."""
         of_branches = "branch" in result
         above, status = (by_case(result, name, row, over) for name in (met, "status"))
+        above = above[..., 0] if above.ndim > status.ndim else above  # of several tones the first
         above = np.where(repeats(status), above - value, np.nan)
         x = result.variables[along].values
         order = np.arange(len(x)) if of_branches else np.argsort(x, kind="stable")

@@ -192,10 +192,8 @@ class Drive(Operated):
 
     @pydantic.model_validator(mode="after")
     def _one_description(self) -> Self:
-        usual = Tone(A0=1e-9)
-        single = [
-            name for name in self.ways["one tone"] if getattr(self, name) not in (None, getattr(usual, name, None))
-        ]
+        usual = vars(Tone(A0=1e-9)) | {"A0": None}
+        single = [name for name in self.ways["one tone"] if getattr(self, name) != usual[name]]
         if self.tones and single:
             raise ParameterError(f"drive has both {single[0]} and tones; write only one of them")
         if not self.tones and self.base_amplitude is None:

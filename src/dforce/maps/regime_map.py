@@ -195,7 +195,8 @@ def free_parameter_of(axes: Sequence[Axis], shares: Array) -> FreeParameter:
 
 
 def refuse_others(case: Case) -> None:
-    """Raise ParameterError for a lever that changes, tones without a common period, and transients."""
+    """Raise ParameterError for a lever that changes, a lock, tones without a common period, and transients."""
+    case.problem.refuse_lock("a search for operating points")
     case.problem.refuse_changing_lever("a search for operating points")
     if common_period([tone.frequency for tone in case.problem.tones]) is None:
         raise ParameterError(

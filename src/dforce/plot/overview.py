@@ -12,7 +12,7 @@ from dforce.plot._style import head, new_figure
 from dforce.plot.distances import amplitude_phase, curves
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
-from dforce.results.kinds import NO_RESULT, known_kind
+from dforce.results.kinds import LOCKED, NO_RESULT, known_kind
 from dforce.results.status import check_computed
 
 LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
@@ -46,6 +46,8 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
 def approach(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.Dataset | None = None) -> list[Axes]:
     """Draw amplitude and phase of every tone, the forces and the energies against the distance.
 
+    Under a lock the two numbers that it does not hold take the place of amplitude and phase.
+
     Raises
     ------
     ParameterError
@@ -58,7 +60,13 @@ def approach(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     figure = new_figure(figure, 4.4 * (len(tones) + 1), 6.0)
     columns = figure.subfigures(1, len(tones) + 1, squeeze=False)[0]
     axes: list[Axes] = []
+    held = str(dataset.attrs.get("held", "")).split()
     for tone, column in zip(tones, columns, strict=False):
+        if held:
+            shown = [dataset[name].sel(tone=tone) for number, name in LOCKED.items() if number not in held]
+            for host, one in zip(column.subplots(len(shown), 1, sharex=True), shown, strict=True):
+                axes += curves(host, [one], dataset, states, states_named=False)
+            continue
         axes += amplitude_phase(dataset, tone, column, states)
         axes[-2].set_title(f"tone {tone}" if len(tones) > 1 else "", fontsize="medium")
     upper, lower = columns[-1].subplots(2, 1, sharex=True)

@@ -73,6 +73,7 @@ def curve(
         "samples_per_period": locked.block.points,
         "protocol": "quasi_static",
         "reference_frequency": locked.reference,
+        "held": " ".join(locked.lock.held),
     }
     return data.assign_attrs(interrupted=1) if stop.came else data
 
@@ -121,7 +122,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     if not len(there):
         return {}, became
     states, accuracy = found.take(there), locked.block.settings.accuracy
-    # errors are shares of what the free lock has: at the frequency found the same drive may move a free lever by next to nothing
+    # errors are shares of what the free lock has: at the frequency found the same drive may hardly move a free lever
     at_free_lock = np.full(len(there), locked.reference), np.ones(len(there))
     numbers, tones = locked.block.tables_driven(states.zc, *at_free_lock)
     values = measured(locked, states, 1)

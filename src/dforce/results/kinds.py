@@ -49,7 +49,10 @@ class Picture:
 
 
 AMPLITUDE_AND_PHASE, DENSITIES = ("amplitude", "phase"), ("spectral_density", "fitted_density")
+# what each number that a lock may hold is called in a result
+LOCKED = {"frequency": "frequency_shift", "drive": "drive_ratio", "amplitude": "amplitude", "phase": "phase"}
 OF_CURVES = (
+    Picture("", ("frequency_shift", "drive_ratio"), title="frequency shift and excitation"),
     Picture("", AMPLITUDE_AND_PHASE, title="amplitude and phase"),
     Picture("", ("peak_force", "min_force"), title="forces"),
     Picture("", ("max_indentation", "contact_time"), title="contact"),

@@ -34,7 +34,10 @@ class Status(enum.IntEnum):
     UNRESOLVED = 5, "the force is too steep for the samples; this point has no result"
     INACCURATE = 6, "the motion settled, but its numbers are less accurate than solver.accuracy"
     BROKEN = 7, "these cases ended with an error; see `notes`"
-    NO_STATE = 8, "no stable state has the values that the controllers hold; this point has no result"
+    NO_STATE = (
+        8,
+        "the locked state ended before this point, at a fold or because the drive is too weak; this point has no result",
+    )
 
     @property
     def meaning(self) -> str:

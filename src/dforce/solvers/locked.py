@@ -82,7 +82,8 @@ class LockedStates(NamedTuple):
 
     def take(self, which: Indices | Bools) -> LockedStates:
         """Return some of them."""
-        return LockedStates(*(part[which] for part in self))
+        zc, unknowns, branch, matrix, good = self
+        return LockedStates(zc[which], unknowns[which], branch[which], matrix[which], good[which])
 
 
 class Locked:
@@ -146,7 +147,7 @@ class Locked:
         block, at, ratio = self.finer(times), self.frequency(unknowns), self.drive(unknowns)
         before = self.motions(unknowns, branch)
         after, rows = block.driven(zc, before, at, ratio, wanted)
-        base = np.zeros(len(zc))
+        base = np.zeros(len(zc), dtype=complex)
         if self.problem.shaken is not None:
             base = kernel.base_of(block.tables_driven(zc, at, ratio)[1])[:, 0]
         signal = held_signal(block.batch.example, rows[:, 0], base, self.lock.of_mode)
@@ -259,7 +260,7 @@ class Locked:
             left = abs(stop - last.zc)
             length = left if step > 0.7 * left else step
             to = stop if length == left else last.zc + math.copysign(length, stop - last.zc)
-            predicted = cubic(*anchors[-2:], to) if len(anchors) > 1 else last.unknowns + (to - last.zc) * last.slope
+            predicted = cubic(anchors[-2:], to) if len(anchors) > 1 else last.unknowns + (to - last.zc) * last.slope
             found = self.newton(np.array([to]), predicted[None], last.branch[None], rough=True)
             astray = float(np.abs(found.unknowns[0] - predicted).max())
             if not (found.good[0] and astray < ASTRAY and self.is_stable(found)[0]):
@@ -276,9 +277,7 @@ class Locked:
         sign = 1.0 if anchors[-1].zc > anchors[0].zc else -1.0
         places = np.array([sign * one.zc for one in anchors])
         after = np.clip(np.searchsorted(places, sign * zc), 1, len(anchors) - 1)
-        guess = np.array(
-            [cubic(*anchors[i - 1 : i + 1], at) for i, at in zip(after.tolist(), zc.tolist(), strict=True)]
-        )
+        guess = np.array([cubic(anchors[i - 1 : i + 1], at) for i, at in zip(after.tolist(), zc.tolist(), strict=True)])
         matrix, branch = (np.array([getattr(one, name) for one in anchors]) for name in ("matrix", "branch"))
         share = ((zc - sign * places[after - 1]) / (sign * (places[after] - places[after - 1])))[:, None, None]
         found = self.newton(zc, guess, branch[after - 1], (1.0 - share) * matrix[after - 1] + share * matrix[after])
@@ -305,8 +304,8 @@ class Locked:
         return found, anchors[-1]
 
     def measured(self, found: LockedStates, times: int) -> Array:
-        """Move states to where they are with so many times the samples, and return what is measured, (states, periods, columns)."""
-        step = np.inf
+        """Move states to where they are with so many times the samples; return what is measured, (states, periods, columns)."""
+        step: Array = np.full(1, np.inf)
         for _ in range(MOST_STEPS):
             if times == 1 or not np.abs(step).max(initial=0.0) > self.near:
                 break
@@ -316,8 +315,9 @@ class Locked:
         return self.march(found.zc, found.unknowns, found.branch, times, ALL)[2]
 
 
-def cubic(first: Anchor, second: Anchor, zc: float) -> Array:
+def cubic(pair: list[Anchor], zc: float) -> Array:
     """Return the unknowns at a distance, on the cubic with the values and the slopes of two states."""
+    first, second = pair
     span = second.zc - first.zc
     t = (zc - first.zc) / span
     out = first.unknowns + t * t * (3.0 - 2.0 * t) * (second.unknowns - first.unknowns)
@@ -329,7 +329,7 @@ def solved(matrix: Array, side: Array) -> Array:
     with contextlib.suppress(np.linalg.LinAlgError):
         return np.asarray(np.linalg.solve(matrix, side[:, :, None])[:, :, 0])
     out = np.full(side.shape, np.nan)
-    regular = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(side).all(axis=1)
+    regular = np.asarray(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(side).all(axis=1))
     regular[regular] = np.abs(np.linalg.det(matrix[regular])) > 0.0
     out[regular] = np.linalg.solve(matrix[regular], side[regular, :, None])[:, :, 0]
     return out

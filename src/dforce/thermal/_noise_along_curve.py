@@ -73,6 +73,7 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
     if MOTION not in curve.variables:
         raise ResultError("this result contains no motions, needed for the noise; compute it again")
     case = case_of(curve)
+    case.problem.refuse_lock("the noise along a curve")
     band, count = lock_in_of(case.problem, bandwidth, poles)
     kept = [
         name for name in (MOTION, REPEATS, MULTIPLIERS, "amplitude", "phase", "status", "zc") if name in curve.variables

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, checked
 from dforce.results.kinds import swept
-from dforce.validity import contact, drive, dynamics, inputs, long_range, noise, sampling, states
+from dforce.validity import contact, drive, dynamics, inputs, locks, long_range, noise, sampling, states
 from dforce.validity._advice import Advice, Advices, advice_in, attributes
 from dforce.validity._evidence import Evidence
 
@@ -26,6 +26,7 @@ PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
     *contact.PIECES,
     *long_range.PIECES,
     *drive.PIECES,
+    *locks.PIECES,
     *dynamics.PIECES,
     *states.PIECES,
     *noise.PIECES,

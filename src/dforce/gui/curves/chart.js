@@ -2,6 +2,8 @@
 const NARROW = 320; // px, below which titles of axes are smaller
 const MEASURED = /^(fit|measured|residual) /, STATES = /^states /; // what is drawn beside the curves of results
 const FREE = 600, GHOST = 6000; // ms after the hand is off until the axes follow again, and until the ghost goes
+const WALKED = (meta) => !["jump", "ghost"].includes(meta) && !MEASURED.test(meta ?? "") && !STATES.test(meta ?? "");
+const known = (trace) => [...trace.x.keys()].filter((n) => Number.isFinite(trace.x[n]) && Number.isFinite(trace.y[n]));
 let plotly = null;
 
 function load(url) {
@@ -71,12 +73,14 @@ const isDark = () => document.body.classList.contains("body--dark");
 
 export default {
   template: `
-    <div class="df-chart" :class="{stale}" role="figure" :aria-label="label" :data-revision="revision" tabindex="-1">
+    <div class="df-chart" :class="{stale}" role="figure" :aria-label="label" :data-revision="revision"
+         :tabindex="walks ? 0 : -1" @focus="said = walks ? KEYS : ''" @keydown="walk">
       <div ref="plot" class="df-plot"></div>
+      <p v-if="walks" class="df-hidden" role="status">{{ said }}</p>
     </div>`,
-  props: { library: String, label: { default: "" }, holds: Boolean },
+  props: { library: String, label: { default: "" }, holds: Boolean, walks: Boolean },
   data() {
-    return { revision: 0, stale: false };
+    return { revision: 0, stale: false, said: "", KEYS: "Arrow keys go along a curve and to the next one. Enter chooses the point." };
   },
   async mounted() {
     this.figure = null;
@@ -125,6 +129,26 @@ export default {
       }
       this.revision = revision;
       return revision;
+    },
+    // Arrow keys go along a curve, and up and down to the next one; Enter is a click.
+    walk(event) {
+      const plot = this.$refs.plot, along = { ArrowLeft: -1, ArrowRight: 1, PageUp: -10, PageDown: 10, Home: -1e9, End: 1e9 }[event.key];
+      const across = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+      if (!this.walks || !this.drawn || event.target !== this.$el || !(along || across || event.key === "Enter")) return;
+      const curves = plot._fullData.filter((trace) => trace.visible === true && trace.mode === "lines" && WALKED(trace.meta) && known(trace).length);
+      if (!curves.length) return;
+      event.preventDefault();
+      const before = curves.findIndex((trace) => trace.index === this.at?.curve);
+      const trace = curves[Math.min(Math.max(Math.max(before, 0) + (before < 0 ? 0 : across ?? 0), 0), curves.length - 1)];
+      const points = known(trace), near = (x) => points.reduce((best, n) => (Math.abs(trace.x[n] - x) < Math.abs(trace.x[best] - x) ? n : best));
+      const here = before < 0 ? -1 : points.indexOf(trace.index === this.at.curve ? this.at.point : near(this.at.x));
+      const point = points[Math.min(Math.max(here + (along ?? (before < 0 ? 1 : 0)), 0), points.length - 1)];
+      const [x, y] = [trace.x[point], trace.y[point]];
+      this.at = { curve: trace.index, point, x };
+      window.Plotly.Fx.hover(plot, [{ curveNumber: trace.index, pointNumber: point }], [trace.xaxis + trace.yaxis]);
+      const words = (axis) => (plot._fullLayout[axis[0] + "axis" + axis.slice(1)].title.text ?? "").replace(/<[^>]*>/g, "");
+      this.said = `${trace.name}, ${words(trace.xaxis)}: ${x.toPrecision(4)}, ${words(trace.yaxis)}: ${y.toPrecision(4)}`;
+      if (event.key === "Enter") this.$emit("point", { revision: this.revision, curve: trace.index, index: point, x, y, id: trace.meta });
     },
     // of all points at one place across, which a unified hover gives, the one of the curve that was clicked
     nearest({ points, event }) {

@@ -57,7 +57,8 @@ class Chart(ui.element, component="chart.js"):
     label
         What it shows, for screen readers.
     on_point
-        Called when a curve is clicked, with `curve` and `index` (counted from 0), `x`, `y`, and the curve's `id`.
+        Called when a curve is clicked, or a point of it chosen with arrow keys and Enter, with `curve` and `index` (counted
+        from 0), `x`, `y`, and the curve's `id`.
     on_limit
         Called when the first shape of a figure with `drag` was dragged, with its place upward.
     holds
@@ -72,7 +73,7 @@ class Chart(ui.element, component="chart.js"):
         holds: bool = False,
     ) -> None:
         super().__init__()
-        self.props.update(library=LIBRARY, label=label, holds=holds)
+        self.props.update(library=LIBRARY, label=label, holds=holds, walks=on_point is not None)
         self.revision = 0
         self._drawing: asyncio.Task[None] | None = None
         self._there: dict[str, Any] | None = None  # the figure that the browser has drawn

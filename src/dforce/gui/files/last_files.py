@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import datetime
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ import dforce as df
 from dforce.core.errors import shorten
 from dforce.gui.document.store import why
 
+FOLDER = "last"  # in that of a session
 MOST = 6
 MOST_BYTES = 100_000_000  # of all of them
 LONGEST = 180  # bytes of a name; a longer one keeps its end
@@ -91,6 +93,13 @@ class LastFiles:
 
     def _paths(self) -> list[Path]:
         return sorted(self.folder.glob("file-*"), key=lambda path: path.stat().st_mtime, reverse=True)
+
+
+def list_opened(session: Path, file: Path) -> None:
+    """List a file of this computer that was named at the start; one that is gone or too large is not listed. Blocking."""
+    with contextlib.suppress(OSError, df.ResultError):
+        if file.stat().st_size <= MOST_BYTES:
+            LastFiles(session / FOLDER).keep(file.read_bytes(), file.name)
 
 
 def _name_of(path: Path) -> str:

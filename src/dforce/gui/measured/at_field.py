@@ -76,7 +76,7 @@ class FitAtFields:
                 note=with_labels(document, as_sentence(failed) if row.name in failed else note),
                 stale=stale,
                 prior=str(prior_of(document, row)[1] or ""),
-                example=_example(row),
+                example=example_of(row),
             )
 
     def _row(self, path: Path) -> ParameterRow | None:
@@ -101,7 +101,10 @@ def prior_of(document: Document, row: ParameterRow) -> tuple[str, object]:
     return (str(names[0]), given[names[0]]) if names else (row.name, None)
 
 
-def _example(row: ParameterRow) -> str:
-    """Return a prior as it is typed: the value with an error in brackets."""
+def example_of(row: ParameterRow) -> str:
+    """Return a prior as it is typed: the value with the error of its last digit in brackets."""
     number, _, unit = row.value.partition(" ")
-    return f"{number}({'0.1' if '.' in number else '1'}) {unit}".strip()
+    try:
+        return f"{float(f'{float(number):.2g}'):g}(1) {unit}".strip()
+    except ValueError:  # typed halfway
+        return "180(4)"

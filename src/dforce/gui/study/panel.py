@@ -14,6 +14,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
+from dforce.findings.set_point import states_meant
 from dforce.gui.case.fields import name_of, within_sentence
 from dforce.gui.case.values import ParameterRow
 from dforce.gui.case.words import KEY, in_words, with_labels
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DIGITS = 6
+MEANT = "Drawn are {}. “All states” adds those that no approach meets."
 ENDS = {"low": "50 %", "high": "95 %"}  # of the set point, as suggested
 
 
@@ -176,6 +178,8 @@ class Explorer(Panel):
         shown: dict[str, Any] = {"title": self._title(), "here": self._computed(), "axes": words(axes)}
         shown |= {"quantities": words(explore.quantities(result)), "few": len(explore.FIRST)}
         found = str(result.attrs.get("findings", "")).splitlines()
+        if self._computed() and "plan_over" not in result.attrs:  # a plan says so itself
+            found.append(MEANT.format(states_meant(result)))
         shown |= {"found": [_in_labels(with_labels(self.view.document, line)) for line in found]}
         shown |= {"quantity": choice.quantity, "x": choice.x, "y": choice.y, "slices": slices}
         shown |= {

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nicegui import app, ui
+from nicegui.elements.mixins.text_element import TextElement
 from starlette.requests import Request
 
 import dforce as df
@@ -22,6 +23,7 @@ from dforce.gui.document.document import FIRST, Document
 from dforce.gui.document.session import Session
 from dforce.gui.document.store import Store
 from dforce.gui.files.file_menu import FileMenu
+from dforce.gui.files.last_files import list_opened
 from dforce.gui.measured.at_field import FitAtFields
 from dforce.gui.study.parameter_study import Over
 from dforce.gui.window.address import Address
@@ -40,6 +42,8 @@ if TYPE_CHECKING:
 FORGOTTEN = 3600.0  # s after which a session that no page shows is only kept in the storage
 ANSWERED_WITHIN = 60.0  # s that a browser of a busy computer has to answer
 HERE = Path(__file__).parent
+SKIPS = {"Skip to the sliders": ".df-slider input[type=range]", "Skip to the chart": ".df-main .df-chart"}
+SKIP = "(event) => { event.preventDefault(); document.querySelector(PLACE)?.focus(); }"
 SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
 
 
@@ -49,6 +53,7 @@ def register(
     limits: Limits = ALONE,
     over: xr.Dataset | None = None,
     classroom: Classroom | None = None,
+    file: Path | None = None,
 ) -> None:
     """Make the page known to the server.
 
@@ -64,6 +69,8 @@ def register(
         A result over parameters that each session looks at first.
     classroom
         The class that the server is open to; None where it is for one person.
+    file
+        The file that the document is from, which is listed among the last files of each session.
     """
     sessions: dict[str, Session] = {}
     app.add_static_files(local_directory=HERE / "pictures", url_path="/assets/pictures", max_cache_age=3600)
@@ -82,6 +89,8 @@ def register(
                 sessions[name].document, sessions[name].fresh = document, False
             if over is not None:
                 sessions[name].study.take(Over(over))
+            if file is not None:
+                list_opened(sessions[name].results.folder, file)
         return sessions[name]
 
     @app.on_startup
@@ -126,6 +135,9 @@ class Page:
         self.view = View(session)
         self.dark = dress()
         ui.add_body_html(f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script>")
+        for words, place in SKIPS.items():
+            link = TextElement(tag="a", text=words).classes("df-skip").props('href="#"')
+            link.on("click", js_handler=SKIP.replace("PLACE", json.dumps(place)))
         with ui.element("header").classes("df-header"):
             self._header()
             if classroom is not None:

@@ -67,6 +67,8 @@ class Options:
         How to show it: "browser", "window" (without a browser's bars) or "no".
     case
         A case to open, None for where the last visit ended.
+    file
+        The file that the case is from; the first page lists it among the last files.
     folder
         Where documents and results are kept; None for the user's data folder.
     over
@@ -77,6 +79,7 @@ class Options:
     port: int | None = None
     show: str = "browser"
     case: df.Case | None = None
+    file: Path | None = None
     folder: Path | None = None
     over: xr.Dataset | None = None
 
@@ -136,7 +139,8 @@ def serve(options: Options) -> None:
     code = "" if alone else classroom.new_code()
     short = f"{_named(options.host)}:{port}/{code}"
     guests = None if alone else classroom.Classroom(f"http://{short}", SHARED)
-    pages.register(folder, document, ALONE if alone else SHARED, options.over, guests)
+    file = options.file if alone else None
+    pages.register(folder, document, ALONE if alone else SHARED, options.over, guests, file)
     app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts, code=code)
     joining = "" if alone else f"A class joins at {short}. Page of who is there: button Class."
     told = threading.Thread(

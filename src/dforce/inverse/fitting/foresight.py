@@ -92,6 +92,7 @@ def identify(
     ParameterError
         As in :func:`dforce.fit` for the parameters, and for distances without any state.
     """
+    case.problem.refuse_lock("a fit")
     names = tuple(free) if free is not None else (case.fit.free if case.fit is not None else ())
     if not names:
         raise ParameterError('free must name the parameters to fit, such as ["sample.youngs_modulus"]')

@@ -129,6 +129,7 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, report_progress: Progres
         settings.branch, settings.margin, settings.errors, use.get("height"), str(use.get("direction", ""))
     )
     read = measured(data, reading)
+    case.problem.refuse_lock("a fit")
     if read.tones > len(case.problem.tones):
         raise ParameterError(f"the curve has tone {read.tones}, but the case has only {len(case.problem.tones)} tone")
     nuisance, priors = usual_nuisance(case, settings, read), dict(settings.priors)

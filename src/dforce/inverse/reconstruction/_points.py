@@ -192,6 +192,7 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     if case is not None:
         raise ParameterError("a result contains its case; pass no case")
     case = case_of(data)
+    case.problem.refuse_lock("the reconstruction of a force")
     dims = set(data["amplitude"].dims) - {"tone"} if "amplitude" in data else set()
     if "zc" in data.dims and dims - {"direction"} == {"zc"}:
         walk = data.stack(place=[str(dim) for dim in ("direction", "zc") if dim in data.dims], create_index=False)

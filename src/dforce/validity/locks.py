@@ -1,0 +1,86 @@
+"""Where a frequency shift or an excitation under a lock means something else than the usual formulas say."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dforce.validity._advice import Advice, percent, shown
+from dforce.validity._evidence import Evidence
+
+PULL = 0.05  # of the indentation, or of a0 where that is less: by which harmonics move the turning point
+FALSE = 0.1  # of the energy that a mode loses: what harmonics take to the medium
+OFF = 0.1  # of the width of the resonance: distance of the free lock from f0
+DERIVED = "the Fourier components of the equation of motion of a mode"
+
+
+def free_lock(seen: Evidence) -> Advice | None:
+    """Compare the frequency of the free lock with the resonance of its mode."""
+    [tone, *others] = seen.problem.tones
+    if tone.lock is None or others or "phase" not in tone.lock.held:
+        return None
+    mode = seen.problem.modes[tone.mode]
+    off = abs(tone.frequency - mode.f0) * mode.Q / mode.f0
+    if off <= OFF:
+        return None
+    return Advice(
+        "free_lock",
+        off,
+        OFF,
+        f"The free lock is at {shown(tone.frequency, 'Hz')}, not at f0 = {shown(mode.f0, 'Hz')}. "
+        "frequency_shift counts from the free lock; a shift counted from f0 means another force.",
+        DERIVED,
+        (seen.of_tone(0, "phase_set_point"), seen.of_tone(0, "signal")),
+    )
+
+
+def harmonics_pull(seen: Evidence) -> Advice | None:
+    r"""Compare how far harmonics pull the turning point with the indentation.
+
+    A short contact has all low harmonics :math:`2 \langle F \rangle`, and the lever answers harmonic h with :math:`-1/(k (h^2 -
+    1))`: together :math:`-\tfrac{3}{2} \langle F \rangle / k`.
+    """
+    [tone, *others] = seen.problem.tones
+    force, depth = seen.values("mean_force"), seen.amounts("max_indentation")
+    if tone.lock is None or others or not depth.size or depth.shape != force.shape or not depth.any():
+        return None
+    pulled = 1.5 * np.abs(force) / seen.problem.modes[tone.mode].k
+    share = float(np.max(pulled / np.maximum(depth, seen.problem.a0)))
+    if share <= PULL:
+        return None
+    return Advice(
+        "harmonics_pull",
+        share,
+        PULL,
+        f"Higher harmonics move the turning point by up to {percent(share)} of the indentation. The usual formula for the "
+        "frequency shift of a sinusoidal motion is not valid; this result includes the harmonics. A stiffer lever is less "
+        "affected.",
+        DERIVED,
+        (seen.of_mode(tone.mode, "k"),),
+    )
+
+
+def false_dissipation(seen: Evidence) -> Advice | None:
+    """Compare the energy that a mode loses at its tone with the energy that the sample takes."""
+    [tone, *others] = seen.problem.tones
+    of_mode, of_sample = seen.values("dissipated_energy"), seen.values("total_dissipated_energy")
+    if tone.lock is None or others or not of_mode.size or of_mode.shape != of_sample.shape:
+        return None
+    mode = seen.problem.modes[tone.mode]
+    seen_at_all = np.abs(of_mode) > 1e-3 * np.pi * mode.k * tone.A0**2 / mode.Q
+    if not seen_at_all.any():
+        return None
+    share = float(np.max(1.0 - of_sample[seen_at_all] / of_mode[seen_at_all]))
+    if share <= FALSE:
+        return None
+    return Advice(
+        "false_dissipation",
+        share,
+        FALSE,
+        f"Up to {percent(share)} of the energy in the excitation channel is lost to the medium by higher harmonics. "
+        "dissipated_energy includes it; total_dissipated_energy is the loss in the sample.",
+        DERIVED,
+        ("drive.operation",),
+    )
+
+
+PIECES = (free_lock, harmonics_pull, false_dissipation)
