@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.gui.curves.figures import Layer, picture, unit_of
+from dforce.gui.curves.chart import unit_of
+from dforce.gui.curves.figures import Layer, picture
 from dforce.gui.curves.other_figures import basins, force_distance
 from dforce.results.curves import Picture, pictures_of
 

@@ -9,8 +9,7 @@ import pytest
 from simulated import click, element, send, show, until, window
 
 import dforce as df
-from dforce.gui.curves.differences import DifferencesTable
-from dforce.gui.curves.kept import Strip
+from dforce.gui.curves.kept import DifferencesTable, Strip
 from dforce.gui.curves.motion import Drawing
 from dforce.gui.curves.plots import Picker
 from dforce.gui.document.session import Session

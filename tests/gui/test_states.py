@@ -12,7 +12,7 @@ from simulated import element, send, until, window
 import dforce as df
 from dforce.findings.coexisting import coexisting
 from dforce.findings.set_point import at_distance
-from dforce.gui.curves.states_panel import StatesTable
+from dforce.gui.curves.states import StatesTable
 from dforce.gui.document.document import Document
 
 CASE = df.example("hysteresis").set("experiment.zc.points=41")

@@ -18,7 +18,7 @@ from dforce.gui.case.fields import name_of
 from dforce.gui.case.words import in_words, plain
 from dforce.gui.curves.other_figures import force_distance
 from dforce.gui.document.compute import LIVE, Latest, in_thread
-from dforce.gui.document.document import Path, path_of
+from dforce.gui.document.document import Path, path_of, written
 from dforce.gui.window.dialogs import dialog
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class OwnLaw(ui.element, component="own_law.js"):
     def __init__(self, view: View, path: Path, field: Field) -> None:
         super().__init__()
         self.view, self.path = view, path
-        name = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
+        name = written(path)
         self.props.update(path=name, label=field.label, help=field.help, longest=LONGEST)
         self.props["names"] = [{"name": key, **row._asdict()} for key, row in NAMES_IN_LAW.items()]
         self._preview = Latest(self._show_force)

@@ -21,7 +21,7 @@ from dforce.gui.case.fields import Field, Shape, carried, fields, name_of, space
 from dforce.gui.case.forces import OwnLaw, choose_force
 from dforce.gui.case.sliders import toggle
 from dforce.gui.case.values import check, read, shown, units_of
-from dforce.gui.document.document import Path
+from dforce.gui.document.document import Path, written
 from dforce.gui.window.shown import Said
 from dforce.gui.window.view import View
 
@@ -251,7 +251,7 @@ class Forms:
         slidable = shape.kind in ("quantity", "whole", "number")
         with ui.element("div").classes("df-parameter"):
             entry = Entry(
-                ".".join(str(step + 1) if isinstance(step, int) else step for step in path),
+                written(path),
                 Caption(field.label, html_symbol(field.symbol), field.help),
                 on_typed=lambda text, unit: self._typed(path, field, shape, text, unit),
                 kind="switch" if shape.kind == "switch" else "text",
@@ -320,8 +320,7 @@ class Forms:
             if word in words:
                 take(word)
 
-        name = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
-        entry = Entry(name, Caption(label, help=help or label), kind="choice", on_typed=typed_)
+        entry = Entry(written(path), Caption(label, help=help or label), kind="choice", on_typed=typed_)
         entry.show(text=chosen, options=[{"value": word, "label": shown_} for word, shown_ in words.items()])
         return entry
 
@@ -393,8 +392,7 @@ class Forms:
             suggested = EXPERIMENTS[new].suggested(document.put(("experiment",), None).case().problem)
         except df.DForceError:  # an instrument that is not yet right suggests nothing
             suggested = {}
-        start = {"kind": new, **suggested}
-        self.view.edit(document.choose(("experiment",), old, new, start), anew=True)
+        self.view.edit(document.choose(("experiment",), old, new, {"kind": new, **suggested}), anew=True)
 
 
 def first_line(model: type[Parameters]) -> str:

@@ -1,18 +1,28 @@
-"""The chart element: figures as plain data go in, clicks on points come out."""
+"""The chart element: figures as plain data go in, clicks on points come out; and how numbers and titles are written in them."""
 
 from __future__ import annotations
 
 import asyncio
 import base64
 import contextlib
-from collections.abc import Callable
+import html
+from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui import ui
 from nicegui.events import GenericEventArguments
+
+import dforce as df
+from dforce.core.errors import shorten
+from dforce.core.notation import html_symbol
+from dforce.core.units import parse, usual_unit
+from dforce.results.dataset import reader_unit, spelled
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LIBRARY = "/assets/plotly.js"
 PATIENCE = 5.0  # s; a browser that takes longer to draw is asked again at the next change
@@ -47,6 +57,57 @@ def legend() -> dict[str, Any]:
 def name_of_axis(kind: str, tag: int) -> str:
     """Return the name of an axis, counted from 0."""
     return kind if tag == 0 else f"{kind}{tag + 1}"
+
+
+def unit_of(variable: xr.DataArray) -> tuple[float, str]:
+    """Return scale and name of the unit in which a quantity reads best; the usual one where it is zero everywhere."""
+    if np.any(np.nan_to_num(variable.values)):
+        return reader_unit(variable)
+    stored = stored_unit(variable)
+    usual = usual_unit(stored)
+    try:
+        return parse(f"1 {usual}", stored), spelled(usual)
+    except df.ParameterError:  # a phase or a percentage
+        return reader_unit(variable)
+
+
+def label_of(variable: xr.DataArray) -> str:
+    """Return the name of a quantity in words."""
+    return plain(str(variable.attrs.get("long_name") or variable.name).partition(";")[0])
+
+
+def hover_of(variable: xr.DataArray, letter: str, unit: str) -> str:
+    """Return what is shown under the pointer: the name of a quantity, its value on the axis `letter`, and its unit."""
+    return f"{label_of(variable)} %{{{letter}:.4g}}{'' if unit == '1' else f' {plain(unit)}'}"
+
+
+def title(variable: xr.DataArray, unit: str) -> str:
+    """Return the title of an axis: name, symbol and unit."""
+    name = plain(str(variable.attrs.get("long_name", variable.name)))
+    symbol = html_symbol(str(variable.attrs.get("symbol", "")))
+    return f"{name}{f' <i>{symbol}</i>' if symbol else ''}{_in_brackets(unit)}"
+
+
+def title_of_several(variables: Sequence[xr.DataArray], unit: str) -> str:
+    """Return the title of an axis that several quantities share: their symbols and their unit."""
+    symbols = [
+        html_symbol(str(variable.attrs.get("symbol", ""))) or plain(str(variable.name)) for variable in variables
+    ]
+    return f"<i>{', '.join(symbols)}</i>{_in_brackets(unit)}"
+
+
+def _in_brackets(unit: str) -> str:
+    return f" ({plain(unit)})" if unit not in ("1", "") else ""
+
+
+def stored_unit(variable: xr.DataArray) -> str:
+    """Return the unit in which a quantity is stored."""
+    return str(variable.attrs.get("units", "1"))
+
+
+def plain(text: str) -> str:
+    """Return text that a figure shows as it is, not as HTML."""
+    return html.escape(shorten(text, 120))
 
 
 class Chart(ui.element, component="chart.js"):

@@ -6,7 +6,6 @@ which lines that makes, :mod:`dforce` says; here they get colors, dashes and axe
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,15 +13,22 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-import dforce as df
 from dforce.core.arrays import Array
-from dforce.core.errors import shorten
-from dforce.core.notation import html_symbol
-from dforce.core.units import parse, usual_unit
 from dforce.findings.jumps import Jump, jumps_of_all
-from dforce.gui.curves.chart import legend, name_of_axis, packed, ring
+from dforce.gui.curves.chart import (
+    hover_of,
+    legend,
+    name_of_axis,
+    packed,
+    plain,
+    ring,
+    stored_unit,
+    title,
+    title_of_several,
+    unit_of,
+)
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of, start_across
-from dforce.results.dataset import reader_unit, spelled
+from dforce.results.dataset import reader_unit
 from dforce.results.kinds import swept
 from dforce.results.significance import along, error_of, largest_error
 
@@ -111,8 +117,8 @@ class _FigureBuilder:
         self.several = len(layers) > 1
         first = layers[0].result
         if wanted.together:  # an axis for each unit
-            units = list(dict.fromkeys(_unit(first[name]) for name in wanted.y))[:MOST_AXES]
-            self.frames = [[[name for name in wanted.y if _unit(first[name]) == unit] for unit in units]]
+            units = list(dict.fromkeys(stored_unit(first[name]) for name in wanted.y))[:MOST_AXES]
+            self.frames = [[[name for name in wanted.y if stored_unit(first[name]) == unit] for unit in units]]
         else:
             self.frames = [[[name]] for name in wanted.y[:MOST_FRAMES]]
         self.x_scale, self.x_unit = self._scale([wanted.x])
@@ -168,7 +174,7 @@ class _FigureBuilder:
         if 0.0 < self._largest(names) < noise:
             scale, unit = reader_unit(first[names[0]].copy(data=np.full(first[names[0]].shape, noise)))
         self.scales |= dict.fromkeys(names, (scale, unit))
-        words = title(first[names[0]], unit) if len(names) == 1 else _title_of_several([first[n] for n in names], unit)
+        words = title(first[names[0]], unit) if len(names) == 1 else title_of_several([first[n] for n in names], unit)
         axis: Figure = {"title": {"text": words}}
         if self.wanted.logarithmic:
             axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
@@ -360,55 +366,6 @@ def empty(text: str) -> Figure:
     note = {"text": plain(text), "x": 0.5, "y": 0.5, "xref": "paper", "yref": "paper", "showarrow": False}
     hidden = {"visible": False}
     return {"data": [], "layout": {"annotations": [note], "xaxis": hidden, "yaxis": hidden, "margin": MARGIN}}
-
-
-def unit_of(variable: xr.DataArray) -> tuple[float, str]:
-    """Return scale and name of the unit in which a quantity reads best; the usual one where it is zero everywhere."""
-    if np.any(np.nan_to_num(variable.values)):
-        return reader_unit(variable)
-    stored = _unit(variable)
-    usual = usual_unit(stored)
-    try:
-        return parse(f"1 {usual}", stored), spelled(usual)
-    except df.ParameterError:  # a phase or a percentage
-        return reader_unit(variable)
-
-
-def label_of(variable: xr.DataArray) -> str:
-    """Return the name of a quantity in words."""
-    return plain(str(variable.attrs.get("long_name") or variable.name).partition(";")[0])
-
-
-def hover_of(variable: xr.DataArray, letter: str, unit: str) -> str:
-    """Return what is shown under the pointer: the name of a quantity, its value on the axis `letter`, and its unit."""
-    return f"{label_of(variable)} %{{{letter}:.4g}}{'' if unit == '1' else f' {plain(unit)}'}"
-
-
-def title(variable: xr.DataArray, unit: str) -> str:
-    """Return the title of an axis: name, symbol and unit."""
-    name = plain(str(variable.attrs.get("long_name", variable.name)))
-    symbol = html_symbol(str(variable.attrs.get("symbol", "")))
-    return f"{name}{f' <i>{symbol}</i>' if symbol else ''}{_in_brackets(unit)}"
-
-
-def _title_of_several(variables: Sequence[xr.DataArray], unit: str) -> str:
-    symbols = [
-        html_symbol(str(variable.attrs.get("symbol", ""))) or plain(str(variable.name)) for variable in variables
-    ]
-    return f"<i>{', '.join(symbols)}</i>{_in_brackets(unit)}"
-
-
-def _in_brackets(unit: str) -> str:
-    return f" ({plain(unit)})" if unit not in ("1", "") else ""
-
-
-def _unit(variable: xr.DataArray) -> str:
-    return str(variable.attrs.get("units", "1"))
-
-
-def plain(text: str) -> str:
-    """Return text that a figure shows as it is, not as HTML."""
-    return html.escape(shorten(text, 120))
 
 
 def _domain(frame: int, frames: int) -> list[float]:

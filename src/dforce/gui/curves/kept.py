@@ -10,7 +10,10 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
+from dforce.core.notation import html_symbol
+from dforce.gui.curves import compare
 from dforce.gui.curves.figures import Layer
+from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import LONGEST_NAME, KeptResult
 from dforce.gui.window.dialogs import telling
 from dforce.gui.window.view import View
@@ -97,3 +100,39 @@ class KeptResults:
             return dataclasses.replace(kept, **changes) if kept.id == identifier else kept
 
         self.view.session.look(dataclasses.replace(document, results=tuple(map(changed, document.results))))
+
+
+SAME = "The cases of these results do not differ in any parameter."
+
+
+class DifferencesTable(ui.element, component="differences.js"):
+    """The table."""
+
+
+class Differences(Panel):
+    """The parameters in which results differ, a column for each result."""
+
+    title = "What differs"
+
+    def suits(self, scene: Scene) -> bool:
+        """Return whether there are several results."""
+        return len(scene.layers) > 1
+
+    def make(self) -> None:
+        """Make the table, in the container that is open."""
+        self.element = DifferencesTable()
+
+    def show(self, scene: Scene | None = None) -> None:
+        """Show what differs between the results of a scene."""
+        if scene is None:
+            return
+        rows = compare.differences([layer.result for layer in scene.layers])
+        changed = {
+            "rows": [dataclasses.asdict(row) | {"symbol": html_symbol(row.symbol)} for row in rows],
+            "names": [layer.name for layer in scene.layers],
+            "colors": [layer.color for layer in scene.layers],
+            "text": SAME,
+        }
+        if any(self.element.props.get(key) != value for key, value in changed.items()):
+            self.element.props.update(changed)
+            self.element.update()

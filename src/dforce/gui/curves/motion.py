@@ -13,7 +13,8 @@ from nicegui import ui
 import dforce as df
 from dforce.core.notation import html_symbol
 from dforce.findings.set_point import regime
-from dforce.gui.curves.figures import Layer, unit_of
+from dforce.gui.curves.chart import unit_of
+from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.other_figures import LEAST_PART
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import LIVE, Latest, in_thread

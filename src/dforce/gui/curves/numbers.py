@@ -11,7 +11,8 @@ from nicegui import ui
 import dforce as df
 from dforce.core.arrays import AnyArray
 from dforce.core.quantities import NONE
-from dforce.gui.curves.figures import Layer, unit_of
+from dforce.gui.curves.chart import unit_of
+from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.results.curves import Line
 from dforce.results.kinds import is_kind

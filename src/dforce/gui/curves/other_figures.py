@@ -8,8 +8,8 @@ import numpy as np
 
 import dforce as df
 from dforce.findings.coexisting import starts_of_states
-from dforce.gui.curves.chart import legend, packed
-from dforce.gui.curves.figures import LIGHT, MARGIN, WIDTH, Drawn, Figure, label_of, plain, title
+from dforce.gui.curves.chart import label_of, legend, packed, plain, title
+from dforce.gui.curves.figures import LIGHT, MARGIN, WIDTH, Drawn, Figure
 from dforce.results.dataset import reader_unit
 
 if TYPE_CHECKING:

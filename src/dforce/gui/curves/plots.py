@@ -18,15 +18,13 @@ from dforce.findings.answer import answer_with
 from dforce.gui.case.words import in_words
 from dforce.gui.curves import figures
 from dforce.gui.curves.advice import AdvicePanel
-from dforce.gui.curves.chart import Chart, ring
-from dforce.gui.curves.differences import Differences
-from dforce.gui.curves.kept import KeptResults
+from dforce.gui.curves.chart import Chart, ring, unit_of
+from dforce.gui.curves.kept import Differences, KeptResults
 from dforce.gui.curves.motion import MotionPanel
 from dforce.gui.curves.numbers import FitNumbers, Numbers
 from dforce.gui.curves.panel import Pane, Scene
 from dforce.gui.curves.setpoint import SetPoint
-from dforce.gui.curves.states import CoexistingStates, with_states
-from dforce.gui.curves.states_panel import StatesPanel
+from dforce.gui.curves.states import CoexistingStates, StatesPanel, with_states
 from dforce.gui.document.document import MOST_PLOTS
 from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.panel import MeasuredCurve
@@ -324,7 +322,7 @@ def _words(result: xr.Dataset, name: str) -> dict[str, str]:
     """Return what the picker says about a quantity."""
     variable = result[name]
     label, symbol = str(variable.attrs.get("long_name", name)), str(variable.attrs.get("symbol", ""))
-    unit = figures.unit_of(variable)[1]
+    unit = unit_of(variable)[1]
     return {
         "name": name,
         "label": label,

@@ -15,7 +15,8 @@ from dforce.core.arrays import Bools
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import AMOUNTS, NONE
 from dforce.findings.set_point import SHOWN
-from dforce.gui.curves.figures import Layer, unit_of
+from dforce.gui.curves.chart import unit_of
+from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT
 from dforce.results.curves import Picture, goes_along, pictures_of, row_of

@@ -317,6 +317,11 @@ def _moved(path: Path, removed: Path) -> Path | None:
     return None if place == gone else (*path[:depth], place - 1, *path[depth + 1 :])
 
 
+def written(path: Path) -> str:
+    """Return a path as sentences about a case file write it, with places counted from 1."""
+    return ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
+
+
 def path_of(document: Document, words: str) -> Path:
     """Return the path that a sentence of dForce starts with, as far as the document has it; () when it has none.
 

@@ -10,8 +10,8 @@ import numpy as np
 from nicegui import background_tasks, ui
 
 import dforce as df
-from dforce.gui.curves.chart import Chart, packed
-from dforce.gui.curves.figures import MARGIN, Drawn, Figure, title, unit_of
+from dforce.gui.curves.chart import Chart, packed, title, unit_of
+from dforce.gui.curves.figures import MARGIN, Drawn, Figure
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import Job
 from dforce.gui.measured import lever, overlay

@@ -11,7 +11,8 @@ import numpy as np
 from dforce.core.arrays import Array, Bools
 from dforce.core.units import parse
 from dforce.findings.set_point import states_meant, without_states
-from dforce.gui.curves.figures import Figure, title, unit_of
+from dforce.gui.curves.chart import title, unit_of
+from dforce.gui.curves.figures import Figure
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.kinds import kind_of
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.gui.curves.chart import packed
-from dforce.gui.curves.figures import Figure, title, unit_of
+from dforce.gui.curves.chart import packed, title, unit_of
+from dforce.gui.curves.figures import Figure
 from dforce.gui.study.explore import STATES, WORDS, Choice, DrawnLimit, axis_of, cut, label_of
 from dforce.results.kinds import is_kind
 from dforce.results.plan_regions import MARGINS, limits_between
