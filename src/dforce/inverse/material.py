@@ -207,7 +207,7 @@ def _contact(case: Case, model: str) -> Contact:
 
 
 def _observed(curve: xr.Dataset, case: Case) -> Observed:
-    """Return what the instrument shows: its resonances are at the free locks, and free motion in resonance lags by 90 degrees."""
+    """Return what the instrument shows; resonances are at the free locks, and free motion lags by 90 degrees there."""
     tones, calibration = case.problem.tones, 1.0 + 0.0j
     modes = [case.problem.modes[tone.mode] for tone in tones]
     f0 = [mode.f0 for mode in modes]

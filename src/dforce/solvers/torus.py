@@ -167,8 +167,8 @@ class Found:
     response
         Deflection over force at each coefficient.
     differences
-        Differences of the coefficients from the answers of the lever, as forces where these are large, then of held numbers from
-        their values; a vector of real numbers.
+        Differences of the coefficients from the answers of the lever, as forces where these are large, then of held numbers
+        from their values; a vector of real numbers.
     evaluations
         Computations of the force until it was found.
     """
