@@ -39,6 +39,7 @@ COARSE, MOST_PHASES = (512, 32), 8192  # phases of both tones; of the first at m
 FOUND = 1e-4  # of the accuracy asked for: mismatch of a torus that is found
 FAR = 2.0  # sums of the set points above the first distance: where an approach begins
 LONGEST, SHORTEST = 0.5, 1e-4  # of the first set point: steps along the distance
+MOST_AHEAD = 2.0  # times the last step along the distance: farthest prediction
 PASSED = 4097  # distances at which extremes of a force are looked for
 TRIED = 20  # computations of the force before a step is made shorter
 
@@ -73,6 +74,7 @@ class TwoTones:
         self.held = first_held, second_held
         self.mismatch = FOUND * (settings.accuracy or 1e-4)
         self.zc, self.torus = np.inf, self.balance(np.inf).free(COARSE, self.omega)
+        self.before = self.zc, self.torus
         self.finest: FoundTorus | None = None
 
     def _held(self, j: int) -> Held:
@@ -99,14 +101,23 @@ class TwoTones:
         while self.zc != zc:
             self.check_cancelled()
             place = zc if abs(zc - self.zc) <= step else self.zc + float(np.copysign(step, zc - self.zc))
-            found = self.balance(place).find(self.torus, self.mismatch, TRIED)
+            found = self.balance(place).find(self._ahead(place), self.mismatch, TRIED)
             if found.mismatch <= self.mismatch:
+                self.before = self.zc, self.torus
                 self.zc, self.torus, step = place, found.torus, 2.0 * step
                 continue
             step = 0.25 * min(step, abs(place - self.zc))
             if step < SHORTEST * self.length:  # a fold, as a rule
                 return {}, Status.NO_STATE
         return self._observed()
+
+    def _ahead(self, zc: float) -> Torus:
+        """Return what the last two tori predict at a distance (m)."""
+        at, before = self.before
+        share = (zc - self.zc) / (self.zc - at)
+        if not 0.0 < share <= MOST_AHEAD:
+            return self.torus
+        return Torus(*(now + share * (now - old) for now, old in zip(self.torus, before, strict=True)))
 
     def _observed(self) -> tuple[dict[str, Any], Status]:
         """Return the observables of the present torus, on a grid that is made finer until they meet the accuracy."""
