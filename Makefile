@@ -33,12 +33,13 @@ demo: $(READY)
 
 # Before each commit: lint, types, and the tests that are quick once kernels are compiled.
 check: lint
-	$(BIN)/pytest -n auto --dist loadfile -q -m "not slow and not long" tests/unit tests/case tests/kernel tests/runs tests/sweeps tests/results tests/plot tests/forces tests/cli tests/gui $(ARGS)
+	$(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder -q -m "not slow and not long" tests/unit tests/case tests/kernel tests/runs tests/sweeps tests/results tests/plot tests/forces tests/cli tests/gui $(ARGS)
 
 # What .ci/run tests. ARGS goes to pytest: make test ARGS="tests/case -x". One process a core; a file's tests stay together,
-# and share what they set up.
+# and share what they set up. Files are given out in the order of tests/conftest.py: else those of few tests come last, and
+# those of the window, which take longest, are of few tests.
 test: $(READY) browser
-	$(BIN)/pytest -n auto --dist loadfile $(ARGS)
+	$(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
 
 # The tests of the window need a browser of Chromium's family. Debian's is installed where that may be done; where there is
 # none, these tests say so and are left out.
@@ -64,7 +65,7 @@ docs: $(DOCS_READY) browser
 # Everything that dForce is held against, on a page; ARGS=--quick for the part that tests run. Then what `make test` leaves out.
 validate: $(READY)
 	$(BIN)/dforce validate -o validation.md $(ARGS)
-	$(BIN)/pytest -n auto --dist loadfile -q -m "long or site"
+	$(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder -q -m "long or site"
 
 # The pictures of the window in the README and the documentation.
 screenshots: $(READY) browser

@@ -6,6 +6,7 @@ import pytest
 from served import Window
 
 LEAST = 320  # px, height of the chart at 1366 x 768
+OTHERS = [pytest.param(*size, marks=pytest.mark.long) for size in ((1920, 1080), (800, 900))]  # one size, 15 s
 TABS = ("Set point", "Fit", "Against", "Motion", "Numbers", "What differs", "Advice")
 # texts with the boxes of their lines, cut to what can be seen; glyphs fill about two thirds of a line
 OVERLAPS = """() => {
@@ -51,7 +52,7 @@ SCROLLING = """() => [...document.querySelectorAll(".df-body *")].filter((one) =
 }).map((one) => one.className)"""
 
 
-@pytest.mark.parametrize(("width", "height"), [(1366, 768), (1920, 1080), (800, 900)])
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), *OTHERS])
 def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, height):
     window = visit(width=width, height=height)
     page = window.page
@@ -77,7 +78,7 @@ def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, hei
         page.get_by_role("button", name="Light or dark").click()
 
 
-@pytest.mark.parametrize(("width", "height"), [(1366, 768), (800, 900)])
+@pytest.mark.parametrize(("width", "height"), [(800, 900), pytest.param(1366, 768, marks=pytest.mark.long)])
 def test_with_everything_open_the_chart_keeps_its_height_and_one_button_is_filled(visit, width, height):
     """A measured curve, all folds, a result over a parameter and a motion, one after the other."""
     window = visit(width=width, height=height, enter=Window.go)
@@ -125,7 +126,7 @@ def test_a_dialog_has_the_one_button_that_is_filled(visit):
     assert page.evaluate(FILLED) == ["Run"]
 
 
-@pytest.mark.parametrize("width", [1366, 800])
+@pytest.mark.parametrize("width", [800, pytest.param(1366, marks=pytest.mark.long)])
 def test_no_text_of_the_first_page_lies_over_another(visit, width):
     window = visit(width=width)
     window.page.get_by_role("button", name="dForce").click()

@@ -124,6 +124,7 @@ def serve(options: Options) -> None:
         ImportError
     ):  # xarray and pint import it: two threads that do so at once meet it half done
         importlib.import_module("dask.base")
+    from fastapi.middleware.gzip import GZipMiddleware
     from nicegui import app, ui
 
     from dforce.gui.window import classroom, pages
@@ -160,6 +161,7 @@ def serve(options: Options) -> None:
         show_welcome_message=False,
         # numbers hardly shrink, and packing them takes time and memory for each page
         ws_per_message_deflate=False,
+        gzip_middleware_factory=None if alone else GZipMiddleware,
         favicon=str(Path(__file__).parent / "icon.svg"),
         tailwind=False,
         session_middleware_kwargs={

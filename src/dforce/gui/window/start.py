@@ -167,7 +167,7 @@ MEDIA = {"": "as in the example", "air": "air", "water": "water", "vacuum": "vac
 DROP = "Drop a file anywhere: a measured curve, a thermal spectrum, a case or a project."
 KEPT = "Forces and free amplitude are the values of the example."
 ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as for a silicon tip with its oxide."
-TWO_MODES = "The second mode is that of an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
+TWO_MODES = "The second mode belongs to an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
 NO_Q = "The library has no quality factor of this lever. Type it at “Quality factor Q”."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (
