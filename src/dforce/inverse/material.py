@@ -231,7 +231,7 @@ def _advice(seen: Observed, shares: dict[str, Array]) -> list[Advice]:
         largest = float(np.max(shares[name], initial=0.0, where=np.isfinite(shares[name])))
         if largest > limit:
             effect = text.format(f"{100.0 * largest:.2g} %")
-            said = f"{effect}. The formulas of AM-FM neglect this: their modulus errs by as much or more."
+            said = f"{effect}. The formulas of AM-FM neglect this, so their modulus is wrong."
             pieces.append(Advice(f"material_{name}", largest, limit, said, DERIVED, ("drive.tones",)))
     pull, push = float(np.nanmax(seen.virial)), -float(np.nanmin(seen.virial))
     if push > 0.0 and pull > ATTRACTED * push:
