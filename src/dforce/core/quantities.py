@@ -87,7 +87,7 @@ OBSERVABLES = table(
     Observable("drive_frequency", "f", "Hz", "kHz", "drive frequency", "frequency of each tone, where a controller finds it",
                ("tone",), scale=Scale.NONE),
     Observable("frequency_shift", r"\Delta f", "Hz", "Hz", "frequency shift",
-               "frequency of each tone above that of the free lock at the same phase set point", ("tone",), scale=Scale.NONE),
+               "frequency of each tone minus the frequency of its free lock at the same phase set point", ("tone",), scale=Scale.NONE),
     Observable("drive_force", "F_0", "N", "pN", "drive force", "amplitude of the force that drives the mode of each tone",
                ("tone",), scale=Scale.NONE),
     Observable("drive_ratio", r"F_0/F_\mathrm{free}", "1", "1", "excitation",
