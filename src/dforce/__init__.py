@@ -54,6 +54,7 @@ if TYPE_CHECKING:
         identify_in_words,
         identify_report,
     )
+    from dforce.inverse.material import material
     from dforce.inverse.plan_file import load_plan
     from dforce.inverse.planner import plan
     from dforce.inverse.reconstruction import reconstruct
@@ -122,6 +123,7 @@ _HOMES = {
         "identify_in_words",
         "identify_report",
     ),
+    "inverse.material": ("material",),
     "inverse.plan_file": ("load_plan",),
     "inverse.planner": ("plan",),
     "inverse.reconstruction": ("reconstruct",),
@@ -203,6 +205,7 @@ __all__ = [
     "load_case",
     "load_plan",
     "load_plugin",
+    "material",
     "materials",
     "motion_at",
     "noise",

@@ -137,6 +137,7 @@ class DwellSettings(MotionSettings, total=False):
     start: Start | Mapping[str, Length] | None
     record: Literal["settled", "all"] | None
     recorded_periods: int | None
+    controllers: Mapping[str, object] | None
 
 
 class BranchesSettings(MotionSettings, total=False):
@@ -210,7 +211,8 @@ def dwell(
     progress
         See :func:`run`.
     settings
-        Other keys of the experiment: `start`, `record`, `recorded_periods`, `harmonics`.
+        Other keys of the experiment: `start`, `record`, `recorded_periods`, `harmonics`; `controllers` with the bandwidths of
+        a phase-locked loop and an amplitude control in time.
     """
     return run(_with_experiment(case, Dwell, {"zc": zc, **settings}), progress)
 

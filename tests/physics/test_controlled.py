@@ -49,7 +49,7 @@ def test_loops_lead_to_the_locked_state_of_an_independent_solver(name):
     assert found.settled
     assert found.frequency[-1] - f0 == pytest.approx(shift, rel=0, abs=digits)
     assert found.amplitude[-1] == pytest.approx(amplitude or A0, rel=1e-9)
-    assert found.force[-1] == pytest.approx(drive or 0.9 * A0 / Q, rel=1e-8)
+    assert one.tones[0].force * found.ratio[-1] == pytest.approx(drive or 0.9 * A0 / Q, rel=1e-8)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2, 4])
@@ -70,3 +70,44 @@ def test_free_loop_follows_a_change_of_set_point_with_its_bandwidth():
     later = (left < 0.5 * NM) & (left > 0.05 * NM)
     rate = -np.polyfit(time[later], np.log(left[later]), 1)[0]
     assert rate == pytest.approx(2.0 * math.pi * 50.0, rel=0.01)  # the lock-in is late by a period, 0.6 %
+
+
+def a_case(operation="fm", **more):
+    return df.Case(
+        cantilever={"f0": 48.9e3, "k": 0.9, "Q": 100},
+        drive={"A0": "4.2 nm", "operation": operation},
+        tip={"radius": 2e-9},
+        sample={"youngs_modulus": "1 GPa", "poisson_ratio": 0.3},
+        forces=HERTZ,
+        **more,
+    )
+
+
+def test_dwell_under_controllers_has_the_numbers_of_the_locked_state():
+    solved = df.dwell(a_case(), 4 * NM)
+    in_time = df.dwell(a_case(experiment={"kind": "dwell", "zc": 4 * NM, "controllers": {}}), 4 * NM)
+    assert df.Status(int(in_time.status)) == df.Status.OK
+    for name in (
+        "frequency_shift",
+        "drive_ratio",
+        "amplitude",
+        "phase",
+        "virial",
+        "mean_deflection",
+        "max_indentation",
+    ):
+        assert in_time[name].values == pytest.approx(solved[name].values, rel=2e-4), name
+    assert in_time.loop_frequency_shift.values[0] == 0.0
+    assert in_time.loop_frequency_shift.values[-1] == pytest.approx(float(in_time.frequency_shift[0]))
+
+
+@pytest.mark.parametrize(
+    ("operation", "controllers", "sentence"),
+    [
+        ("am", {}, "experiment.controllers needs one tone with drive.operation"),
+        ("fm", {"phase_bandwidth": "9 kHz"}, "phase_bandwidth is above a sixth of the drive frequency"),
+    ],
+)
+def test_controllers_that_cannot_act_are_refused_in_a_sentence(operation, controllers, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        a_case(operation, experiment={"kind": "dwell", "zc": 4 * NM, "controllers": controllers})

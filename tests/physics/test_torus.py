@@ -8,7 +8,7 @@ import pytest
 import dforce as df
 from dforce.engine.laws import laws_of
 from dforce.engine.over_points import force_over
-from dforce.inverse.bimodal import Contact, Observed, estimate, neglected
+from dforce.inverse.material import Contact, Observed, estimate, neglected
 from dforce.solvers.torus import TONES, Balance, Held, Lever, over_phases
 
 NM, E_EFF, RIGHT = 1e-9, 1e9 / 0.91, np.pi / 2.0
@@ -32,7 +32,7 @@ def balance(problem, zc, held, sees=MODES):
     """Return the equations in units of 1 nm, the first mode's stiffness and angular frequency."""
     laws, numbers = laws_of(problem.forces), np.array([n for force in problem.forces for n in force.numbers()])
     speed, unit = NM * 2.0 * np.pi * F0[0], K[0] * NM
-    lever = Lever(F0 / F0[0], K / K[0], np.array([mode.Q for mode in problem.modes]), np.ones((2, 2)), sees)
+    lever = Lever(problem.modes, F0[0], K[0], np.ones((2, 2)), sees)
     return Balance(lever, held, lambda z, v: force_over(laws, numbers, zc, zc + NM * z, speed * v) / unit, laws.rate)
 
 
@@ -50,10 +50,10 @@ def numbers_of(equations, found):
     """Return what the rows of the tables show, in SI."""
     torus, force = found.torus, K[0] * NM
     at_tones = 2.0 * force * found.force[TONES]
-    modes = equations.lever.modes(torus.omega, torus.drive, found.force[TONES])
+    modes = equations.lever.driven(torus.omega, torus.drive, found.force[TONES])
     read = (modes * equations.lever.sees).sum(axis=1)
     work = at_tones * NM * np.array([modes[0, 0], modes[1, 1]]).conj()
-    Q = equations.lever.Q[0]
+    Q = equations.lever.modes[0].Q
     return {
         "frequency shift": F0[0] * torus.omega - F0,
         "A01": abs(torus.drive[0]) * Q * NM,
@@ -118,9 +118,10 @@ def test_torus_equals_values_of_an_independent_balance_to_two_units_of_their_las
 def observed(name):
     """Return the observables of a row."""
     equations, motion = row(name)
-    found, Q = numbers_of(equations, motion), tuple(equations.lever.Q)
-    A, f = (np.array([one.amplitude]) * NM for one in ROWS[name][4]), (F0 + found["frequency shift"])[:, None]
-    return Observed(tuple(K), Q, tuple(F0), tuple(f), tuple(A), found["drive"][:1], np.radians(found["phase"][:1]))
+    found, Q = numbers_of(equations, motion), np.array(ROWS[name][3])
+    A = NM * np.array([[one.amplitude] for one in ROWS[name][4]])
+    f = (F0 + found["frequency shift"])[:, None]
+    return Observed(K, Q, F0, f, A, found["drive"][:1], np.radians(found["phase"][:1]))
 
 
 @pytest.mark.parametrize("name", RATIOS)
@@ -167,7 +168,7 @@ def test_drives_give_the_energy_that_sample_and_medium_take():
     pushes[:, TONES[0], TONES[1]] += 0.5 * torus.drive
     pushes[:, -1, 0] = pushes[:, 1, 0].conj()
     speeds = 1j * frequencies * lever.responses(frequencies) * pushes
-    damping = lever.stiffness / (lever.Q * lever.frequency)
+    damping = [mode.k / K[0] / (mode.Q * mode.f0 / F0[0]) for mode in lever.modes]
     medium = sum(c * np.mean(over_phases(speed) ** 2) for c, speed in zip(damping, speeds, strict=True))
     given = (torus.drive * speeds[:, TONES[0], TONES[1]].sum(axis=0).conj()).real.sum()
     assert sample > 0.05 * given

@@ -95,6 +95,7 @@ CALLS = {
     "energy": {"data": df.calibrate(measured_curve.dataset(), thermal={"k": 2.0, "Q": 100})},
     "read_curves": {"path": "curve.csv"},
     "read_measured": {"path": "curve.csv"},
+    "material": {"curve": CURVE},
     "reconstruct": {"curve": CURVE},
     "thermal_tune": {"spectrum": "thermal.csv"},
     "regimes": {"case": CASE, "over": {"tip.radius": ["2 nm", "3 nm"]}, "set_points": [0.8]},

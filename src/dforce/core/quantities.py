@@ -87,7 +87,8 @@ OBSERVABLES = table(
     Observable("drive_frequency", "f", "Hz", "kHz", "drive frequency", "frequency of each tone, where a controller finds it",
                ("tone",), scale=Scale.NONE),
     Observable("frequency_shift", r"\Delta f", "Hz", "Hz", "frequency shift",
-               "frequency of each tone minus its frequency at the free lock with the same phase set point", ("tone",), scale=Scale.NONE),
+               "frequency of each tone minus the frequency of its free lock at the same phase set point", ("tone",),
+               scale=Scale.NONE),
     Observable("drive_force", "F_0", "N", "pN", "drive force", "amplitude of the force that drives the mode of each tone",
                ("tone",), scale=Scale.NONE),
     Observable("drive_ratio", r"F_0/F_\mathrm{free}", "1", "1", "excitation",
@@ -131,6 +132,15 @@ TRACES = table(
              "part of the force on the tip, by interaction", ("interaction", "time")),
     Quantity("energy", "E", "J", "eV", "energy taken",
              "energy that the sample has dissipated so far", ("time",)),
+    Quantity("loop_time", "t", "s", "ms", "time", "time under the controllers"),
+    Quantity("loop_frequency_shift", r"\Delta f", "Hz", "Hz", "frequency shift",
+             "frequency of the phase-locked loop minus the frequency of the free lock, period by period", ("loop_time",)),
+    Quantity("loop_drive_ratio", r"F_0/F_\mathrm{free}", "1", "1", "excitation",
+             "drive by the amplitude control as a share of that at the free lock, period by period", ("loop_time",)),
+    Quantity("loop_amplitude", "A", "m", "nm", "amplitude",
+             "amplitude that the lock-in reads, period by period", ("loop_time",)),
+    Quantity("loop_phase", r"\phi", "degree", "°", "phase lag",
+             "phase lag that the lock-in reads, period by period", ("loop_time",)),
     Quantity("spectrum", "A(f)", "m", "nm", "spectrum",
              "amplitude spectrum of the deflection", ("frequency",)),
 )  # fmt: skip
@@ -384,7 +394,23 @@ FITS = table(
              ("minimum", "parameter")),
 )  # fmt: skip
 
-OF_RESULTS = OBSERVABLES | TRACES | NOISES | JUMPS | AXES | RECONSTRUCTED  # what the variables of a result may be
+MATERIAL = table(
+    Quantity("E_eff", r"E_\mathrm{eff}", "Pa", "GPa", "effective modulus", "effective modulus by the formulas of AM-FM"),
+    Quantity("true_E_eff", r"E_\mathrm{eff}", "Pa", "GPa", "true effective modulus",
+             "effective modulus of the simulated contact"),
+    Quantity("estimated_indentation", r"\delta", "m", "nm", "indentation", "largest indentation by the formulas of AM-FM"),
+    Quantity("true_indentation", r"\delta", "m", "nm", "true indentation", "largest indentation of the simulated motion"),
+    Quantity("estimated_viscosity", r"\eta", "Pa s", "Pa s", "viscosity", "viscosity of the contact by the formulas of AM-FM"),
+    Quantity("true_viscosity", r"\eta", "Pa s", "Pa s", "true viscosity", "viscosity of the simulated contact"),
+    Quantity("loss_tangent", r"\tan\rho", "1", "1", "loss tangent", "energy of tone 1 over 2 pi times its virial"),
+    Quantity("neglected", "", "1", "%", "neglected share",
+             "effects that the formulas of AM-FM neglect, as shares", ("effect",)),
+    Quantity("effect", "", "", "", "effect", "effect that the formulas of AM-FM neglect"),
+)  # fmt: skip
+
+OF_RESULTS = (
+    OBSERVABLES | TRACES | NOISES | JUMPS | AXES | RECONSTRUCTED | MATERIAL
+)  # what the variables of a result may be
 
 NONE = "none"  # what a reader is shown of an amount below its estimated error
 

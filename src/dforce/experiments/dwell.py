@@ -7,18 +7,37 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import pydantic
 
-from dforce.core.parameters import Number, Part, param, part
+from dforce.core import units
+from dforce.core.errors import ParameterError
+from dforce.core.parameters import Number, Parameters, Part, param, part
 from dforce.experiments.base import CurveExperiment, CurvePlan, Start, tapping_distance
 
 if TYPE_CHECKING:
     from dforce.problem import Problem
+
+PERIODS = 6.0  # of the drive in the inverse of the largest bandwidth: a lock-in is late by one
+
+
+class Controllers(Parameters):
+    """A phase-locked loop and an amplitude control, as they act in time."""
+
+    title_of = "experiment.controllers"
+
+    phase_bandwidth: Number = param("500 Hz", unit="Hz", above="0 Hz", doc="bandwidth of the phase-locked loop")
+    amplitude_bandwidth: Number = param("500 Hz", unit="Hz", above="0 Hz", doc="bandwidth of the amplitude control")
+    lock_in_order: int = pydantic.Field(
+        default=0,
+        ge=0,
+        le=8,
+        description="stages of the low-pass behind the lock-in, five times as fast as the controllers; 0: mean over a period",
+    )
 
 
 class Dwell(CurveExperiment):
     """The tip stays at one average distance; its motion is recorded after settling."""
 
     procedure = "procedures.dwell:dwell"
-    unswept = ("time", "frequency")
+    unswept = ("time", "frequency", "loop_time")
     locks = True
 
     kind: Literal["dwell"] = "dwell"
@@ -33,10 +52,35 @@ class Dwell(CurveExperiment):
         default=8, ge=1, le=100_000, description="recorded periods of the first tone after settling"
     )
 
+    controllers: Part[Controllers | None] = part(
+        None, description="real controllers that lock in time; default: the locked motion is solved"
+    )
+
     @property
     def is_whole(self) -> bool:
         """Whether everything from the start is recorded, not the settled motion alone."""
         return self.record == "all"
+
+    def check(self, problem: Problem) -> None:
+        """Raise :class:`ParameterError` where controllers cannot act; see :class:`Experiment`."""
+        super().check(problem)
+        if self.controllers is None:
+            return
+        where = "experiment.controllers"
+        if not problem.is_locked or len(problem.tones) > 1:
+            raise ParameterError(
+                f'{where} needs one tone with drive.operation = "fm", "ce_fm" or "pm"; remove controllers'
+            )
+        if problem.late_fluid or any(force.timed for force in problem.forces):
+            raise ParameterError(
+                f"{where} takes no fluid with a memory and no force that depends on time; remove controllers"
+            )
+        fastest = problem.tones[0].frequency / PERIODS
+        for name in ("phase_bandwidth", "amplitude_bandwidth"):
+            if getattr(self.controllers, name) > fastest:
+                raise ParameterError(
+                    f"{where}.{name} is above a sixth of the drive frequency; write at most {units.show(fastest, 'Hz', 3)}"
+                )
 
     def plan(self, problem: Problem) -> CurvePlan:
         """Return its one point; see :class:`CurveExperiment`."""

@@ -39,6 +39,19 @@ def measured(dataset: xr.Dataset) -> Iterator[Finding]:
             yield Finding(name, label, f"{value:.{DIGITS}g}°", value, unit)
 
 
+def material(dataset: xr.Dataset) -> Iterator[Finding]:
+    """Give modulus, indentation and viscosity at the deepest point, with the true values beside."""
+    from dforce.findings.finding import finding
+
+    deepest = dataset.isel(zc=int(np.argmin(dataset["zc"].values))) if "zc" in dataset.dims else dataset
+    for name in ("E_eff", "estimated_indentation", "estimated_viscosity", "loss_tangent"):
+        for one in (name, f"true_{name.removeprefix('estimated_')}"):
+            if one in dataset:
+                row = dataset[one]
+                value = float(np.ravel(deepest[one].values)[0])
+                yield finding(one, row.attrs["long_name"], value, row.attrs["units"])
+
+
 def fitted(one: xr.Dataset) -> str:
     """Return value and error of one parameter of a fit."""
     value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))

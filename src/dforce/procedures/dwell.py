@@ -16,14 +16,15 @@ from dforce.instrument.noise import detector_readings
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish
 from dforce.problem import Problem
-from dforce.procedures import locked
+from dforce.procedures import locked, two_tones
 from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.motion import in_si
 from dforce.procedures.recording import check_length, record_spectrum, record_traces
 from dforce.results.status import Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.blocks import block_type
-from dforce.solvers.integrator import Integrator, Motion
+from dforce.solvers.controlled import Controllers, Followed, follow
+from dforce.solvers.integrator import Engine, Integrator, Motion
 from dforce.solvers.langevin import Langevin
 from dforce.solvers.protocols import settle_at
 from dforce.solvers.sample_counts import sample_counts
@@ -40,6 +41,7 @@ class Reached(NamedTuple):
     start: Motion
     motion: Motion
     found: Found
+    loops: Followed | None = None
 
 
 def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Dataset | None) -> xr.Dataset:
@@ -47,13 +49,15 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
     problem, layout = case.problem.at_height(plan.zc), Layout([plan.plan(case.problem)], {})
     reach, note = (_noisy, "periods") if case.solver.integrator == "langevin" else (_settled, "settling")
     if problem.is_locked:
-        reach, note = _held, "locking"
+        reach, note = _held if plan.controllers is None else _controlled, "locking"
     with until_stopped() as stop:
         report_progress(0, 1, note)
-        integrator, start, motion, found = reach(plan, problem, case.solver, lambda: report_progress(0, 1, note))
+        integrator, start, motion, found, loops = reach(plan, problem, case.solver, lambda: report_progress(0, 1, note))
     if stop.came:
         return dataset(layout, [Found.empty()], problem).assign_attrs(interrupted=1)
     data = dataset(layout, [found], problem).assign_attrs(samples_per_period=integrator.points)
+    if loops is not None:
+        with_loops(data, loops, problem.tones[0].frequency)
     if found.status not in NOT_RECORDED:
         count = plan.recorded_periods
         if plan.is_whole:
@@ -84,9 +88,53 @@ def _settled(plan: Dwell, problem: Problem, settings: SolverSettings, check_canc
 
 def _held(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
     """Return the motion at the amplitude and phase that controllers hold."""
-    found, there, states = locked.at_distance(problem, settings, plan.zc, plan.harmonics, check_cancelled)
+    solve = two_tones.at_distance if len(problem.tones) > 1 else locked.at_distance
+    found, there, states = solve(problem, settings, plan.zc, plan.harmonics, check_cancelled)
     integrator = block_type(settings).of_one(there, settings, plan.harmonics, check_cancelled).integrator(0, plan.zc)
     return Reached(integrator, states.motion(0), states.motion(0), found)
+
+
+def _controlled(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
+    """Return the motion that controllers lead to in time."""
+    tone, given = problem.tones[0], plan.controllers
+    assert tone.lock is not None and given is not None
+    phase = tone.lock.phase if "phase" in tone.lock.held else None
+    amplitude = tone.A0 if "amplitude" in tone.lock.held else None
+    bandwidths, order = (given.phase_bandwidth, given.amplitude_bandwidth), given.lock_in_order
+    engine = Engine(problem.unlocked, settings, plan.harmonics)
+    engine.place(plan.zc)
+    start = initial_motion(engine, plan.start)
+    loops = follow(
+        problem.unlocked,
+        plan.zc,
+        start,
+        Controllers(phase, amplitude, *bandwidths, order, tone.lock.of_mode),
+        settings,
+        check_cancelled,
+    )
+    engine.take(loops.problem)
+    engine.place(plan.zc)
+    motion, rows = observe(engine, loops.motion, settings.measured_periods, check_cancelled)
+    values = finish(loops.problem, engine.scales, plan.harmonics, rows, weights([loops.frequency[-1]], len(rows)))
+    last = loops.frequency[None, -1:], loops.ratio[None, -1:]
+    of_loops = locked.of_locks(problem, *last, {name: np.asarray(value)[None] for name, value in values.items()})
+    values |= {name: value[0] for name, value in of_loops.items()} | {"settling_periods": float(len(loops.ratio))}
+    found = Found.of([Steady(values, motion, loops.settled, True)], [loops.problem])
+    if found.status not in NOT_RECORDED:
+        found.arrays[MOTION] = in_si(States.of(motion), loops.problem)[None]
+    return Reached(engine, start, motion, found, loops)
+
+
+def with_loops(data: xr.Dataset, loops: Followed, reference: float) -> None:
+    """Add what controllers did in each period."""
+    data["loop_time"] = "loop_time", np.cumsum(1.0 / loops.frequency)
+    for name, values in (
+        ("loop_frequency_shift", loops.frequency - reference),
+        ("loop_drive_ratio", loops.ratio),
+        ("loop_amplitude", loops.amplitude),
+        ("loop_phase", np.degrees(loops.phase)),
+    ):
+        data[name] = "loop_time", values
 
 
 def _noisy(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:

@@ -147,7 +147,9 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     became[there] = np.where(good, graded(error, accuracy), Status.UNRESOLVED)
     for whole, part in zip(found, states, strict=True):
         whole[there] = part
-    columns = values | {"error_estimate": error} | of_locks(locked, states, values) | _motions(locked, states)
+    frequency, ratio = locked.frequency(states.unknowns)[:, None], locked.drive(states.unknowns)[:, None]
+    columns = values | {"error_estimate": error} | of_locks(locked.problem, frequency, ratio, values)
+    columns |= _motions(locked, states)
     out = {}
     for name, value in columns.items():
         out[name] = np.full((count, *np.shape(value)[1:]), np.nan)
@@ -167,21 +169,21 @@ def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Arra
     return finish_each(locked.block.batch.example, locked.block.harmonics, rows, even, *tables(locked, states))
 
 
-def of_locks(locked: Locked, states: LockedStates, values: dict[str, Array]) -> dict[str, Array]:
-    """Return what a lock measures in the place of amplitude and phase."""
-    problem, at, ratio = locked.problem, locked.frequency(states.unknowns), locked.drive(states.unknowns)
-    [tone] = problem.tones
-    shift, stiffness = at - locked.reference, problem.modes[tone.mode].k
-    forces = np.full(len(at), tone.force)
+def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str, Array]) -> dict[str, Array]:
+    """Return what locks measure in the place of amplitude and phase, from frequencies (Hz) and drives, (states, tones).
+
+    A drive is a multiple of the one at the free lock.
+    """
+    reference, force = np.array([(tone.frequency, tone.force) for tone in problem.tones]).T
+    shift, stiffness = frequency - reference, np.array([problem.modes[tone.mode].k for tone in problem.tones])
     if problem.shaken is not None:
-        forces = np.array([problem.at_frequency(frequency).tones[0].force for frequency in at.tolist()])
-    normalized = stiffness * values["amplitude"][:, 0] ** 1.5 * shift / locked.reference
+        force = np.array([[problem.at_frequency(one).tones[0].force] for one in frequency[:, 0].tolist()])
     return {
-        "drive_frequency": at[:, None],
-        "frequency_shift": shift[:, None],
-        "drive_force": (ratio * forces)[:, None],
-        "drive_ratio": ratio[:, None],
-        "normalized_frequency_shift": normalized[:, None],
+        "drive_frequency": frequency,
+        "frequency_shift": shift,
+        "drive_force": ratio * force,
+        "drive_ratio": ratio,
+        "normalized_frequency_shift": stiffness * values["amplitude"] ** 1.5 * shift / reference,
         "mean_stiffness": -2.0 * values["virial"] / values["mode_amplitude"] ** 2,
     }
 

@@ -70,7 +70,10 @@ def problem_at(case: Case, point: xr.Dataset) -> Problem:
     if case.experiment is None:
         raise ParameterError("the result does not contain its experiment")
     if case.problem.is_locked:
-        frequency, ratio = (float(point[name].values[0]) for name in ("drive_frequency", "drive_ratio"))
-        return case.problem.unlocked.driven(frequency, ratio)
+        there = case.problem.unlocked
+        frequencies, ratios = (point[name].values.tolist() for name in ("drive_frequency", "drive_ratio"))
+        for j, (frequency, ratio) in enumerate(zip(frequencies, ratios, strict=True)):
+            there = there.driven(frequency, ratio, j)
+        return there
     path = varied_by(case)
     return path.problem_at(float(point[path.name])) if path.name in point.coords else case.problem

@@ -13,7 +13,6 @@ The zero of each controller cancels the pole of the lever: far from the sample b
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -23,7 +22,7 @@ import numpy as np
 from dforce import kernel
 from dforce.core.arrays import Array
 from dforce.engine.marching import Marcher, Start
-from dforce.observables import measure
+from dforce.observables.finish import held_signal
 from dforce.problem import Problem
 from dforce.solvers.integrator import HARMONIC, Motion
 from dforce.solvers.settings import SolverSettings
@@ -46,7 +45,7 @@ class Controllers:
     order
         Stages of the low-pass behind the lock-in; 0: it gives the mean over a period.
     of_mode
-        Whether the lock-in reads the tone's own mode; otherwise the total deflection.
+        Whether the lock-in reads the tone's own mode; otherwise the detector's signal.
     """
 
     phase: float | None
@@ -78,10 +77,10 @@ class Followed(NamedTuple):
 
     Attributes
     ----------
-    frequency, force, amplitude, phase
-        Hz, N, m and rad in each period.
+    frequency, ratio, amplitude, phase
+        Frequency (Hz), drive as a multiple of that at the start, amplitude (m) and phase (rad) in each period.
     problem
-        The problem at the last frequency and force.
+        The problem at the last frequency and drive.
     motion
         At the end, scaled as this problem is.
     settled
@@ -89,7 +88,7 @@ class Followed(NamedTuple):
     """
 
     frequency: Array
-    force: Array
+    ratio: Array
     amplitude: Array
     phase: Array
     problem: Problem
@@ -110,44 +109,38 @@ def follow(
     Errors of phase (rad) and amplitude (as a share) are then below `settle_tolerance` for a response time of the slower one.
     """
     tone, mode = problem.tones[0], problem.modes[problem.tones[0].mode]
-    (b, a), pole, unit = loops.rates, math.pi * mode.f0 / mode.Q, mode.k * (loops.amplitude or tone.A0) / mode.Q
+    (b, a), pole = loops.rates, math.pi * mode.f0 / mode.Q
+    unit = mode.k * (loops.amplitude or tone.A0) / mode.Q / tone.force
     slowest = min(rate for rate in (b, a, pole) if rate)
     omega = middle = 2.0 * math.pi * tone.frequency
-    force = push = tone.force
+    ratio = push = 1.0
     marcher, places = Marcher.of(problem), np.unique(np.append(kernel.kink_distances(problem), problem.a0))[None]
     limits = (settings.relative_tolerance, math.inf, HARMONIC * settings.relative_tolerance)
     motion, stages, rows, calm, time = start, [0j] * loops.order, [], 0.0, 0.0
-    there, speed = problem, kernel.scales(problem).speed
+    there, unit_before = problem, kernel.units_of(problem, *_units(problem))
     while calm * slowest < 1.0 and time * slowest < LONGEST and motion.is_finite:
         check_cancelled()
-        there = _driven(problem, omega, force)
-        scale, period = kernel.scales(there), 2.0 * math.pi / omega
-        y = (
-            np.array(motion.y)
-            * kernel.units_of(problem, scale.length, speed)
-            / kernel.units_of(problem, scale.length, scale.speed)
-        )
+        there, period = problem.driven(omega / (2.0 * math.pi), ratio), 2.0 * math.pi / omega
+        units = kernel.units_of(problem, *_units(there))
         numbers, tones = np.array([kernel.parameters(there, zc)]), kernel.tone_table(there)[None]
-        begin = Start(numbers, tones, places, y[None], motion.memory[None], motion.latched[None])
-        found = marcher.march(begin, 1, limits, harmonics=0)
+        x = np.array([motion.y]) * unit_before / units
+        found = marcher.march(
+            Start(numbers, tones, places, x, motion.memory[None], motion.latched[None]), 1, limits, harmonics=0
+        )
         motion = Motion(tuple(found.path[0, -1].tolist()), found.memory[0], found.branch[0], 0)
-        speed, time = scale.speed, time + period
-        read = loops.filtered(_signal(found.rows[0, 0], problem, loops.of_mode) * scale.length, stages, period)
-        rows.append((omega / (2.0 * math.pi), force, abs(read), -np.angle(read)))
+        unit_before, time = units, time + period
+        read = complex(held_signal(there, found.rows[0], kernel.base_of(tones)[:, 0], loops.of_mode)[0]) * tone.A0
+        read = loops.filtered(read, stages, period)
+        rows.append((omega / (2.0 * math.pi), ratio, abs(read), -np.angle(read)))
         e = 0.0 if loops.phase is None else rows[-1][3] - loops.phase
         short = 0.0 if loops.amplitude is None else 1.0 - rows[-1][2] / loops.amplitude
         middle, push = middle - b * pole * e * period, push + unit * a * short * period
-        omega, force = middle - b * e, push + unit * a / pole * short
+        omega, ratio = middle - b * e, push + unit * a / pole * short
         calm = calm + period if max(abs(e), abs(short)) < settings.settle_tolerance else 0.0
-    frequency, force_then, amplitude, phase = np.array(rows).T
-    return Followed(frequency, force_then, amplitude, phase, there, motion, calm * slowest >= 1.0)
+    frequency, drive, amplitude, phase = np.array(rows).T
+    return Followed(frequency, drive, amplitude, phase, there, motion, calm * slowest >= 1.0)
 
 
-def _driven(problem: Problem, omega: float, force: float) -> Problem:
-    there = problem.at_frequency(omega / (2.0 * math.pi))
-    return dataclasses.replace(there, tones=(dataclasses.replace(there.tones[0], force=force),))
-
-
-def _signal(row: Array, problem: Problem, of_mode: bool) -> complex:
-    place = measure.FIRST + 2 * (problem.tones[0].mode if of_mode else len(problem.modes))
-    return complex(row[place], row[place + 1])
+def _units(problem: Problem) -> tuple[float, float]:
+    scale = kernel.scales(problem)
+    return scale.length, scale.speed

@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,8 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from dforce.core.arrays import AnyArray, Array, Complexes
+from dforce.core.blas_threads import one_blas_thread
+from dforce.instrument.modes import ModeNumbers
 
 EXACT = 60  # coefficients whose matrix conditions GMRES
 FARTHEST = 60, 8  # multiples of the tones among which these are
@@ -43,29 +45,29 @@ class Held(NamedTuple):
 
 
 class Lever(NamedTuple):
-    """A lever under two tones, in units of a length, an angular frequency and a stiffness.
+    """A lever under two tones.
 
     Attributes
     ----------
-    frequency, stiffness, Q
-        Of each mode, (modes,).
+    modes
+        Its modes.
+    frequency, stiffness
+        Units of frequency (Hz) and stiffness (N/m); with a unit of length they scale everything else.
     acts, sees
         Share of the drive of each tone on each mode, and weight of each mode for the lock-in of each tone, (2, modes).
     """
 
-    frequency: Array
-    stiffness: Array
-    Q: Array
-    acts: Array
-    sees: Array
+    modes: tuple[ModeNumbers, ...]
+    frequency: float
+    stiffness: float
+    acts: AnyArray
+    sees: AnyArray
 
-    def responses(self, omega: Array) -> Complexes:
+    def responses(self, omega: AnyArray) -> Complexes:
         """Return the deflection of each mode over the force on it at angular frequencies, (modes, ...)."""
-        outer = (slice(None), *[None] * omega.ndim)
-        r = omega / self.frequency[outer]
-        return np.asarray(1.0 / (self.stiffness[outer] * ((1.0 - r) * (1.0 + r) + 1j / self.Q[outer] * r)))
+        return np.stack([self.stiffness / mode.stiffness(self.frequency * omega) for mode in self.modes])
 
-    def modes(self, omega: Array, drive: AnyArray, force: AnyArray) -> Complexes:
+    def driven(self, omega: Array, drive: AnyArray, force: AnyArray) -> Complexes:
         """Return the complex amplitude of each mode at each tone, (2, modes), under drives and coefficients of the force."""
         return np.asarray(self.responses(omega).T * (self.acts * drive[:, None] + 2.0 * force[:, None]))
 
@@ -111,6 +113,13 @@ class Torus(NamedTuple):
         moved = self.with_numbers(self.numbers - way[-6:])
         return moved._replace(z=self.z - way[:-6].view(complex).reshape(self.z.shape))
 
+    def finer(self, second: bool) -> Torus:
+        """Return the torus on a grid with twice the phases of the first or the second tone."""
+        half, width = len(self.z) // 2, self.z.shape[1]
+        z = np.zeros((2 * half, 2 * width - 1) if second else (4 * half, width), complex)
+        z[:half, :width], z[-half:, :width] = self.z[:half], self.z[-half:]
+        return self._replace(z=z)
+
     def deflection(self) -> Array:
         """Return the deflection on the grid."""
         return over_phases(self.z)
@@ -140,6 +149,11 @@ def coefficients_of(values: Array) -> Complexes:
     return np.asarray(found)
 
 
+def weight_of(response: Complexes) -> Array:
+    """Return by how much the differences of coefficients count: as forces where the response is large."""
+    return np.asarray(1.0 / np.maximum(1.0, np.abs(response)))
+
+
 @dataclass(frozen=True)
 class Found:
     """A torus with its force.
@@ -150,35 +164,32 @@ class Found:
         The motion.
     force
         Fourier coefficients of the force.
-    off, held
-        Differences of the coefficients from the answers of the lever, and of held numbers from their values.
     response
         Deflection over force at each coefficient.
+    differences
+        Differences of the coefficients from the answers of the lever, as forces where these are large, then of held numbers
+        from their values; a vector of real numbers.
     evaluations
         Computations of the force until it was found.
     """
 
     torus: Torus
     force: Complexes
-    off: Complexes = field(repr=False)
-    held: Array = field(repr=False)
-    response: Complexes = field(repr=False)
+    response: Complexes
+    differences: Array
     evaluations: int = 1
 
-    @functools.cached_property
-    def weight(self) -> Array:
-        """By how much the difference of each coefficient counts: that of a force where the answer is large."""
-        return np.asarray(1.0 / np.maximum(1.0, np.abs(self.response)))
-
-    @functools.cached_property
-    def mismatch(self) -> float:
-        """The largest difference, in units of length, or of force over stiffness; not finite where the law is not."""
-        return float(max(np.abs(self.weight * self.off).max(), np.abs(self.held).max()))
+    @property
+    def needs_second(self) -> bool:
+        """Whether the force is resolved worse along the phase of the second tone than along the first."""
+        size, first, second = np.abs(self.force), len(self.force) // 2, self.force.shape[1] - 1
+        first_tail = size[first - first // 4 : first + first // 4].sum()
+        return bool(size[:, second - second // 4 :].sum() > first_tail)
 
     @property
-    def differences(self) -> Array:
-        """All differences as one vector of real numbers."""
-        return np.concatenate([(self.weight * self.off).ravel().view(float), self.held])
+    def mismatch(self) -> float:
+        """The largest difference, in units of length, or of force over stiffness; not finite where the law is not."""
+        return float(np.abs(self.differences).max())
 
 
 @dataclass(frozen=True)
@@ -202,11 +213,12 @@ class Balance:
 
     def free(self, grid: tuple[int, int], omega: Array) -> Torus:
         """Return the motion without a force at two angular frequencies, on a grid of both phases."""
-        read = (self.lever.modes(omega, np.ones(2), np.zeros(2)) * self.lever.sees).sum(axis=1)
+        read = (self.lever.driven(omega, np.ones(2), np.zeros(2)) * self.lever.sees).sum(axis=1)
         size = [one.drive or (one.amplitude or 0.0) / abs(per) for one, per in zip(self.held, read, strict=True)]
         start = Torus(np.zeros((grid[0], grid[1] // 2 + 1), complex), omega, size * np.exp(-1j * np.angle(read)))
         return start._replace(z=self.answer(start, start.z, start.z))
 
+    @one_blas_thread()
     def find(self, start: Torus, tolerance: float, most: int = 60) -> Found:
         """Return the motion near a start; where its mismatch is not below the tolerance, none was found.
 
@@ -221,15 +233,15 @@ class Balance:
                 share *= 0.25
                 after, count = self.at(now.torus.moved(share * way)), count + 1
             now = after
-        return Found(now.torus, now.force, now.off, now.held, now.response, count)
+        return replace(now, evaluations=count)
 
     def at(self, torus: Torus) -> Found:
         """Return a torus with its force."""
         velocity = torus.velocity() if self.has_rate else np.zeros(torus.grid)
         force = coefficients_of(self.force(torus.deflection(), velocity))
         response = self.lever.responses(torus.frequencies).sum(axis=0)
-        off = torus.z - self.answer(torus, response, force)
-        return Found(torus, force, off, self.misses(torus, force[TONES]), response)
+        off = weight_of(response) * (torus.z - self.answer(torus, response, force))
+        return Found(torus, force, response, np.append(off.ravel().view(float), self.misses(torus, force[TONES])))
 
     def misses(self, torus: Torus, force: Complexes) -> Array:
         """Return by how much the held numbers are missed, (6,), with coefficients of the force at the tones.
@@ -237,7 +249,7 @@ class Balance:
         Three for each tone: the phase of the signal, from which phases count, and the two that are held.
         """
         largest = np.abs(self.lever.responses(torus.omega)).max(axis=0)
-        read, out = (self.lever.modes(torus.omega, torus.drive, force) * self.lever.sees).sum(axis=1), []
+        read, out = (self.lever.driven(torus.omega, torus.drive, force) * self.lever.sees).sum(axis=1), []
         for j, one in enumerate(self.held):
             out.append(read[j].imag / largest[j])
             if one.drive is not None:
@@ -253,7 +265,7 @@ class Balance:
     def answer(self, torus: Torus, response: Complexes, force: Complexes) -> Complexes:
         """Return the coefficients of the deflection that a force and the drives lead to."""
         out = response * force
-        out[TONES] += 0.5 * self.lever.modes(torus.omega, torus.drive, np.zeros(2)).sum(axis=1)
+        out[TONES] += 0.5 * self.lever.driven(torus.omega, torus.drive, np.zeros(2)).sum(axis=1)
         out[-1, 0] = out[1, 0].conj()
         return out
 
@@ -273,7 +285,7 @@ class _Linear:
 
     def __init__(self, balance: Balance, now: Found, exact: tuple[AnyArray, AnyArray]) -> None:
         self.balance, self.now, self.exact, self.has_rate = balance, now, exact, balance.has_rate
-        torus, tones = now.torus, now.force[TONES]
+        self.weight, torus, tones, held = weight_of(now.response), now.torus, now.force[TONES], now.differences[-6:]
         z, v = torus.deflection(), torus.velocity()
         force = balance.force(z, v)
         self.by_z = (balance.force(z + DIFFERENCE, v) - force) / DIFFERENCE
@@ -283,14 +295,13 @@ class _Linear:
             now.response
         ]
         answers = [balance.answer(*each, now.force) for each in zip(others, responses, strict=True)]
-        changes = [(torus.z - now.off - answer) / DIFFERENCE for answer in answers]
+        answered = balance.answer(torus, now.response, now.force)
+        changes = [(answered - answer) / DIFFERENCE for answer in answers]
         self.by_omega, self.by_numbers = changes[:2], np.array([change[exact] for change in changes]).T
-        self.held_by_numbers = np.array([(balance.misses(one, tones) - now.held) / DIFFERENCE for one in others]).T
+        self.held_by_numbers = np.array([(balance.misses(one, tones) - held) / DIFFERENCE for one in others]).T
         # held numbers by the real and imaginary parts of the force at the tones
         parts = DIFFERENCE * np.array([[1, 0], [0, 1], [1j, 0], [0, 1j]])
-        self.held_by_force = np.array(
-            [(balance.misses(torus, tones + part) - now.held) / DIFFERENCE for part in parts]
-        ).T
+        self.held_by_force = np.array([(balance.misses(torus, tones + part) - held) / DIFFERENCE for part in parts]).T
         self.factors = lu_factor(self._matrix(), check_finite=False)
 
     def step(self) -> Array:
@@ -314,7 +325,7 @@ class _Linear:
         force = np.concatenate([plain + conjugate, 1j * (plain - conjugate)], axis=1)
         tones = np.concatenate([force[(p == first) & (q == second)] for first, second in np.transpose(TONES)])
         moved = self.now.response[p, q, None] * force
-        weight = np.tile(self.now.weight[p, q], 2)[:, None]
+        weight = np.tile(self.weight[p, q], 2)[:, None]
         upper = np.hstack(
             [
                 np.eye(2 * count) - np.vstack([moved.real, moved.imag]),
@@ -331,9 +342,9 @@ class _Linear:
     def _conditioned(self, x: Array) -> Array:
         """Return the step by the matrix alone; other coefficients follow the force."""
         p, q = self.exact
-        z = x[:-6].view(complex).reshape(self.now.off.shape).copy()
+        z = x[:-6].view(complex).reshape(self.now.force.shape).copy()
         way = lu_solve(self.factors, np.concatenate([z[p, q].real, z[p, q].imag, x[-6:]]), check_finite=False)
-        z /= self.now.weight
+        z /= self.weight
         real, imaginary = np.split(way[:-6], 2)
         z[p, q] = real + 1j * imaginary
         z[-p[q == 0], 0] = z[p[q == 0], 0].conj()
@@ -353,4 +364,4 @@ class _Linear:
         off += first * self.by_omega[0] + second * self.by_omega[1]
         tones = pushed[TONES]
         held = self.held_by_force @ np.concatenate([tones.real, tones.imag]) + self.held_by_numbers @ way[-6:]
-        return np.concatenate([(self.now.weight * off).ravel().view(float), held])
+        return np.concatenate([(self.weight * off).ravel().view(float), held])

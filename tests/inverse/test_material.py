@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from dforce.inverse.bimodal import Contact, Observed, estimate, neglected
+import dforce as df
+from dforce.inverse.material import Contact, Observed, estimate, neglected
 
-A, K, F0 = 4e-9, (0.9, 28.0), (48.9e3, 282e3)
+A, K, F0 = 4e-9, np.array([0.9, 28.0]), np.array([48.9e3, 282e3])
 PHASE = np.pi * (np.arange(200_000) + 0.5) / 200_000
 
 
@@ -22,9 +23,14 @@ def prescribed(contact, E_eff, depth, tau=0.0):
     drive = K[0] * A * f1 / F0[0] / 100.0 + energy / (np.pi * A)
     f2 = F0[1] * np.sqrt(1.0 + np.mean(slope) / K[1])
     return Observed(
-        K, (100.0, 200.0), F0, (np.array([f1]), np.array([f2])), (np.array([A]), np.array([1e-14])), np.array([drive]),
+        K,
+        np.array([100.0, 200.0]),
+        F0,
+        np.array([[f1], [f2]]),
+        np.array([[A], [1e-14]]),
+        np.array([drive]),
         np.array([np.pi / 2.0]),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(
@@ -48,15 +54,49 @@ def test_each_shape_has_its_modulus_indentation_force_and_viscosity_back(contact
 
 def test_attraction_has_no_modulus():
     seen = prescribed(Contact.punch(5e-9), 1e7, 0.1e-9)
-    pulled = seen._replace(frequency=(np.array([0.999 * F0[0]]), np.array([0.999 * F0[1]])))
+    pulled = seen._replace(frequency=0.999 * F0[:, None])
     assert np.isnan(estimate(pulled, Contact.punch(5e-9)).E_eff).all()
 
 
 def test_answer_of_mode_2_to_harmonics_counts_most_where_one_falls_on_its_resonance():
     contact = Contact.paraboloid(20e-9)
     seen = prescribed(contact, 1e9, 0.2e-9)
-    tuned = seen._replace(f0=(F0[0], 6.0 * seen.frequency[0][0]))
-    off = seen._replace(f0=(F0[0], 6.5 * seen.frequency[0][0]))
+    tuned = seen._replace(f0=np.array([F0[0], 6.0 * seen.frequency[0, 0]]))
+    off = seen._replace(f0=np.array([F0[0], 6.5 * seen.frequency[0, 0]]))
     found = estimate(seen, contact)
     shares = [neglected(one, contact, found)["harmonics"][0] for one in (tuned, off)]
     assert shares[0] > 10.0 * shares[1]
+
+
+@pytest.fixture(scope="module")
+def am_fm_curve():
+    """Return the case of B1 along a curve."""
+    case = df.Case(
+        cantilever={"modes": [{"f0": 48.9e3, "k": 0.9, "Q": 100.0}, {"f0": 282e3, "k": 28.0, "Q": 200.0}]},
+        drive={"tones": [{"A0": 7.351847e-9}, {"A0": "0.1 nm", "operation": "fm", "signal": "mode"}]},
+        tip={"radius": 20e-9},
+        sample={"youngs_modulus": "1 GPa", "poisson_ratio": 0.3},
+        forces=[df.forces.Hertz()],
+    )
+    return df.approach(case, zc=[9e-9, 5e-9, 4e-9])
+
+
+def test_material_of_a_simulated_curve_has_the_truth_beside_and_the_known_error(am_fm_curve):
+    found = df.material(am_fm_curve)
+    assert np.isnan(found.E_eff.values[0])
+    assert found.E_eff.values[-1] / float(found.true_E_eff) == pytest.approx(0.586, abs=1e-3)
+    assert found.true_indentation.values[-1] == pytest.approx(0.264e-9, abs=1e-12)
+
+
+def test_material_says_that_mode_2_answers_a_harmonic(am_fm_curve):
+    found = df.material(am_fm_curve)
+    assert "Mode 2 also answers harmonics of tone 1" in found.attrs["advice"]
+    assert float(found.neglected.sel(effect="harmonics")[-1]) == pytest.approx(0.1, abs=0.02)
+    assert "true effective modulus" in str(df.summary(found))
+
+
+def test_material_refuses_a_curve_without_a_lock_and_a_tip_without_an_angle(am_fm_curve):
+    with pytest.raises(df.ParameterError, match="needs two tones with a lock"):
+        df.material(df.dwell(df.example("figure-3-air"), 9e-9))
+    with pytest.raises(df.ParameterError, match=r"a cone needs tip\.half_angle"):
+        df.material(am_fm_curve, model="cone")

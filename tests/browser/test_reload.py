@@ -1,0 +1,62 @@
+"""Back, reload and a second tab at each step of a story: nothing is lost, and all pages of a person show the same."""
+
+from __future__ import annotations
+
+import pytest
+from playwright.sync_api import expect
+from served import Window
+
+WAIT = 120_000  # ms for a fit on a busy machine
+MODULUS = "sample.youngs_modulus"
+
+
+def ticked(window):
+    return window.parameter(MODULUS).get_by_role("checkbox", name="fit")
+
+
+def reloaded(window):
+    """Reload a page, and open its tab of the fit again."""
+    window.page.reload()
+    window.drawn()
+    window.page.get_by_role("tab", name="Fit").click()
+    return window.page.get_by_role("complementary", name="measured curve")
+
+
+@pytest.mark.long
+def test_a_story_goes_on_after_reload_and_back_and_in_a_second_tab(visit):
+    window = visit(enter=Window.go)
+    page = window.page
+    # the first page, reloaded, asks again; nothing was begun
+    page.get_by_role("button", name="Explain my curve").click()
+    page.reload()
+    page.get_by_role("button", name="Explain my curve").click()
+    with window.remade():
+        page.get_by_role("button", name="A stiff sample in air, measured").click()
+    page.locator(".df-measured").wait_for()
+    panel = reloaded(window)
+    expect(panel.get_by_text("126 points, approach")).to_be_visible()
+    ticked(window).check()
+    panel.get_by_role("button", name="They are those of this curve").click()
+    panel = reloaded(window)
+    expect(ticked(window)).to_be_checked()
+    expect(panel.get_by_text("Confirmed for this curve")).to_be_visible()
+    # a fit goes on while its page is loaded anew; a second tab sees how it ends
+    panel.get_by_role("button", name="Fit", exact=True).click()
+    panel = reloaded(window)
+    second = Window(page.context.new_page(), window.server)
+    second.open()
+    other = second.page.get_by_role("complementary", name="measured curve")
+    second.page.get_by_role("tab", name="Fit").click()
+    for one in (panel, other):
+        expect(one.get_by_role("button", name="Take over these values")).to_be_visible(timeout=WAIT)
+    other.get_by_role("button", name="Take over these values").click()
+    box = second.field(MODULUS).locator("input.df-box")
+    expect(box).not_to_have_value("1.9")
+    expect(window.field(MODULUS).locator("input.df-box")).to_have_value(box.input_value())
+    # back and forward between two addresses of the window, and away from it
+    address = page.url
+    page.goto("about:blank")
+    page.go_back()
+    window.drawn()
+    assert page.url.partition("#")[0] == address.partition("#")[0]
+    expect(window.field(MODULUS).locator("input.df-box")).to_have_value(box.input_value())

@@ -1,0 +1,76 @@
+"""AM-FM and FM-FM from a case: values of an independent torus balance, a run in time, and what is refused."""
+
+import pytest
+
+import dforce as df
+
+LEVER = {"modes": [{"f0": 48.9e3, "k": 0.9, "Q": 100.0}, {"f0": 282e3, "k": 28.0, "Q": 200.0}]}
+
+
+def case(tones, radius=20e-9, **more):
+    return df.Case(
+        cantilever=LEVER,
+        drive={"tones": tones},
+        tip={"radius": radius},
+        sample={"youngs_modulus": "1 GPa", "poisson_ratio": 0.3},
+        forces=[df.forces.Hertz()],
+        **more,
+    )
+
+
+AM_FM = case([{"A0": 7.351847e-9}, {"A0": "0.1 nm", "operation": "fm", "signal": "mode"}])
+OF_MODES = {"operation": "fm", "signal": "mode"}
+FM_FM = case([{"A0": "4.2 nm", **OF_MODES}, {"A0": "0.1 nm", **OF_MODES}], radius=2e-9)
+
+
+@pytest.fixture(scope="module")
+def am_fm():
+    return df.dwell(AM_FM, 4e-9, recorded_periods=40)
+
+
+def test_am_fm_dwell_has_the_values_of_an_independent_balance_within_the_accuracy(am_fm):
+    assert df.Status(int(am_fm.status)) == df.Status.OK
+    assert am_fm.mode_amplitude.values[0] == pytest.approx(4e-9, abs=1e-4 * 7.35e-9)
+    assert am_fm.mode_phase.values[0] == pytest.approx(33.06728, abs=0.01)
+    assert am_fm.frequency_shift.values == pytest.approx([0.0, 1193.665], abs=0.05)
+    assert am_fm.drive_force.values[1] == pytest.approx(1.405994e-11, rel=1e-4)
+    assert am_fm.virial.values == pytest.approx([-1.108993e-19, -1.187708e-21], rel=1e-4)
+
+
+def test_fm_fm_curve_passes_the_values_of_an_independent_balance():
+    found = df.approach(FM_FM, zc=[6e-9, 4.3e-9, 4e-9]).isel(zc=-1)
+    assert found.frequency_shift.values == pytest.approx([439.5042, 892.375], abs=0.1)
+    assert found.drive_force.values == pytest.approx([3.82213e-11, 1.399995e-11], rel=1e-4)
+    assert found.phase.values[0] == pytest.approx(90.0, abs=0.1)
+
+
+def test_torus_is_the_motion_that_stays_in_time_without_controllers(am_fm):
+    tones = [{"A0": 7.351847e-9}, {"A0": 0.1e-9, "frequency": float(am_fm.drive_frequency[1])}]
+    free = case(tones).problem.tones[1].force
+    tones[1]["A0"] *= float(am_fm.drive_force[1]) / free
+    settings = {"method": "transient", "integrator": "engine", "settle_tolerance": 1e-8}
+    later = df.dwell(case(tones, solver=settings), 4e-9)
+    assert later.mode_amplitude.values == pytest.approx(am_fm.mode_amplitude.values, rel=2e-4)
+    assert later.mode_phase.values == pytest.approx(am_fm.mode_phase.values, abs=0.02)
+
+
+def test_recorded_motion_of_a_torus_stays_between_its_extremes(am_fm):
+    assert float(am_fm.distance.min()) == pytest.approx(float(am_fm.min_distance), abs=2e-11)
+    assert float(am_fm.distance.min()) > float(am_fm.min_distance) - 1e-13
+    assert float(am_fm.deflection.max()) < float(am_fm.max_deflection) + 1e-13
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"forces": [df.forces.SLS(relaxation_time="1 us")]}, "sls remembers the motion"),
+        (
+            {"drive": {"tones": [{"A0": "4 nm", **OF_MODES}, {"A0": "1 nm", "mode": 1}]}},
+            "both tones of drive drive mode 1",
+        ),
+        ({"drive": {"tones": [{"A0": "4 nm", **OF_MODES}] + 2 * [{"A0": "1 nm", "mode": 2}]}}, "a lock allows two"),
+    ],
+)
+def test_two_tones_with_a_lock_refuse_what_has_no_torus(change, sentence):
+    with pytest.raises(df.ParameterError, match=sentence):
+        df.dwell(AM_FM.replace(**change), 4e-9)
