@@ -15,6 +15,7 @@ from dforce.core.quantities import (
     DRIFTING,
     FITS,
     JUMPS,
+    MATERIAL,
     MEASURED,
     NOISES,
     OBSERVABLES,
@@ -25,7 +26,7 @@ from dforce.core.quantities import (
 )
 from dforce_docs.declared import list_table
 
-KNOWN = {**OBSERVABLES, **DRIFTING, **TRACES, **NOISES, **JUMPS, **RECONSTRUCTED, **MEASURED, **FITS}
+KNOWN = {**OBSERVABLES, **DRIFTING, **TRACES, **NOISES, **JUMPS, **RECONSTRUCTED, **MEASURED, **FITS, **MATERIAL}
 HEADER = ("name in the Dataset", "symbol", "stored in", "over", "meaning", "scale of its error")
 
 
