@@ -113,7 +113,7 @@ def test_every_script_runs_in_an_empty_folder(path, workdir, monkeypatch):
     for asked in re.findall(
         r"literalinclude:: /../examples/(\S+)", path.read_text(encoding="utf-8")
     ):  # "Save this as ..."
-        shutil.copy(ROOT / "examples" / asked)
+        shutil.copy(ROOT / "examples" / asked, workdir)
     monkeypatch.setenv("MPLBACKEND", "agg")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")  # of plt.show

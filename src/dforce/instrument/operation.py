@@ -60,7 +60,7 @@ class Operated(Parameters):
 
     operation: Literal["am", "fm", "ce_fm", "pm"] = pydantic.Field(
         default="am",
-        title="Operation",
+        title="Mode of operation",
         description="am: constant drive and frequency (tapping mode); fm: constant amplitude and phase (FM-AFM); ce_fm: "
         "constant drive and phase; pm: constant amplitude and frequency",
     )
