@@ -45,7 +45,12 @@ def test_no_label_is_a_word_of_the_file(model, field):
     assert words[0] not in ("path", "zc", "settle", "inside", "variant", "record", "acts")
     assert "_" not in field.label
     if field.shapes[0].kind == "choice" and field.label.lower() == field.key.replace("_", " "):
-        assert field.key in ("method", "integrator", "direction", "operation")  # words of the field as well as of the file
+        assert field.key in (
+            "method",
+            "integrator",
+            "direction",
+            "operation",
+        )  # words of the field as well as of the file
 
 
 @every([case for case in FIELDS if case[1].quantity is not None], named)
