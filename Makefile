@@ -58,6 +58,7 @@ lint: $(READY)
 
 # The site, in docs/_build/html; it is made without a network, and read without one. Tests then read what was built.
 docs: $(DOCS_READY) browser
+	@rm -rf docs/_build/html  # a build that ended early leaves a file in the place of a folder
 	$(BIN)/python -m sphinx --builder html --fresh-env --fail-on-warning --keep-going --quiet docs docs/_build/html
 	@DFORCE_SITE=docs/_build/html $(BIN)/pytest -q tests/docs/test_built_pages.py
 	@echo "The documentation is in docs/_build/html/index.html"
