@@ -16,7 +16,7 @@ from dforce.core.arrays import AnyArray, Array
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import until_stopped
 from dforce.experiments.base import CurveExperiment, CurvePlan, Progress, initial_motions
-from dforce.procedures import locked, two_tones
+from dforce.procedures import locked
 from dforce.procedures.found import Found, Layout, dataset, split, with_levers
 from dforce.procedures.motion import motions, states_of
 from dforce.procedures.statuses import statuses, without_failed
@@ -39,6 +39,8 @@ def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, ea
     """Return the motions along the curve of an experiment; see :func:`dforce.runs.carry_out`."""
     problem, harmonics = case.problem, experiment.harmonics
     if problem.is_locked:
+        from dforce.procedures import two_tones  # loads the compiler
+
         solve = two_tones.curve if len(problem.tones) > 1 else locked.curve
         return solve(case, experiment, report_progress, earlier)
     plan, settings = experiment.plan(problem), experiment.solved_with(case.solver)

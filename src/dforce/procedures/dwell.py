@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,20 +16,22 @@ from dforce.instrument.noise import detector_readings
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish
 from dforce.problem import Problem
-from dforce.procedures import locked, two_tones
+from dforce.procedures import locked
 from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.motion import in_si
 from dforce.procedures.recording import check_length, record_spectrum, record_traces
 from dforce.results.status import Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.blocks import block_type
-from dforce.solvers.controlled import Controllers, Followed, follow
 from dforce.solvers.integrator import Engine, Integrator, Motion
 from dforce.solvers.langevin import Langevin
 from dforce.solvers.protocols import settle_at
 from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.states import States
 from dforce.solvers.transient import LATE, CancelCheck, Steady, decay_periods, march, observe
+
+if TYPE_CHECKING:
+    from dforce.solvers.controlled import Followed
 
 NOT_RECORDED = (Status.FAILED, Status.UNRESOLVED, Status.NO_STATE)
 
@@ -88,6 +90,8 @@ def _settled(plan: Dwell, problem: Problem, settings: SolverSettings, check_canc
 
 def _held(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
     """Return the motion at the amplitude and phase that controllers hold."""
+    from dforce.procedures import two_tones  # loads the compiler
+
     solve = two_tones.at_distance if len(problem.tones) > 1 else locked.at_distance
     found, there, states = solve(problem, settings, plan.zc, plan.harmonics, check_cancelled)
     integrator = block_type(settings).of_one(there, settings, plan.harmonics, check_cancelled).integrator(0, plan.zc)
@@ -96,6 +100,8 @@ def _held(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancell
 
 def _controlled(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
     """Return the motion that controllers lead to in time."""
+    from dforce.solvers.controlled import Controllers, follow  # loads the compiler
+
     tone, given = problem.tones[0], plan.controllers
     assert tone.lock is not None and given is not None
     phase = tone.lock.phase if "phase" in tone.lock.held else None

@@ -12,7 +12,10 @@ from dforce.case import Case, example
 from dforce.checks.validation.checks import Check, ValidationPart
 from dforce.checks.validation.comparison import find
 from dforce.forces.dmt import DMT
+from dforce.forces.van_der_waals import VanDerWaals
 from dforce.instrument import Cantilever, Drive, Sample, Tip
+from dforce.runs import approach
+from dforce.solvers import SolverSettings
 
 POINTS = 1024
 TEXT = "Formulas that neglect a small term; the limit is the size of this term."
@@ -117,9 +120,49 @@ def _small_amplitude() -> Iterator[Check]:
         )
 
 
+def _frequency_shift() -> Iterator[Check]:
+    """The frequency shift of FM-AFM under -HR/6d² alone, with one harmonic: a stiff lever has hardly more."""
+    from scipy.optimize import brentq
+
+    hamaker, radius, A0 = 2e-20, 2e-9, 10e-9
+    case = Case(
+        cantilever=Cantilever(f0=30e3, k=1800.0, Q=1e4),
+        drive=Drive(A0=A0, operation="fm"),
+        tip=Tip(radius=radius),
+        forces=[VanDerWaals(hamaker=hamaker)],
+        solver=SolverSettings(integrator="engine", accuracy=1e-9),
+    )
+    mode, strength = case.problem.modes[0], hamaker * radius / 6.0
+    distances = (12e-9, 10.5e-9)
+    curve = approach(case, zc=distances)
+    for zc, found in zip(distances, curve["frequency_shift"].values[:, 0].tolist(), strict=True):
+
+        def bend(z: float, zc: float = zc) -> float:
+            return mode.k * (z - zc) + strength * z / (z * z - A0 * A0) ** 1.5
+
+        gap = float(brentq(bend, zc - 0.01e-9, zc, xtol=1e-20, rtol=1e-14)) ** 2 - A0**2
+        expected = mode.f0 * (math.sqrt(1.0 - 2.0 * strength / (mode.k * gap**1.5)) - 1.0)
+        yield Check(
+            "frequency shift of an attraction",
+            f"k = 1800 N/m, A = 10 nm, {1e9 * zc:g} nm",
+            found,
+            expected,
+            "Hz",
+            abs(found / expected - 1.0),
+            1e-4,
+            "F. J. Giessibl, Phys. Rev. B 56, 16010 (1997): Δf from ⟨F z⟩ over a cosine, here with the square root",
+            "harmonics are neglected",
+        )
+
+
 def part(quick: bool) -> ValidationPart:
     """Return this part of the validation."""
-    sources = [_attraction_without_contact, _small_amplitude, *([] if quick else [_phase_of_a_conservative_force])]
+    sources = [
+        _attraction_without_contact,
+        _small_amplitude,
+        _frequency_shift,
+        *([] if quick else [_phase_of_a_conservative_force]),
+    ]
     checks = tuple(check for source in sources for check in source())
     if not np.isfinite([check.error for check in checks]).all():
         raise ArithmeticError("a closed form has no value")
