@@ -59,7 +59,7 @@ def material(curve: xr.Dataset, model: Literal["hertz", "punch", "cone"] = "hert
     -------
     xarray.Dataset
         `E_eff` (Pa), `estimated_indentation` (m), `estimated_viscosity` (Pa s, as of `kelvin_voigt`) and `loss_tangent`; NaN
-        where tone 1 or mode 2 is attracted. `neglected` along `effect`: the shares of what the formulas neglect. Simulated
+        where tone 1 or mode 2 is attracted. `neglected` along `effect`: the neglected effects as shares. Simulated
         values: `true_E_eff`, `true_indentation`, `true_viscosity`.
 
     Raises
