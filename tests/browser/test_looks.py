@@ -14,7 +14,7 @@ from dforce.gui.document.document import FIRST
 TABS = ("Set point", "Fit", "Against", "Motion", "Numbers", "Advice")
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("theme", ["light", pytest.param("dark", marks=pytest.mark.long)])
 def test_axe_finds_nothing_in_any_tab(window, theme):
     page = window.page
     dark = "() => document.body.classList.contains('body--dark')"

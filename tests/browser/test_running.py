@@ -61,10 +61,10 @@ def test_the_result_of_a_run_is_not_drawn_under_the_title_of_the_next_example(vi
     page = window.page
     window.unfold()
     window.field("solver.method").locator("select").select_option("transient")
-    window.type("experiment.zc.points", "501")
+    window.type("experiment.zc.points", "251")
     page.get_by_role("status").filter(has_text="press Run").wait_for()
     page.get_by_role("button", name="Run").click()
-    page.get_by_text("of 1002").wait_for()
+    page.get_by_text("of 502").wait_for()
     window.example("resonance-curve")
     stop = page.get_by_role("button", name="Stop")
     stop.wait_for(state="hidden")

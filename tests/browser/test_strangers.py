@@ -155,7 +155,8 @@ def test_in_a_class_a_case_reads_no_file_of_the_teacher(visit, shared, tmp_path)
         sentence = window.page.locator(".q-notification", has_text="file on the server")
         sentence.wait_for()
         said.append(sentence.inner_text())
-        sentence.wait_for(state="detached")
+        window.page.reload()  # sooner than the sentence goes away by itself
+        window.shows(df.example(FIRST))
     assert said[0] == said[1]
     assert "secret" not in said[0]
 
