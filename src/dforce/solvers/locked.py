@@ -27,11 +27,12 @@ from dforce.solvers.transient import CancelCheck
 
 BESIDE = 1e-6  # of the unknowns' units: neighbors that give derivatives
 FOUND, FLOOR = 1e-9, 1e-8  # Newton step of a state that is found; of one where rounding lets no step be smaller
+ROUGH = 1e-5  # Newton step of a state that is a guess for others
 NEAR = 1e-7  # Newton step behind which the next one, with the same derivatives, is smaller than that
 FARTHEST = 0.3  # of the free amplitude: longest Newton step
 CONTRACTS = 0.3  # of the step before: the next one, or the derivatives are worked out again
 MOST_MATRICES, MOST_STEPS = 6, 8  # of a search, and with the same derivatives
-FIRST, LARGEST, SMALLEST = 0.05, 0.5, 1e-6  # of the free amplitude: steps along the distance
+FIRST, LARGEST, SMALLEST = 0.1, 0.5, 1e-6  # of the free amplitude: steps along the distance
 AIMED, ASTRAY = 0.05, 0.2  # how far from its prediction a state should be, and may be
 SHRINK, GROWTH = 0.25, 2.5
 FAR = (
@@ -175,7 +176,7 @@ class Locked:
 
         Rough states are guesses themselves.
         """
-        enough = self.near if rough else self.found
+        enough = ROUGH if rough else self.found
         count, size = unknowns.shape
         out = LockedStates(
             zc, unknowns.copy(), branch.copy(), np.full((count, size, size + 1), np.nan), np.zeros(count, bool)

@@ -138,7 +138,7 @@ def _frequency_shift() -> Iterator[Check]:
     for zc, found in zip(distances, curve["frequency_shift"].values[:, 0].tolist(), strict=True):
 
         def bend(z: float, zc: float = zc) -> float:
-            return mode.k * (z - zc) + strength * z / (z * z - A0 * A0) ** 1.5
+            return float(mode.k * (z - zc) + strength * z / (z * z - A0 * A0) ** 1.5)
 
         gap = float(brentq(bend, zc - 0.01e-9, zc, xtol=1e-20, rtol=1e-14)) ** 2 - A0**2
         expected = mode.f0 * (math.sqrt(1.0 - 2.0 * strength / (mode.k * gap**1.5)) - 1.0)
