@@ -350,6 +350,15 @@ def test_a_sweep_of_locked_curves_has_the_curves_of_its_cases():
     assert swept["frequency_shift"].values[0, 0, 0] < swept["frequency_shift"].values[1, 0, 0]
 
 
+def test_mean_stiffness_and_normalized_shift_follow_from_the_frequency_that_is_found():
+    curve = df.run(case(AIR, [DMT], "9.5 nm", A0="10 nm"))
+    f0, k, f = 48.9e3, 0.9, float(curve["drive_frequency"].values[0, 0])
+    # relative to the resonance's width, k/Q
+    assert float(curve["mean_stiffness"].values[0, 0]) == pytest.approx(k * ((f / f0) ** 2 - 1.0), abs=1e-4 * k / 255)
+    normalized = k * 10e-9**1.5 * (f - f0) / f0
+    assert float(curve["normalized_frequency_shift"].values[0, 0]) == pytest.approx(normalized, rel=1e-6)
+
+
 def test_states_at_a_frequency_shift_lie_on_the_curve():
     zc = {"start": "12 nm", "stop": "9.4 nm", "points": 261}
     asked = case(AIR, [DMT], "9.5 nm", A0="10 nm").replace("experiment", {"kind": "approach", "zc": zc})

@@ -14,7 +14,7 @@ from dforce.core.errors import ParameterError
 from dforce.core.parameters import Number, Parameters, param
 from dforce.instrument.modes import ModeNumbers
 
-# what each mode of operation holds; the other two of the four numbers are what it measures
+# the two numbers that each mode of operation holds; it measures the other two
 HELD = {
     "am": ("drive", "frequency"),
     "fm": ("amplitude", "phase"),
@@ -33,7 +33,7 @@ BESIDE = (
 
 @dataclass(frozen=True)
 class Lock:
-    """What the controllers of a tone hold in the place of its drive and frequency.
+    """The set points of a tone's controllers, which hold amplitude or phase.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class Operated(Parameters):
 
     @property
     def lock(self) -> Lock | None:
-        """What is held in the place of drive and frequency; None in amplitude modulation."""
+        """The lock of the tone; None in amplitude modulation."""
         if self.operation == "am":
             return None
         return Lock(self.operation, self.phase_set_point, self.signal == "mode")
