@@ -25,6 +25,7 @@ from dforce.results.dataset import reader_unit
 FLAGS = (
     "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--disable-default-apps", "--disable-extensions",
+    "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup",  # a page of their own in each window
 )  # fmt: skip
 
 
