@@ -16,7 +16,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.core.arrays import Array, Bools, Indices
-from dforce.observables.finish import held_signal
+from dforce.observables.finish import held_signals
 from dforce.problem import Problem
 from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
@@ -151,7 +151,7 @@ class Locked:
         base = np.zeros(len(zc), dtype=complex)
         if self.problem.shaken is not None:
             base = kernel.base_of(block.tables_driven(zc, at, ratio)[1])[:, 0]
-        signal = held_signal(block.batch.example, rows[:, 0], base, self.lock.of_mode)
+        signal = held_signals(block.batch.example, rows[:, 0], base[:, None], self.lock.of_mode)[:, 0]
         turned = signal * np.exp(1j * self.lock.phase)
         missed = {"amplitude": np.abs(signal) - 1.0, "phase": np.angle(turned)}
         parts = [after.x - before.x, (after.memory - before.memory) / block.memory_scale]
