@@ -57,13 +57,14 @@ def curve(
     with until_stopped() as stop:
         last: Anchor | None = None
         for some in _portions(plan.visits):
-            zc = plan.values[[place[0] for place in plan.visits[some]]]
-            note = f"zc = {units.show(float(zc[0]), 'm', 4)}"
-            first = begun(locked, float(zc[0])) if last is None else last
+            values = plan.values[[place[0] for place in plan.visits[some]]]
+            note = f"zc = {units.show(float(values[0]), 'm', 4)}"
+            at = values / locked.length
+            first = begun(locked, float(at[0])) if last is None else last
             if first is None:
                 kept.status[0, some] = Status.NO_STATE
             else:
-                found, last = locked.along(first, zc)
+                found, last = locked.along(first, at)
                 columns, became = observed(locked, found)
                 kept.keep((0, some), columns, became)
             done = some.stop
@@ -83,21 +84,21 @@ def at_distance(
 ) -> tuple[Found, Problem, States]:
     """Return what is found at a distance, the problem with the frequency and drive found there, and the motion."""
     locked, found = Locked(problem, settings, harmonics, check_cancelled), Found.empty()
-    first = begun(locked, zc)
+    first = begun(locked, zc / locked.length)
     if first is None:
         found.status[:] = Status.NO_STATE
         return found, problem.unlocked, _free(locked)
-    state = locked.newton(np.array([zc]), first.unknowns[None], first.branch[None])
+    state = locked.newton(first.unknowns[None], first.branch[None])
     columns, became = observed(locked, state)
     found.keep((0, slice(None)), columns, became)
-    frequency, ratio = float(locked.frequency(state.unknowns)[0]), float(locked.drive(state.unknowns)[0])
+    frequency, ratio = (float(locked.number(state.unknowns, name)[0]) for name in ("frequency", "drive"))
     there = problem.unlocked.driven(frequency, ratio)
     return found, there, locked.motions(state.unknowns, state.branch)
 
 
-def begun(locked: Locked, zc: float) -> Anchor | None:
-    """Return the state at a distance that an approach leads to; None where it ends before."""
-    return locked.begin(zc, _free(locked))
+def begun(locked: Locked, at: float) -> Anchor | None:
+    """Return the state at a distance (scaled) that an approach leads to; None where it ends before."""
+    return locked.begin(at, _free(locked))
 
 
 def _free(locked: Locked) -> States:
@@ -116,7 +117,7 @@ def _portions(visits: list[Place]) -> Iterator[slice]:
 
 def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     """Return the observables of states, with estimated errors, and what became of them."""
-    count = len(found.zc)
+    count = len(found.good)
     became = np.full(count, Status.NO_STATE, dtype=np.int8)
     there = np.flatnonzero(found.good)
     if not len(there):
@@ -124,7 +125,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     states, accuracy = found.take(there), locked.block.settings.accuracy
     # errors are shares of what the free lock has: at the frequency found the same drive may hardly move a free lever
     at_free_lock = np.full(len(there), locked.reference), np.ones(len(there))
-    numbers, tones = locked.block.tables_driven(states.zc, *at_free_lock)
+    numbers, tones = locked.block.tables_driven(locked.number(states.unknowns, "zc"), *at_free_lock)
     values = measured(locked, states, 1)
     left, error, times = np.arange(len(there)), np.full(len(there), np.inf), 1
     while len(left) and TWICE * times * locked.block.points <= MOST_SAMPLES:
@@ -147,7 +148,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     became[there] = np.where(good, graded(error, accuracy), Status.UNRESOLVED)
     for whole, part in zip(found, states, strict=True):
         whole[there] = part
-    frequency, ratio = locked.frequency(states.unknowns)[:, None], locked.drive(states.unknowns)[:, None]
+    frequency, ratio = (locked.number(states.unknowns, name)[:, None] for name in ("frequency", "drive"))
     columns = values | {"error_estimate": error} | of_locks(locked.problem, frequency, ratio, values)
     columns |= _motions(locked, states)
     out = {}
@@ -159,7 +160,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
 
 def tables(locked: Locked, states: LockedStates) -> tuple[Array, Array]:
     """Return the kernel's parameters and tone tables of states."""
-    return locked.block.tables_driven(states.zc, locked.frequency(states.unknowns), locked.drive(states.unknowns))
+    return locked.block.tables_driven(*(locked.number(states.unknowns, name) for name in ("zc", "frequency", "drive")))
 
 
 def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Array]:
@@ -190,7 +191,7 @@ def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str,
 
 def _motions(locked: Locked, states: LockedStates) -> dict[str, Array]:
     """Return the motions of states in SI."""
-    example, at = locked.block.batch.example, locked.frequency(states.unknowns)
+    example, at = locked.block.batch.example, locked.number(states.unknowns, "frequency")
     length = np.full(len(at), locked.length)
     scales = kernel.units_of(example, length, 2.0 * math.pi * at * length)
     base = kernel.base_in_motion(example, tables(locked, states)[1])
