@@ -24,6 +24,7 @@ from dforce.procedures.statuses import without_failed
 from dforce.results.status import Status, graded
 from dforce.solvers.accuracy import SURE
 from dforce.solvers.locked import Anchor, Locked, LockedStates
+from dforce.solvers.locked_orbits import follow
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.states import States
 
@@ -64,7 +65,8 @@ def curve(
             if first is None:
                 kept.status[0, some] = Status.NO_STATE
             else:
-                found, last = locked.along(first, at)
+                found, jumps, last = follow(locked, first, at)
+                kept.jumps[0] += jumps
                 columns, became = observed(locked, found)
                 kept.keep((0, some), columns, became)
             done = some.stop
@@ -85,10 +87,10 @@ def at_distance(
     """Return what is found at a distance, the problem with the frequency and drive found there, and the motion."""
     locked, found = Locked(problem, settings, harmonics, check_cancelled), Found.empty()
     first = begun(locked, zc / locked.length)
-    if first is None:
+    state = None if first is None else follow(locked, first, np.array([zc / locked.length]))[0]
+    if state is None or not state.good[0]:
         found.status[:] = Status.NO_STATE
         return found, problem.unlocked, _free(locked)
-    state = locked.newton(first.unknowns[None], first.branch[None])
     columns, became = observed(locked, state)
     found.keep((0, slice(None)), columns, became)
     frequency, ratio = (float(locked.number(state.unknowns, name)[0]) for name in ("frequency", "drive"))
@@ -97,7 +99,7 @@ def at_distance(
 
 
 def begun(locked: Locked, at: float) -> Anchor | None:
-    """Return the state at a distance (scaled) that an approach leads to; None where it ends before."""
+    """Return the state at a distance (scaled) or far above it; None where there is none."""
     return locked.begin(at, _free(locked))
 
 
@@ -160,7 +162,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
 
 def tables(locked: Locked, states: LockedStates) -> tuple[Array, Array]:
     """Return the kernel's parameters and tone tables of states."""
-    return locked.block.tables_driven(*(locked.number(states.unknowns, name) for name in ("zc", "frequency", "drive")))
+    return locked.block.tables_driven(*locked.driven(states.unknowns))
 
 
 def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Array]:

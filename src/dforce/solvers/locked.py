@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce import kernel
-from dforce.core.arrays import Array, Bools
+from dforce.core.arrays import Array, Bools, Complexes
 from dforce.observables.finish import held_signal
 from dforce.problem import Problem
 from dforce.solvers.block import Block
@@ -32,7 +32,7 @@ NEAR = 1e-7  # Newton step behind which the next one, with the same derivatives,
 FARTHEST = 0.3  # of the free amplitude: longest Newton step
 CONTRACTS = 0.3  # of the step before: the next one, or the derivatives are worked out again
 MOST_MATRICES, MOST_STEPS = 6, 8  # of a search, and with the same derivatives
-FIRST, LARGEST, SMALLEST = 0.1, 0.5, 1e-6  # of the free amplitude: steps along the distance
+FIRST, LARGEST, SMALLEST = 0.1, 0.5, 1e-4  # of the free amplitude: steps along the distance
 AIMED, ASTRAY = 0.05, 0.2  # how far from its prediction a state should be, and may be
 SHRINK, GROWTH = 0.25, 2.5
 FAR = (
@@ -72,6 +72,12 @@ class LockedStates(NamedTuple):
     def take(self, which: Any) -> LockedStates:
         """Return some of them."""
         return LockedStates(*(part[which] for part in self))
+
+    @classmethod
+    def lost(cls, like: Anchor, count: int) -> LockedStates:
+        """Return so many rows without a state."""
+        given = (np.full((count, *part.shape), np.nan) for part in like[:3])
+        return cls(*given, np.zeros(count, dtype=bool))
 
 
 class Anchor(NamedTuple):
@@ -140,6 +146,10 @@ class Locked:
             return np.full(len(unknowns), offset)
         return np.asarray(offset + unit * unknowns[:, self.motion + self.numbers.index(name)])
 
+    def driven(self, unknowns: Array) -> list[Array]:
+        """Return the distances (m), frequencies (Hz) and relative drives of states."""
+        return [self.number(unknowns, name) for name in ("zc", "frequency", "drive")]
+
     def motions(self, unknowns: Array, branch: Array) -> States:
         """Return the motions of states."""
         x, memory = unknowns[:, : self.block.size], unknowns[:, self.block.size : self.motion]
@@ -147,27 +157,31 @@ class Locked:
 
     def march(self, unknowns: Array, branch: Array, times: int = 1, wanted: int = MOTION) -> tuple[Array, Array, Array]:
         """Return how far the equations are from being met, the branches one period later, and what was measured."""
-        block, driven = self.finer(times), [self.number(unknowns, name) for name in ("zc", "frequency", "drive")]
-        before = self.motions(unknowns, branch)
-        after, rows = block.driven(driven[0], before, *driven[1:], wanted)
-        base = np.zeros(len(rows), dtype=complex)
-        if self.problem.shaken is not None:
-            base = kernel.base_of(block.tables_driven(*driven)[1])[:, 0]
-        signal = held_signal(block.batch.example, rows[:, 0], base, self.lock.of_mode)
-        turned = signal * np.exp(1j * self.lock.phase)
-        missed = {"amplitude": np.abs(signal) - 1.0, "phase": np.angle(turned)}
+        block, before = self.finer(times), self.motions(unknowns, branch)
+        zc, *driven = self.driven(unknowns)
+        after, rows = block.driven(zc, before, *driven, wanted)
+        signal = self.signal(unknowns, rows) * np.exp(1j * self.lock.phase)
+        missed = {"amplitude": np.abs(signal) - 1.0, "phase": np.angle(signal)}
         parts = [after.x - before.x, (after.memory - before.memory) / block.memory_scale]
         return np.concatenate([*parts, *(missed[name][:, None] for name in self.held)], axis=1), after.branch, rows
+
+    def signal(self, unknowns: Array, rows: Array) -> Complexes:
+        """Return what the lock-in reads, relative to the drive and in units of the set point."""
+        base = np.zeros(len(rows), dtype=complex)
+        if self.problem.shaken is not None:
+            base = kernel.base_of(self.block.tables_driven(*self.driven(unknowns))[1])[:, 0]
+        return held_signal(self.block.batch.example, rows[:, 0], base, self.lock.of_mode)
 
     def derived(self, unknowns: Array, branch: Array) -> tuple[Array, Array, Array]:
         """Return the same without what was measured, and the derivatives by the unknowns."""
         count, size = unknowns.shape
-        beside = np.repeat(unknowns[:, None], size + 1, axis=1)
-        beside[:, range(1, size + 1), range(size)] += BESIDE
-        missed, after, _ = self.march(beside.reshape(-1, size), np.repeat(branch, size + 1, axis=0))
-        missed = missed.reshape(count, size + 1, size - 1)
-        by = np.moveaxis(missed[:, 1:] - missed[:, :1], 1, 2) / BESIDE
-        return missed[:, 0], after[:: size + 1], by
+        beside = BESIDE * np.concatenate([np.zeros((1, size)), np.eye(size), -np.eye(size)])
+        missed, after, _ = self.march(
+            (unknowns[:, None] + beside).reshape(-1, size), np.repeat(branch, len(beside), axis=0)
+        )
+        missed = missed.reshape(count, len(beside), size - 1)
+        by = np.moveaxis(missed[:, 1 : size + 1] - missed[:, size + 1 :], 1, 2) / (2.0 * BESIDE)
+        return missed[:, 0], after[:: len(beside)], by
 
     def newton(
         self,
@@ -244,7 +258,7 @@ class Locked:
         return stable
 
     def begin(self, at: float, start: States) -> Anchor | None:
-        """Return the state at a distance (scaled) that an approach from far away leads to; None where it ends before."""
+        """Return the state at a distance (scaled) or far above it, from motion without forces; None where there is none."""
         guess = np.zeros((1, len(self.weights)))
         guess[:, : self.motion] = np.concatenate([start.x, start.memory / self.block.memory_scale], axis=1)
         for away in FAR:
@@ -252,8 +266,7 @@ class Locked:
             found = self.newton(guess, start.branch)
             if found.good[0] and np.abs(found.unknowns - guess).max() < ASTRAY:
                 self._direction = float(np.linalg.slogdet(found.matrix[:, :-1, :-1])[0][0])
-                first = self.anchor(found)
-                return first if away == 0.0 else self.reach(first, at)
+                return self.anchor(found)
         return None
 
     def anchor(self, found: LockedStates) -> Anchor:
@@ -263,11 +276,6 @@ class Locked:
         matrix[-1, -1] = 1.0
         slope = np.append(-np.linalg.solve(matrix[:-1, :-1], matrix[:-1, -1]), 1.0)
         return Anchor(found.unknowns[0], found.branch[0], matrix, slope)
-
-    def reach(self, first: Anchor, at: float) -> Anchor | None:
-        """Return the state at a value that leads there from another one; None where it ends before."""
-        last = self.walk(first, at)[-1]
-        return last if last.at == at else None
 
     def walk(self, first: Anchor, stop: float) -> list[Anchor]:
         """Return states on the way from one of them to a value, as far as they go on; the last one lies there exactly."""
@@ -291,6 +299,8 @@ class Locked:
 
     def between(self, anchors: list[Anchor], at: Array) -> LockedStates:
         """Find the states at values between anchors; each guess is a cubic through the nearest two."""
+        if len(anchors) == 1:
+            anchors = [*anchors, anchors[0]._replace(unknowns=anchors[0].unknowns + SMALLEST * anchors[0].slope)]
         sign = 1.0 if anchors[-1].at > anchors[0].at else -1.0
         places = sign * np.array([one.at for one in anchors])
         after = np.clip(np.searchsorted(places, sign * at), 1, len(anchors) - 1)
@@ -300,25 +310,13 @@ class Locked:
         found = self.newton(guess, branch[after - 1], (1.0 - share) * matrix[after - 1] + share * matrix[after])
         astray = np.abs((found.unknowns - guess) * self.weights).max(axis=1)
         found.good[:] &= (astray < ASTRAY) & self.is_stable(found)
-        return found
-
-    def along(self, first: Anchor, at: Array) -> tuple[LockedStates, Anchor]:
-        """Find the states at values that rise or fall, from one at the first of them on; return the last one, too."""
-        anchors = self.walk(first, float(at[-1]))
-        if len(anchors) == 1:
-            beside = first.unknowns + SMALLEST * first.slope
-            anchors = [first, first._replace(unknowns=beside)]
-        found = self.between(anchors, at)
-        reached = np.abs(at - first.at) <= abs(anchors[-1].at - first.at)
-        found.good[:] &= reached
-        for i in np.flatnonzero(~found.good & reached).tolist():  # a guess between anchors led astray: go by steps
-            before = [one for one in anchors if abs(one.at - first.at) <= abs(at[i] - first.at)][-1]
-            there = self.reach(before, float(at[i]))
-            if there is not None:
-                one = self.newton(there.unknowns[None], there.branch[None])
+        for i in np.flatnonzero(~found.good).tolist():  # a guess between anchors led astray: go there by steps
+            last = self.walk(anchors[after[i] - 1], float(at[i]))[-1]
+            if last.at == at[i]:
+                one = self.newton(last.unknowns[None], last.branch[None])
                 for whole, part in zip(found, one, strict=True):
                     whole[i] = part[0]
-        return found, anchors[-1]
+        return found
 
     def measured(self, found: LockedStates, times: int) -> Array:
         """Move states to where they are with so many times the samples; return what is measured, (states, periods, columns)."""
