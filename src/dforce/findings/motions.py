@@ -151,10 +151,10 @@ def _change(sweep: xr.Dataset, jump: Jump) -> str:
 
 
 def _peak(sweep: xr.Dataset, way: str) -> Finding:
-    amplitude = sweep["amplitude"].isel(tone=0).values
+    amplitude, held = sweep["amplitude"].isel(tone=0).values, "amplitude" in str(sweep.attrs.get("held", "")).split()
     if not np.isfinite(amplitude).any():
         return Finding("resonance", "resonance", "-", None, "Hz", way)
-    index = int(np.nanargmax(amplitude))
+    index = int(np.nanargmin(sweep["drive_force"].isel(tone=0)) if held else np.nanargmax(amplitude))
     more = f" ({number(float(amplitude[index]), 'm')})"
     return finding("resonance", "resonance", float(sweep["frequency"][index]), "Hz", way, more)
 

@@ -54,13 +54,14 @@ def curve(
     def check_cancelled() -> None:
         report_progress(min(done, total - 1), total, note)
 
-    locked = Locked(case.problem, case.solver, experiment.harmonics, check_cancelled)
+    locked = Locked(case.problem, case.solver, experiment.harmonics, check_cancelled, plan.name, plan.zc or 0.0)
+    offset, unit = locked.scales[plan.name]
     with until_stopped() as stop:
         last: Anchor | None = None
         for some in _portions(plan.visits):
             values = plan.values[[place[0] for place in plan.visits[some]]]
-            note = f"zc = {units.show(float(values[0]), 'm', 4)}"
-            at = values / locked.length
+            note = f"{plan.name} = {units.show(float(values[0]), 'm' if plan.zc is None else 'Hz', 4)}"
+            at = (values - offset) / unit
             first = begun(locked, float(at[0])) if last is None else last
             if first is None:
                 kept.status[0, some] = Status.NO_STATE
@@ -72,6 +73,7 @@ def curve(
             done = some.stop
         report_progress(total, total, "")
     data = dataset(Layout([plan], plan.coords), [kept], locked.block.batch.example)
+    data = data if plan.zc is None else data.assign_coords(zc=plan.zc)
     data.attrs |= {
         "samples_per_period": locked.block.points,
         "protocol": "quasi_static",
@@ -99,8 +101,18 @@ def at_distance(
 
 
 def begun(locked: Locked, at: float) -> Anchor | None:
-    """Return the state at a distance (scaled) or far above it; None where there is none."""
-    return locked.begin(at, _free(locked))
+    """Return a state from which a curve is followed; None where there is none.
+
+    It lies at the given distance (scaled) or far above it; a curve along the frequency begins at that of the case.
+    """
+    zc, unit = locked.scales["zc"]
+    if locked.numbers[-1] == "zc":
+        return locked.begin(at, _free(locked))
+    there = Locked(locked.problem, locked.block.settings, 1, locked.block.check_cancelled)
+    first = begun(there, zc / unit)
+    at_zc = None if first is None else follow(there, first, np.array([zc / unit]))[0]
+    begin = None if at_zc is None else locked.begin_at(there, at_zc)
+    return None if begin is None else follow(locked, begin, np.array([at]))[2]
 
 
 def _free(locked: Locked) -> States:

@@ -269,6 +269,14 @@ class Locked:
                 return self.anchor(found)
         return None
 
+    def begin_at(self, other: Locked, found: LockedStates) -> Anchor | None:
+        """Return a state that was found along the distance as one along the frequency, at that of the case."""
+        self._direction = other._direction
+        guess = found.unknowns.copy()
+        guess[:, -1] = 0.0
+        here = self.newton(guess, found.branch)
+        return self.anchor(here) if here.good[0] else None
+
     def anchor(self, found: LockedStates) -> Anchor:
         """Return the only state as an anchor."""
         matrix = found.matrix[0]
