@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from dforce import kernel
 from dforce.core import units
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import until_stopped
-from dforce.experiments.base import initial_motions
 from dforce.observables.averaging import weights
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
@@ -26,7 +25,6 @@ from dforce.solvers.accuracy import SURE
 from dforce.solvers.locked import Anchor, Locked, LockedStates
 from dforce.solvers.locked_orbits import follow
 from dforce.solvers.sample_counts import MOST_SAMPLES
-from dforce.solvers.states import States
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,6 +34,7 @@ if TYPE_CHECKING:
     from dforce.experiments.base import CurveExperiment, Place, Progress
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
+    from dforce.solvers.states import States
     from dforce.solvers.transient import CancelCheck
 
 AT_ONCE = 256  # distances whose states are found together: a stop loses no more
@@ -74,13 +73,25 @@ def curve(
         report_progress(total, total, "")
     data = dataset(Layout([plan], plan.coords), [kept], locked.block.batch.example)
     data = data if plan.zc is None else data.assign_coords(zc=plan.zc)
-    data.attrs |= {
+    data.attrs |= attributes(locked) | {"protocol": "quasi_static"}
+    return data.assign_attrs(interrupted=1) if stop.came else data
+
+
+def attributes(locked: Locked) -> dict[str, Any]:
+    """Return the attributes of a result of locked states."""
+    return {
         "samples_per_period": locked.block.points,
-        "protocol": "quasi_static",
         "reference_frequency": locked.reference,
         "held": " ".join(locked.lock.held),
     }
-    return data.assign_attrs(interrupted=1) if stop.came else data
+
+
+def on_curve(locked: Locked, orbits: Sequence[Any]) -> tuple[Found, Array]:
+    """Return what is found on the orbits of a curve, and their distances (m)."""
+    found, states = Found.empty(1, len(orbits)), LockedStates.joined([orbit.found for orbit in orbits])
+    columns, became = observed(locked, states)
+    found.keep((0, slice(None)), columns, became)
+    return found, locked.number(states.unknowns, "zc")
 
 
 def at_distance(
@@ -92,7 +103,7 @@ def at_distance(
     state = None if first is None else follow(locked, first, np.array([zc / locked.length]))[0]
     if state is None or not state.good[0]:
         found.status[:] = Status.NO_STATE
-        return found, problem.unlocked, _free(locked)
+        return found, problem.unlocked, locked.free_motion
     columns, became = observed(locked, state)
     found.keep((0, slice(None)), columns, became)
     frequency, ratio = (float(locked.number(state.unknowns, name)[0]) for name in ("frequency", "drive"))
@@ -107,17 +118,12 @@ def begun(locked: Locked, at: float) -> Anchor | None:
     """
     zc, unit = locked.scales["zc"]
     if locked.numbers[-1] == "zc":
-        return locked.begin(at, _free(locked))
+        return locked.begin(at)
     there = Locked(locked.problem, locked.block.settings, 1, locked.block.check_cancelled)
-    first = begun(there, zc / unit)
+    first = there.begin(zc / unit)
     at_zc = None if first is None else follow(there, first, np.array([zc / unit]))[0]
     begin = None if at_zc is None else locked.begin_at(there, at_zc)
     return None if begin is None else follow(locked, begin, np.array([at]))[2]
-
-
-def _free(locked: Locked) -> States:
-    """Return the motion without tip–sample forces."""
-    return States.of(*initial_motions(locked.block, np.array([locked.reference]), "free"))
 
 
 def _portions(visits: list[Place]) -> Iterator[slice]:

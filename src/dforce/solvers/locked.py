@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from dforce.observables.finish import held_signal
 from dforce.problem import Problem
 from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
+from dforce.solvers.integrator import free_amplitudes, with_amplitudes
 from dforce.solvers.period_map import ALL, MOTION
 from dforce.solvers.settings import SolverSettings
 from dforce.solvers.states import States
@@ -72,6 +74,11 @@ class LockedStates(NamedTuple):
     def take(self, which: Any) -> LockedStates:
         """Return some of them."""
         return LockedStates(*(part[which] for part in self))
+
+    @classmethod
+    def joined(cls, parts: Sequence[LockedStates]) -> LockedStates:
+        """Return the rows of several tables as one."""
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
     @classmethod
     def lost(cls, like: Anchor, count: int) -> LockedStates:
@@ -257,9 +264,15 @@ class Locked:
             stable[stable] = np.abs(np.linalg.eigvals(within[stable])).max(axis=1) < 1.0
         return stable
 
-    def begin(self, at: float, start: States) -> Anchor | None:
+    @property
+    def free_motion(self) -> States:
+        """The motion at the free lock."""
+        integrator = self.block.integrator(0, self.reference)
+        return States.of(with_amplitudes(integrator, free_amplitudes(integrator)))
+
+    def begin(self, at: float) -> Anchor | None:
         """Return the state at a distance (scaled) or far above it, from motion without forces; None where there is none."""
-        guess = np.zeros((1, len(self.weights)))
+        guess, start = np.zeros((1, len(self.weights))), self.free_motion
         guess[:, : self.motion] = np.concatenate([start.x, start.memory / self.block.memory_scale], axis=1)
         for away in FAR:
             guess[:, -1] = at + away

@@ -80,6 +80,12 @@ class LockedRange(ParameterRange):
         found = self.locked.newton((guess / weights)[None], branch, across=across)
         return self.on_curve(found) if found.good[0] else None
 
+    def free_orbit(self, scaled: float) -> Orbit | None:
+        """Return the state to which an approach from far away leads; see :meth:`ParameterRange.free_orbit`."""
+        first = self.locked.begin(scaled)
+        found = None if first is None else follow(self.locked, first, np.array([scaled]))[0]
+        return self.on_curve(found) if found is not None and found.good[0] else None
+
     def on_curve(self, found: LockedStates) -> LockedOrbit:
         """Return the only state as an orbit."""
         locked, (unknowns, branch, matrix, _) = self.locked, found
@@ -131,7 +137,7 @@ def follow(locked: Locked, first: Anchor, at: Array) -> tuple[LockedStates, list
             break
         first = landed[1]
         jumps += landed[0]
-    return LockedStates(*map(np.concatenate, zip(*parts, strict=True))), jumps, first
+    return LockedStates.joined(parts), jumps, first
 
 
 def _behind_fold(locked: Locked, anchors: list[Anchor], to: float) -> tuple[list[StateJump], Anchor] | None:

@@ -178,6 +178,10 @@ class ParameterRange:
         """Return the problem at a value (SI), with the lever as it is at the distance there."""
         return self._whole_at(value).at_height(self.distance(value))
 
+    def problem_of(self, orbit: Orbit) -> Problem:
+        """Return the problem of an orbit."""
+        return self.problem_at(orbit.value)
+
     def _new_block(self, value: float) -> Block:
         problem = self._whole_at(value) if self.zc is None else self.problem_at(value)
         return block_type(self.settings).of_one(
