@@ -73,7 +73,8 @@ class LockedStates(NamedTuple):
 
     def take(self, which: Any) -> LockedStates:
         """Return some of them."""
-        return LockedStates(*(part[which] for part in self))
+        unknowns, branch, matrix, good = self
+        return LockedStates(unknowns[which], branch[which], matrix[which], good[which])
 
     @classmethod
     def joined(cls, parts: Sequence[LockedStates]) -> LockedStates:
@@ -83,8 +84,8 @@ class LockedStates(NamedTuple):
     @classmethod
     def lost(cls, like: Anchor, count: int) -> LockedStates:
         """Return so many rows without a state."""
-        given = (np.full((count, *part.shape), np.nan) for part in like[:3])
-        return cls(*given, np.zeros(count, dtype=bool))
+        unknowns, branch, matrix = (np.full((count, *part.shape), np.nan) for part in like[:3])
+        return cls(unknowns, branch, matrix, np.zeros(count, dtype=bool))
 
 
 class Anchor(NamedTuple):
@@ -165,8 +166,8 @@ class Locked:
     def march(self, unknowns: Array, branch: Array, times: int = 1, wanted: int = MOTION) -> tuple[Array, Array, Array]:
         """Return how far the equations are from being met, the branches one period later, and what was measured."""
         block, before = self.finer(times), self.motions(unknowns, branch)
-        zc, *driven = self.driven(unknowns)
-        after, rows = block.driven(zc, before, *driven, wanted)
+        zc, at, ratio = self.driven(unknowns)
+        after, rows = block.driven(zc, before, at, ratio, wanted)
         signal = self.signal(unknowns, rows) * np.exp(1j * self.lock.phase)
         missed = {"amplitude": np.abs(signal) - 1.0, "phase": np.angle(signal)}
         parts = [after.x - before.x, (after.memory - before.memory) / block.memory_scale]

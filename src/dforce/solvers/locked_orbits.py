@@ -48,7 +48,7 @@ class LockedOrbit(Orbit):
     steady: bool = True
 
     @property
-    def stability(self) -> int:  # type: ignore[override]
+    def stability(self) -> int:
         """Whether small disturbances die out or grow under ideal controllers."""
         return CRITICAL if self.special == FOLD else STABLE if self.steady else UNSTABLE
 
@@ -70,8 +70,8 @@ class LockedRange(ParameterRange):
     def problem_of(self, orbit: Orbit) -> Problem:
         """Return the problem in amplitude modulation, at the frequency and drive of a state."""
         assert isinstance(orbit, LockedOrbit)
-        at = (self.locked.number(orbit.found.unknowns, name)[0] for name in ("frequency", "drive"))
-        return self.problem.unlocked.driven(*map(float, at))
+        _, at, ratio = self.locked.driven(orbit.found.unknowns)
+        return self.problem.unlocked.driven(float(at[0]), float(ratio[0]))
 
     def find(self, guess: Array, branch: Array, normal: Array | None = None, repeats: int = 1) -> Orbit | None:
         """Return the state near a guess; see :meth:`ParameterRange.find`."""
@@ -155,9 +155,10 @@ def _behind_fold(locked: Locked, anchors: list[Anchor], to: float) -> tuple[list
     assert isinstance(end, LockedOrbit)
     if end.u[-1] != to or not end.is_stable:
         return None
-    folds = [point for point in points if point.special == FOLD]
-    amplitudes = [
-        locked.length * abs(locked.signal(one.found.unknowns, one.rows[None])[0]) for one in (*folds[:1], end)
-    ]
-    jumps = [StateJump(folds[0].value, *amplitudes, way > 0.0)] if folds else []
+    folds = [point for point in points if isinstance(point, LockedOrbit) and point.special == FOLD][:1]
+    before, after = (
+        locked.length * float(np.abs(locked.signal(one.found.unknowns, one.rows[None])[0]))
+        for one in (*folds, end, end)[:2]
+    )
+    jumps = [StateJump(fold.value, before, after, way > 0.0) for fold in folds]
     return jumps, locked.anchor(end.found)
