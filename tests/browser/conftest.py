@@ -1,4 +1,4 @@
-"""One server and few pages for all flows: each page that is opened costs seconds on a busy machine."""
+"""One server, one browser and few pages for all flows: each page that is opened costs seconds."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def server(tmp_path_factory):
         yield started
 
 
-# not for the whole session: Playwright keeps an event loop running, beside which other tests could not use asyncio
-@pytest.fixture(scope="module")
+# Not for the whole session: Playwright keeps an event loop running, beside which other tests could not use asyncio.
+@pytest.fixture(scope="package")
 def browser():
     pytest.importorskip("playwright")
     if find_browser() is None:
@@ -42,19 +42,41 @@ LOST = (
 )
 
 
-class Watch:
-    """What a page must not do: ask another host, raise an error, or complain in its console.
+class Visitor:
+    """A page, and what it must not do: ask another host, raise an error, or complain in its console.
 
     Where its connection is lost on purpose, it may complain of that.
     """
 
-    def __init__(self, context, server, lost=False):
-        self.server, self.own = server, urllib.parse.urlsplit(server.home).netloc
-        self.allowed = LOST if lost else ()
-        self.wrong = []
+    def __init__(self, browser):
+        context = browser.new_context(accept_downloads=True)
+        context.set_default_timeout(WAIT)
         context.on("request", lambda request: self._request(request.url))
         context.on("weberror", lambda error: self.wrong.append(f"error in the page: {error.error}"))
         context.on("console", lambda message: message.type == "error" and self._complaint(message))
+        self.page, self.wrong = context.new_page(), []
+
+    def come(self, server, width=1366, height=768, lost=False):
+        """Come to a server that does not know this person, by default with the screen of a small laptop."""
+        self.server, self.own = server, urllib.parse.urlsplit(server.home).netloc
+        self.allowed = LOST if lost else ()
+        self.wrong.clear()
+        self.page.set_viewport_size({"width": width, "height": height})
+        return Window(self.page, server)
+
+    def leave(self):
+        """Leave nothing for the next person, and return whether there can be one."""
+        if self.server.process.poll() is not None:
+            self.page.context.close()
+            return False
+        for page in self.page.context.pages:
+            if page != self.page:
+                page.close()
+        self.page.mouse.move(0, 0)
+        self.page.goto(f"{self.server.home}/favicon.ico")
+        self.page.evaluate("() => [localStorage, sessionStorage].forEach((one) => one.clear())")
+        self.page.context.clear_cookies()
+        return True
 
     def _request(self, url):
         parts = urllib.parse.urlsplit(url)
@@ -70,43 +92,45 @@ class Watch:
         assert wrong == [], "".join(self.server.said[-50:])
 
 
+@pytest.fixture(scope="package")
+def free():
+    """Keep visitors who have left: with its scripts compiled, a page opens the window at half the cost."""
+    return []
+
+
 @pytest.fixture
-def visit(browser, server):
-    """Give a function that opens the window for another person, by default in the size of a small laptop.
+def visit(browser, free, server):
+    """Give a function that opens the window for another person.
 
     A test that cuts the connection, or ends the server, says that it is `lost`.
     """
-    opened = []
+    here = []
 
-    def visit(server=server, width=1366, height=768, enter=Window.open, lost=False, **options):
-        context = browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True, **options)
-        context.set_default_timeout(WAIT)
-        opened.append((context, Watch(context, server, lost)))
-        window = Window(context.new_page(), server)
+    def visit(server=server, enter=Window.open, **how):
+        here.append(free.pop() if free else Visitor(browser))
+        window = here[-1].come(server, **how)
         enter(window)
         return window
 
     yield visit
-    for context, watch in opened:
-        context.close()
-        watch.check()
+    for visitor in here:
+        visitor.check()
+        free.extend([visitor] * visitor.leave())
 
 
 @pytest.fixture(scope="module")
-def lasting(browser, server):
-    context = browser.new_context(viewport={"width": 1366, "height": 768}, accept_downloads=True)
-    context.set_default_timeout(WAIT)
-    watch = Watch(context, server)
-    window = Window(context.new_page(), server)
+def lasting(browser, free, server):
+    visitor = free.pop() if free else Visitor(browser)
+    window = visitor.come(server)
     window.open()
-    yield window, watch
-    context.close()
+    yield window, visitor
+    free.extend([visitor] * visitor.leave())
 
 
 @pytest.fixture
 def window(lasting):
     """Give the page that the tests of a module share, showing the first example."""
-    window, watch = lasting
+    window, visitor = lasting
     window.start()
     yield window
-    watch.check()
+    visitor.check()

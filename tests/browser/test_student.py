@@ -42,8 +42,7 @@ def click_on(window, number, share):
     window.page.mouse.click(left, top)
 
 
-def test_a_student_sees_the_state_that_ends_where_the_phase_jumps(visit):
-    window = visit()
+def test_a_student_sees_the_state_that_ends_where_the_phase_jumps(window):
     page = window.page
     window.start("hysteresis")
     unstable = number_of(window, "states phase", "unstable states")
@@ -63,8 +62,7 @@ def test_a_student_sees_the_state_that_ends_where_the_phase_jumps(visit):
         expect(motion.locator(".df-part-name").filter(has_text=part)).to_be_visible()
 
 
-def test_axes_stand_still_while_a_student_drags_and_a_ghost_shows_where_the_curve_was(visit):
-    window = visit()
+def test_axes_stand_still_while_a_student_drags_and_a_ghost_shows_where_the_curve_was(window):
     page = window.page
     window.start("hysteresis")
     handle = page.locator('.df-slider[data-path="drive.A0"] input[type="range"]')
@@ -90,8 +88,7 @@ def test_axes_stand_still_while_a_student_drags_and_a_ghost_shows_where_the_curv
     )
 
 
-def test_a_slider_plays_and_stops(visit):
-    window = visit()
+def test_a_slider_plays_and_stops(window):
     window.start("figure-4-soft")
     window.page.get_by_role("button", name="play the slider: Free amplitude").click()
     with window.redrawn():
@@ -103,8 +100,7 @@ def test_a_slider_plays_and_stops(visit):
     expect(value).not_to_have_value("10")
 
 
-def test_a_link_opens_the_case_for_another_person(visit):
-    window = visit()
+def test_a_link_opens_the_case_for_another_person(window, visit):
     window.start("figure-4-soft")
     window.type("drive.A0", "8.5")
     window.page.wait_for_function("() => location.hash.length > 100")

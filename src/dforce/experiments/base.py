@@ -216,7 +216,7 @@ class Experiment(Parameters):
         if problem.is_locked and not self.locks:
             problem.refuse_lock(f"experiment.kind = {self.kind}")
         for key, only in (("protocol", "quasi_static"), ("start", "free"), ("record", "settled")):
-            if problem.is_locked and getattr(self, key, only) != only:
+            if problem.is_locked and getattr(self, key, None) not in (None, only):
                 problem.refuse_lock(f"experiment.{key} = {shorten(getattr(self, key))}")
         if problem.is_locked and len(problem.tones) > 1:
             _refuse_tones(problem)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dforce.case import case_of
+from dforce.case import Case, case_of
 from dforce.core.arrays import AnyArray
 from dforce.core.errors import DForceError
 from dforce.observables.averaging import common_period
@@ -17,8 +18,6 @@ from dforce.results.kinds import swept
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from dforce.case import Case
 
 LEAST = 0.1  # smallest sudden step that counts as a jump, as a share of the largest amplitude
 RELATIVE = "zc_ratio"  # distances as shares of the free amplitude
@@ -59,9 +58,7 @@ def jumps_of_all(result: xr.Dataset, along: str, direction: str = "") -> Iterato
     `direction` is that of a result which is one direction of another.
     """
     x, where, over = result.variables[along].values, _noted_as(along), swept(result, along)
-    case = (
-        None if where in result and "direction" in result.dims else _case(result)
-    )  # reading it takes longer than the rest
+    case = None if where in result and "direction" in result.dims else _case(result)
     noted = _are_noted(result, along, case)
     # distances that are shares of the free amplitude were noted in meters, and differ from case to case
     places_of = by_case(result, "zc", along, over)[:, 0] if along == RELATIVE else np.broadcast_to(x, (1, len(x)))
@@ -88,9 +85,15 @@ def jumps_of_all(result: xr.Dataset, along: str, direction: str = "") -> Iterato
 def _case(result: xr.Dataset) -> Case | None:
     """Return the case that a result comes from; none where this version cannot read it."""
     try:
-        return case_of(result)
+        return case_of(result) if "over" in result.attrs else _read(str(result.attrs.get("case", "")))
     except DForceError:
         return None
+
+
+@functools.lru_cache(maxsize=64)
+def _read(text: str) -> Case:
+    """Return the case in a text; of one result the jumps are looked for several times."""
+    return Case.from_toml(text)
 
 
 def _are_noted(result: xr.Dataset, along: str, case: Case | None) -> bool:

@@ -98,7 +98,7 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
     check_computed(result)
     along = goes_along(result)
     over = swept(result, along)
-    first = result.isel(dict.fromkeys(over, 0))
+    first = result.isel(dict.fromkeys(over, 0)) if over else result
     row = row_of(first, along) if along else ""
     if row and RATIO not in result and "amplitude" in result:
         raise ParameterError(f"this result has no '{RATIO}'; add it to the quantities of the sweep")
@@ -122,7 +122,8 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
     if "stable" in result:
         stable = result["stable"].values.astype(bool)
         coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
-    coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
+    if over:
+        coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
     return xr.Dataset(variables, coords, {"along": along})
 
 
@@ -237,11 +238,14 @@ def states_at(curve: xr.Dataset, set_point: float, found: xr.Dataset | None = No
     repels = ~is_none(found, "peak_force") if "peak_force" in found else np.ones(found.sizes["crossing"], dtype=bool)
     way = found["direction"].values if "direction" in found.coords else np.zeros(found.sizes["crossing"])
     states = []
-    for place in np.lexsort((-found["zc"].values, way)):
-        one = found.isel(crossing=place)
-        values: dict[str, Any] = {name: float(one[name].values.flat[0]) if name in one else np.nan for name in SHOWN}
-        values |= {name: one[name].item() for name in ("direction", "regime", "stable") if name in one.coords}
-        states.append(SetPointState(set_point, float(one["zc"]), repels=bool(repels[place]), **values))
+    names = [name for name in (*SHOWN, "zc") if name in found]
+    words = [name for name in ("direction", "regime", "stable") if name in found.coords]
+    read = {name: found[name].values for name in (*names, *words)}
+    for place in np.lexsort((-read["zc"], way)):
+        values: dict[str, Any] = dict.fromkeys(SHOWN, np.nan)
+        values |= {name: float(np.ravel(read[name][place])[0]) for name in names}
+        values |= {name: read[name][place].item() for name in words}
+        states.append(SetPointState(set_point, repels=bool(repels[place]), **values))
     return states
 
 

@@ -51,6 +51,14 @@ class Picture:
 AMPLITUDE_AND_PHASE, DENSITIES = ("amplitude", "phase"), ("spectral_density", "fitted_density")
 # what each number that a lock may hold is called in a result
 LOCKED = {"frequency": "frequency_shift", "drive": "drive_ratio", "amplitude": "amplitude", "phase": "phase"}
+
+
+def measured(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Return the names of the two numbers of a tone that a result measures: those that no controller and no drive holds."""
+    held = str(dataset.attrs.get("held", "drive frequency")).split()
+    return tuple(name for number, name in LOCKED.items() if number not in held)
+
+
 OF_CURVES = (
     Picture("", ("frequency_shift", "drive_ratio"), title="frequency shift and excitation"),
     Picture("", AMPLITUDE_AND_PHASE, title="amplitude and phase"),
@@ -147,7 +155,7 @@ def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
     """Return the dimensions of a sweep's parameters but the one that its curves go along; none for other results."""
     paths = str(dataset.attrs.get("over", "")).split()
     names = dict.fromkeys(name for path in paths for name in (path, path.split(".")[-1]))
-    dims = dict.fromkeys(str(dim) for name in names if name in dataset.coords for dim in dataset[name].dims)
+    dims = dict.fromkeys(str(dim) for name in names if name in dataset.coords for dim in dataset.variables[name].dims)
     return [dim for dim in dims if dim != along]
 
 
@@ -156,17 +164,18 @@ def _is_force_curve(dataset: xr.Dataset) -> bool:
 
 
 def _is_frequency_sweep(dataset: xr.Dataset) -> bool:
-    return "frequency" in dataset.dims and "amplitude" in dataset and "frequency" in dataset["amplitude"].dims
+    amplitude = dataset.variables.get("amplitude")
+    return amplitude is not None and "frequency" in amplitude.dims
 
 
 def _is_dwell(dataset: xr.Dataset) -> bool:
-    if "zc" not in dataset.coords or dataset["zc"].ndim:
+    if "zc" not in dataset.coords or dataset.variables["zc"].ndim:
         return False
-    return "amplitude" not in dataset or set(dataset["amplitude"].dims) <= set(COLUMN_DIMS)
+    return "amplitude" not in dataset or set(dataset.variables["amplitude"].dims) <= set(COLUMN_DIMS)
 
 
 def _is_approach(dataset: xr.Dataset) -> bool:
-    return "zc" in dataset.coords and dataset["zc"].ndim > 0
+    return "zc" in dataset.coords and dataset.variables["zc"].ndim > 0
 
 
 FORCE: Own = {("force",): "plot.forces:force_distance"}

@@ -37,13 +37,15 @@ def passed_by(example: Problem, numbers: Array, zc: Array, measured: dict[str, A
         return missed
     first = parameter_count(len(example.modes), example.late_fluid)
     near, far, a0 = measured["min_distance"], zc + measured["mean_deflection"], numbers[:, CONTACT]
+    way = np.flatnonzero(near < far)
+    given = numbers[way, first:]
+    differs = np.append(True, np.any(given[1:] != given[:-1], axis=1))  # the orbits of one case have the same numbers
+    inside, outside = _reach(a0 - near), _reach(far - a0)
     laws: tuple[Law, ...] = ()
-    last: Array | None = None  # numbers that they are of: the orbits of one case have the same ones
-    for i in np.flatnonzero(near < far):
-        if last is None or not np.array_equal(last, numbers[i, first:]):
-            last = numbers[i, first:]
-            laws = _laws(example.forces, last.tolist())
-        crests = crests_of(laws, float(a0[i]), _reach(a0[i] - near[i]), _reach(far[i] - a0[i]))
+    for place, i in enumerate(way.tolist()):
+        if differs[place]:
+            laws = _laws(example.forces, given[place].tolist())
+        crests = crests_of(laws, float(a0[i]), float(inside[i]), float(outside[i]))
         met = [force for d, force in crests if near[i] < d < far[i]]
         high, low = float(measured["peak_force"][i]), float(measured["min_force"][i])
         more = max(max(met, default=high) - high, low - min(met, default=low))
@@ -61,9 +63,9 @@ def _laws(forces: Sequence[Force], numbers: Sequence[float]) -> tuple[Law, ...]:
     return tuple(laws)
 
 
-def _reach(distance: float) -> float:
-    """Return a distance (m) rounded up to a power of two, so that the crests of a law are looked for once."""
-    return 2.0 ** math.ceil(math.log2(max(distance, FINEST)))
+def _reach(distance: Array) -> Array:
+    """Return distances (m) rounded up to a power of two, so that the crests of a law are looked for once."""
+    return np.exp2(np.ceil(np.log2(np.maximum(distance, FINEST))))
 
 
 @functools.lru_cache(maxsize=1024)

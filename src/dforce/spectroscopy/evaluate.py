@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, cast
@@ -84,6 +84,21 @@ def follow(
         distance, _, value = run.point(stop)
         rows.append((stop, distance, value, run.energy, run.latched))
     return Answer(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def forces_at(force: Force, distance: Array, velocity: Array, zc: float | None = None) -> Array:
+    """Return a force without memory at distances (m) and velocities (m/s) of one shape; NaN where it has no finite value."""
+    law, values = force.law_function(), force.values()
+    place = (zc,) if "zc" in force.leading() else ()
+
+    def each() -> Iterator[float]:
+        for d, rate in zip(distance.ravel().tolist(), velocity.ravel().tolist(), strict=True):
+            try:
+                yield law(d, rate, 0.0, *place, *values)
+            except (ArithmeticError, ValueError):  # as it would be compiled, or infinite
+                yield np.nan
+
+    return np.fromiter(each(), float, distance.size).reshape(distance.shape)
 
 
 @dataclass

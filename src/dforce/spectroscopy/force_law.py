@@ -15,7 +15,7 @@ from dforce.core.errors import ParameterError, UnitError, checked, shorten
 from dforce.forces import Force
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
-from dforce.spectroscopy.evaluate import Answer, Motion, follow
+from dforce.spectroscopy.evaluate import Answer, Motion, follow, forces_at
 from dforce.validity import advice, attributes
 
 if TYPE_CHECKING:
@@ -121,11 +121,11 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     if len(path) < 2:
         raise ParameterError("a force curve needs at least two different distances")
     answers = [_there_and_back(force, -path, chosen, TOLERANCE, place) for force in case.problem.forces]
-    halves = [np.stack([half[back] for half in _halves(answer.force)]) for answer in answers]
+    halves = [half[:, back] for half, _ in answers]
     data = xr.Dataset(
         {
             "force": (("direction", "distance"), _sum(halves, np.zeros((2, len(given))))),
-            "energy": sum(float(answer.energy[-1]) for answer in answers),
+            "energy": sum(energy for _, energy in answers),
         },
         {"direction": ["approach", "retract"], "distance": given},
     )
@@ -137,14 +137,16 @@ def _answer(force: Force, motion: Motion, times: Sequence[float], tolerance: flo
     return follow(force, motion, times, compiled=force.evolve is not None, tolerance=tolerance, zc=zc)
 
 
-def _there_and_back(force: Force, path: Array, speed: float, tolerance: float, zc: float | None) -> Answer:
-    """Return a force over a straight way to the last distance of a path and back."""
+def _there_and_back(force: Force, path: Array, speed: float, tolerance: float, zc: float | None) -> tuple[Array, float]:
+    """Return a force over a straight way to the last distance of a path and back, (2, distances), and the energy it takes."""
+    if force.is_of_distance_alone:
+        return np.tile(forces_at(force, path, np.full(len(path), -speed)), (2, 1)), 0.0
     far, near = float(path[0]), float(path[-1])
     turn = (far - near) / speed
     way = ((far - path) / speed).tolist()
     # the way back begins just after the turn: both have the nearest distance, each with its velocity
     times = [*way, math.nextafter(turn, math.inf), *(2.0 * turn - t for t in reversed(way[:-1]))]
-    # without roundings, so that a force of the distance alone is the very same both ways
+    # without roundings: both ways have the very same distances
     given = dict(zip(times, [*path.tolist(), *reversed(path.tolist())], strict=True))
 
     def motion(t: float) -> tuple[float, float]:
@@ -152,13 +154,9 @@ def _there_and_back(force: Force, path: Array, speed: float, tolerance: float, z
             return given.get(t, far - speed * t), -speed
         return given.get(t, near + speed * (t - turn)), speed
 
-    return _answer(force, motion, times, tolerance, zc)
-
-
-def _halves(values: Array) -> tuple[Array, Array]:
-    """Return values over a way there and back as two rows over the way there."""
-    there, back = np.split(values, 2)
-    return there, back[::-1]
+    answer = _answer(force, motion, times, tolerance, zc)
+    there, back = np.split(answer.force, 2)
+    return np.stack([there, back[::-1]]), float(answer.energy[-1])
 
 
 def _range(problem: Problem, speed: float, zc: float | None) -> Array:
@@ -173,7 +171,7 @@ def _range(problem: Problem, speed: float, zc: float | None) -> Array:
     path = np.concatenate([far[:-1], problem.a0 - depths])
     total = np.zeros((2, len(path)))
     for force in problem.forces:
-        total += np.nan_to_num(_halves(_there_and_back(force, path, speed, ROUGH, zc).force))
+        total += np.nan_to_num(_there_and_back(force, path, speed, ROUGH, zc)[0])
     mode, tone = problem.modes[0], problem.tones[0]
     pressing = total[0, len(far) - 1 :] * np.sqrt(2.0 * depths / tone.A0) / 5.0
     reached = depths[pressing > mode.k * tone.A0 / (2.0 * mode.Q)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ from dforce.core.errors import ParameterError, checked
 from dforce.forces import Force
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
+from dforce.spectroscopy.evaluate import forces_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +68,7 @@ def parts_along(
             continue
         for part in one.parts():
             name = _label(part)
-            found[name] = found.get(name, np.zeros(force.shape)) + _along(part, distance, rates, zc)
+            found[name] = found.get(name, np.zeros(force.shape)) + forces_at(part, distance, rates, zc)
     if late:
         name = ", ".join(dict.fromkeys(late))
         found[name] = found.get(name, np.zeros(force.shape)) + force - sum(found.values())
@@ -84,17 +84,3 @@ def _needs_more(force: Force, has_velocity: bool, has_place: bool) -> bool:
     if force.memory or force.switch is not None or force.timed:
         return True
     return (force.dissipative and not has_velocity) or ("zc" in force.leading() and not has_place)
-
-
-def _along(force: Force, distance: Array, velocity: Array, zc: float | None) -> Array:
-    law, values = force.law_function(), force.values()
-    place = (zc,) if "zc" in force.leading() else ()
-
-    def each() -> Iterator[float]:
-        for d, rate in zip(distance.ravel().tolist(), velocity.ravel().tolist(), strict=True):
-            try:
-                yield law(d, rate, 0.0, *place, *values)
-            except (ArithmeticError, ValueError):  # as it would be compiled, or infinite
-                yield np.nan
-
-    return np.fromiter(each(), float, distance.size).reshape(distance.shape)

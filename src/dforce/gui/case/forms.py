@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from nicegui import ui
@@ -87,28 +87,29 @@ class Forms:
             for companion in self.companions:
                 companion.clear()
             self._build()
+            changed = [*self.shown]
         else:
-            for path in self.shown:
-                self._refresh(path)
+            changed = [path for path in self.shown if self._refresh(path)]
         for companion in self.companions:
             companion.show()
-        self._mark()  # a field's own mistake is seen at once, that of the case when it has been looked at
+        self._mark(changed)  # a field's own mistake is seen at once, that of the case when it has been looked at
 
     def said(self, said: Said) -> None:
         """Show errors and advice at the fields that they are about; nothing newer waits then."""
         self.last = said
-        self._mark()
+        self._mark(self.shown)
         for _, _, entry in self.shown.values():
             entry.settle()
 
-    def _mark(self) -> None:
-        """Show at each field what is wrong and what is advised; a field's own error comes first."""
+    def _mark(self, paths: Iterable[Path]) -> None:
+        """Show at fields what is wrong and what is advised; a field's own error comes first."""
         said = self.last
         advice: dict[Path, list[str]] = {}
         for path, text in said.advice:
             advice.setdefault(self._nearest(path), []).append(text)
         wrong_at = self._nearest(said.where) if said.wrong else ()
-        for path, (field, shape, entry) in self.shown.items():
+        for path in paths:
+            field, shape, entry = self.shown[path]
             wrong = self._wrong(path, field, shape)
             if not wrong and said.wrong and path == wrong_at:
                 wrong = said.wrong
@@ -269,13 +270,13 @@ class Forms:
         self.shown[path] = (field, shape, entry)
         self._hidden[path] = tuple(self._folds)
 
-    def _refresh(self, path: Path) -> None:
-        """Show what the document holds at a path."""
+    def _refresh(self, path: Path) -> bool:
+        """Show what the document holds at a path; say whether that is new."""
         field, shape, entry = self.shown[path]
         value = self.view.document.value(path)
         sliding = any(slider.path == path for slider in self.view.document.sliders)
         if self._fresh.get(path) == (value, sliding):
-            return
+            return False
         self._fresh[path] = value, sliding
         if shape.kind == "switch":
             entry.show(text="true" if (field.default if value is None else value) else "false")
@@ -289,6 +290,7 @@ class Forms:
             default = "" if field.default is None else str(field.default)
             text = "" if value is None else str(value)
             entry.show(text=text, placeholder=field.placeholder or default, sliding=sliding)
+        return True
 
     def _typed(self, path: Path, field: Field, shape: Shape, text: str, unit: str) -> None:
         self._put(path, read(field, shape, text, unit), name=".".join(map(str, path)))

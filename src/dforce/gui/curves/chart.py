@@ -19,7 +19,7 @@ import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.units import parse, usual_unit
-from dforce.results.dataset import reader_unit, spelled
+from dforce.results.dataset import spelled, unit_for
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,14 +61,17 @@ def name_of_axis(kind: str, tag: int) -> str:
 
 def unit_of(variable: xr.DataArray) -> tuple[float, str]:
     """Return scale and name of the unit in which a quantity reads best; the usual one where it is zero everywhere."""
-    if np.any(np.nan_to_num(variable.values)):
-        return reader_unit(variable)
-    stored = stored_unit(variable)
-    usual = usual_unit(stored)
-    try:
-        return parse(f"1 {usual}", stored), spelled(usual)
-    except df.ParameterError:  # a phase or a percentage
-        return reader_unit(variable)
+    size = float(np.abs(variable.values).max(initial=0.0, where=np.isfinite(variable.values)))
+    return unit_of_size(size, stored_unit(variable), str(variable.name))
+
+
+def unit_of_size(size: float, stored: str, name: str) -> tuple[float, str]:
+    """Return scale and name of the unit in which a value of a quantity reads best; the usual one where it is zero."""
+    if not size:
+        usual = usual_unit(stored)
+        with contextlib.suppress(df.ParameterError):  # a phase or a percentage
+            return parse(f"1 {usual}", stored), spelled(usual)
+    return unit_for(size, stored, name)
 
 
 def label_of(variable: xr.DataArray) -> str:

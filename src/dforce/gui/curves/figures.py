@@ -332,7 +332,9 @@ class _FigureBuilder:
 def _parted(line: Line, jumps: Mapping[int, list[Jump]]) -> tuple[Line, Array]:
     """Return a line with gaps at its jumps, and the lines across them: x and y with gaps between, (2, 3 jumps)."""
     found = jumps.get(line.chosen.get("direction", 0), []) if line.row in JUMPING else []
-    ends = np.array([sorted((jump.before, jump.after)) for jump in found], dtype=int).reshape(-1, 2)
+    if not found:
+        return line, np.empty((2, 0))
+    ends = np.array([sorted((jump.before, jump.after)) for jump in found])
     behind = ends[:, 1]
     x, y = (np.insert(values, behind, np.nan) for values in (line.x, line.y))
     across = np.array([np.insert(values[ends], 2, np.nan, axis=1).ravel() for values in (line.x, line.y)])

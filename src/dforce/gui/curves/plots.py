@@ -55,9 +55,13 @@ class WaitingWords:
         with ui.element("div").classes("df-waiting") as self.frame:
             self.bar = ui.element("progress").props('max=1 aria-label="progress"')
             self.text = ui.label().props('role="status"')
+        self.shown: Waiting | None = None
 
     def show(self, waiting: Waiting) -> None:
         """Show the sentence, with a bar where something is under way."""
+        if waiting == self.shown:
+            return
+        self.shown = waiting
         self.frame.set_visibility(bool(waiting.text))
         self.text.set_text(waiting.text)
         self.bar.set_visibility(waiting.share is not None)
@@ -131,10 +135,10 @@ class Plots:
             self.drawn = figures.Drawn(figures.empty(""))
         elif (kind := kind_of(first)) is not None and kind.figure:
             self.drawn = loaded(kind.figure)(first)
-        elif not pictures_of(first):  # stopped
+        elif not (usual := pictures_of(first)):  # stopped
             self.drawn = figures.Drawn(figures.empty("The run was stopped before its first result."))
         else:
-            self.shown = self.wanted(first)
+            self.usual, self.shown = usual, self.wanted(first, usual)
             self.layers = self.set_point.marked(self.layers, self.shown)
             self.drawn = figures.picture(self.layers, self.shown)
             points = [self.motion.place_in(layer.result) for layer in (*self.layers, *self._behind())]
@@ -203,11 +207,11 @@ class Plots:
         self.line.set_visibility(bool(self.line.text))
         self.waiting.show(self.view.waiting if empty else Waiting())
 
-    def wanted(self, result: xr.Dataset) -> Picture:
-        """Return the picture that was last chosen for such a result, else the one that says most."""
-        known = set(drawable(result))
-        chosen = (picture for picture in reversed(self.view.document.plots) if {picture.x, *picture.y} <= known)
-        return next(chosen, None) or pictures_of(result)[0]
+    def wanted(self, result: xr.Dataset, usual: Sequence[Picture]) -> Picture:
+        """Return the picture that was last chosen for such a result, else the usual one that says most."""
+        plots = self.view.document.plots
+        known = set(drawable(result)) if plots else set()
+        return next((picture for picture in reversed(plots) if {picture.x, *picture.y} <= known), usual[0])
 
     def redraw(self) -> None:
         """Draw the same results in another way."""
@@ -223,7 +227,6 @@ class Plots:
 
     def _offer(self, result: xr.Dataset, wanted: Picture) -> None:
         """Show in the picker what can be drawn, and what is."""
-        self.usual = pictures_of(result)
         names = tuple(drawable(result))
         if names != self.names:
             self.names = names

@@ -15,16 +15,18 @@ from dforce.core.arrays import Bools
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import AMOUNTS, NONE
 from dforce.findings.set_point import SHOWN
-from dforce.gui.curves.chart import unit_of
+from dforce.gui.curves.chart import unit_of_size
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT
-from dforce.results.curves import Picture, goes_along, pictures_of, row_of
+from dforce.results.curves import Picture, goes_along, row_of
+from dforce.results.kinds import OF_CURVES
 from dforce.results.significance import ERRORS, is_none
 
 if TYPE_CHECKING:
     import xarray as xr
 
+ASKED_FIRST = next(picture.y for picture in OF_CURVES if picture.x == "amplitude_ratio")
 MOST_COLUMNS = 10
 MOST_ROWS = 30
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -92,7 +94,7 @@ def states_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset |
     """Return the states of a result at a set point with the quantities that a picture shows; None where it is no curve."""
     along = goes_along(result)
     row = row_of(result, along) if along else ""
-    names = dict.fromkeys([*_asked_first(result), wanted.x, *wanted.y, *SHOWN, *ERRORS])
+    names = dict.fromkeys([*ASKED_FIRST, wanted.x, *wanted.y, *SHOWN, *ERRORS])
     known = [name for name in names if name in result.variables and row_of(result, name) == row]
     try:
         return df.at_set_point(result, share, known)
@@ -115,15 +117,10 @@ class ReadoutColumn:
     head: dict[str, str]
 
 
-def _asked_first(result: xr.Dataset) -> tuple[str, ...]:
-    """Return what is usually drawn against the amplitude ratio."""
-    return next((picture.y for picture in pictures_of(result) if picture.x == "amplitude_ratio"), ())
-
-
 def _columns(layers: Sequence[Layer], wanted: Picture) -> list[ReadoutColumn]:
     first = layers[-1]
     assert first.states is not None
-    names = dict.fromkeys([str(first.states.attrs["along"]), *_asked_first(first.result), *wanted.y])
+    names = dict.fromkeys([str(first.states.attrs["along"]), *ASKED_FIRST, *wanted.y])
     found = (column for name in names if name in first.states for column in of_quantity(first.states, name))
     return list(found)[:MOST_COLUMNS]
 
@@ -148,13 +145,13 @@ def cell_of(states: xr.Dataset, none: Mapping[str, Any], column: ReadoutColumn, 
     """Return a value with three digits and the unit in which it reads best, as it would stand in a text."""
     if column.name not in states:
         return "–"
-    one = states[column.name][(crossing, *column.index)]
-    value = float(one)
+    variable = states.variables[column.name]
+    value = float(variable.values[(crossing, *column.index)])
     if not np.isfinite(value):
         return "–"
     if column.name in none and none[column.name][(crossing, *column.index)]:
         return NONE
-    scale, unit = unit_of(one)
+    scale, unit = unit_of_size(abs(value), str(variable.attrs.get("units", "1")), column.name)
     return f"{three_digits(value / scale)}{'' if unit in ('1', '°') else ' '}{'' if unit == '1' else unit}"
 
 

@@ -357,7 +357,7 @@ class View:
 def _force(case: df.Case) -> figures.Figure:
     """Return the figure of the force of a case, with its parts."""
     curve = df.force_curve(case)
-    return force_distance(curve, df.force_parts(curve))
+    return force_distance(curve, df.force_parts(curve.isel(direction=[0])))
 
 
 def _wrong(document: Document, error: Exception) -> Said:
