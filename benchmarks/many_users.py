@@ -197,7 +197,7 @@ class Person:
             if int(drawn[1]) == self.chart:
                 await asyncio.sleep(DRAWING)
                 self.see(figure)
-        if "request_id" in message:
+        if "request_id" in message and self.socket.connected:  # who leaves while the page draws answers nobody
             response = {"request_id": message["request_id"], "client_id": self.client, "result": revision}
             await self.socket.emit("javascript_response", response)
 

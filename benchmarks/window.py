@@ -1,4 +1,4 @@
-"""Speed and cost of the window: a start, a slider in a real browser, a class at once, many visits.
+"""Speed and cost of the window: a start, a slider in a real browser, wrong input, a class at once, many visits.
 
     python benchmarks/window.py [--people 30] [--seconds 60] [--visits 200]
 
@@ -22,6 +22,9 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from many_users import CASE, FIELD, HIGH, LOW, answers, person_at
 from served import Server, Window, chromium, served
 
+import dforce as df
+from dforce.gui.document.document import Document
+from dforce.gui.window.address import to_link
 from dforce.gui.window.server import RECONNECT
 
 MOVES = 30  # of the slider, one by one
@@ -125,6 +128,49 @@ def slider(server: Server) -> None:
         report("slider held down, how far the curves are behind", lags)
 
 
+def wrong_input(server: Server) -> None:
+    """Print how soon the window says what is wrong: with each field of a case, with files, and with links."""
+    times: dict[str, list[float]] = {"field": [], "file": [], "link": []}
+    with chromium() as browser:
+        context = browser.new_context(viewport={"width": 1366, "height": 768})
+        context.set_default_timeout(60_000)
+        window = Window(context.new_page(), server)
+        window.open()
+        window.unfold()
+        page, notes = window.page, window.page.locator(".q-notification")
+        for box in page.locator(".df-form .df-entry input.df-box").locator("visible=true").all():
+            before = box.input_value()
+            begun = time.perf_counter()
+            box.fill("7 bananas")
+            page.locator(".df-form .df-error").first.wait_for()
+            times["field"].append(1e3 * (time.perf_counter() - begun))
+            box.fill(before)
+            page.locator(".df-form .df-error").first.wait_for(state="detached")
+        whole = df.write(df.run(df.example(CASE)), server.folder / "whole.nc").read_bytes()
+        files = {
+            "cut.nc": whole[: len(whole) // 2],
+            "text.txt": b"colorless green ideas " * 999,
+            "large.toml": bytes(60_000_000),
+        }
+        for name, content in files.items():
+            (server.folder / name).write_bytes(content)
+            begun = time.perf_counter()
+            page.locator(".df-upload input[type=file]").set_input_files(server.folder / name)
+            notes.first.wait_for()
+            times["file"].append(1e3 * (time.perf_counter() - begun))
+            notes.get_by_role("button", name="Close").first.click()
+            notes.first.wait_for(state="detached")
+        for link in ("colorless-green-ideas", to_link(Document.of(df.example(CASE)))[:-40]):
+            begun = time.perf_counter()
+            page.evaluate("(link) => { location.hash = link; }", link)
+            notes.first.wait_for()
+            times["link"].append(1e3 * (time.perf_counter() - begun))
+            notes.get_by_role("button", name="Close").first.click()
+            notes.first.wait_for(state="detached")
+    for name, taken in times.items():
+        report(f"wrong {name} to its sentence ({len(taken)} of them)", taken)
+
+
 def memory(server: Server, visits: int) -> None:
     """Print the server's memory while people come and go."""
 
@@ -166,6 +212,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder, served(Path(folder), CASE) as server:
         print(f"server ready: {time.perf_counter() - begun:.1f} s from the command")
         slider(server)
+        wrong_input(server)
     if options.visits:
         with tempfile.TemporaryDirectory() as folder, served(Path(folder), CASE) as server:
             memory(server, options.visits)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import subprocess
 import sys
 
@@ -10,7 +11,8 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.gui.document.document import EDITED, FIRST
+from dforce.gui.document.document import EDITED, FIRST, Document
+from dforce.gui.window.address import to_link
 
 AMPLITUDE = "drive.A0"
 
@@ -104,7 +106,10 @@ def test_a_project_brings_back_the_case_and_the_results(visit, tmp_path):
 def hostile(tmp_path):
     """Return files that are no good, by name."""
     case = df.example("figure-3-air").to_toml()
+    whole = df.write(df.run(df.example("figure-3-air")), tmp_path / "whole.nc").read_bytes()
     files = {
+        "cut.nc": whole[: len(whole) // 2],
+        "nonsense.txt": b"Colorless green ideas\nsleep furiously\n" * 200,
         "broken.dforce": b"PK\x03\x04 and then nothing",
         "broken.nc": b"\x89HDF\r\n\x1a\n" + b"\0" * 64,
         "broken.toml": b"[cantilever\nf0 = ",
@@ -128,6 +133,31 @@ def test_a_file_that_is_no_good_is_refused_in_a_sentence_and_changes_nothing(typ
         note.wait_for(state="detached")
     window.type("cantilever.Q", "250")
     window.shows(case.replace("cantilever.Q", 250))
+
+
+def links():
+    """Give links that are no good: no case at all, and cases that name what dForce lacks."""
+    yield "colorless-green-ideas"
+    document = Document.of(df.example("figure-3-air"))
+    yield to_link(document)[:-40]
+    yield to_link(dataclasses.replace(document, table=document.table | {"experiment": {"kind": "figure-99"}}))
+    yield to_link(dataclasses.replace(document, table=document.table | {"forces": [{"model": "phlogiston"}]}))
+    yield to_link(dataclasses.replace(document, table=document.table | {"cantilever": "figure-99"}))
+
+
+def test_a_link_that_is_no_good_is_answered_in_a_sentence(window):
+    for link in links():
+        window.page.evaluate("(link) => { location.hash = link; }", link)
+        note = (
+            window.page.locator(".q-notification, .df-form .df-error, .df-banner.wrong").locator("visible=true").first
+        )
+        note.wait_for()
+        assert note.inner_text() and "Error" not in note.inner_text() and "Traceback" not in note.inner_text(), link
+        for close in window.page.locator(".q-notification").get_by_role("button", name="Close").all():
+            close.click()
+        window.start()
+    window.type("cantilever.Q", "250")
+    window.shows(df.example("figure-3-air").replace("cantilever.Q", 250))
 
 
 def test_a_path_in_the_name_of_a_file_leads_nowhere(typed):
