@@ -200,7 +200,9 @@ class Problem:
         """Raise :class:`ParameterError` where controllers hold amplitude or phase, which something does not allow."""
         names = [tone.lock.operation for tone in self.tones if tone.lock is not None]
         if names:
-            raise ParameterError(f'{what} needs drive.operation = "am"; "{names[0]}" suits an approach and a dwell')
+            raise ParameterError(
+                f'{what} needs drive.operation = "am"; "{names[0]}" suits an approach, branches and a dwell'
+            )
 
     def _at_free_lock(self, readout: Readout) -> Self:
         """Return the problem with the frequency and drive of each tone that its controllers find without tip–sample forces."""

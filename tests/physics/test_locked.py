@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.findings.set_point import at_distance
 
 AIR = {"f0": "48.9 kHz", "k": "0.9 N/m", "Q": 255}
 HERTZ = {"model": "hertz"}
@@ -382,6 +383,58 @@ def test_a_drive_too_weak_for_the_sample_ends_the_state_and_says_so():
     assert np.isnan(curve["amplitude"].values[curve["status"].values == 8]).all()
 
 
+SNAPPING = {  # the spring at full amplitude, 6.4 nN, is weaker than the adhesion, 7.6 nN
+    "lever": {"f0": "100 kHz", "k": "10.6 N/m", "Q": 14.5},
+    "forces": [{"model": "dmt", "hamaker": "5.25e-20 J"}],
+    "zc": "1 nm",
+    "tip": {"radius": "23.7 nm"},
+    "sample": STIFF | {"youngs_modulus": "108 MPa"},
+    "A0": "0.604 nm",
+    "operation": "ce_fm",
+}
+
+
+def test_where_the_mean_deflection_snaps_a_curve_jumps_to_the_state_behind_and_back_at_another_distance():
+    asked, zc = case(**SNAPPING), np.linspace(1.0e-9, 0.9e-9, 41)
+    curve = df.approach(asked, zc=zc, direction="both")
+    assert (curve["status"].values == 0).all()
+    assert imbalance(curve.stack(point=("zc", "direction")), asked.problem) < 1e-5
+    jumped = dict(zip(curve["jump_direction"].values.tolist(), curve["jump_zc"].values.tolist(), strict=True))
+    assert jumped["approach"] < jumped["retract"]
+    apart = np.abs(np.ptp(curve["frequency_shift"].values[..., 0], axis=1))
+    between = (zc > jumped["approach"]) & (zc < jumped["retract"])
+    assert (apart[between] > 5e3).all()  # Hz: other states than on the way back
+    assert (apart[~between] < 1.0).all()
+
+
+def test_branches_show_the_states_of_both_directions_and_an_unstable_one_between():
+    asked = case(**SNAPPING)
+    states = df.branches(asked, zc=("1 nm", "0.9 nm"))
+    assert (states["status"].values == 0).all()
+    folds = np.sort(states["zc"].values[states["special"].values == "fold"])
+    curve = df.approach(asked, zc=[1.0e-9, 0.5 * (folds[0] + folds[-1]), 0.9e-9], direction="both")
+    np.testing.assert_allclose(np.sort(curve["jump_zc"].values), folds[[0, -1]], atol=1e-4 * 0.604e-9)
+    found = at_distance(states, float(curve["zc"].values[1]), ["frequency_shift"])
+    shifts, stable = found["frequency_shift"].values[:, 0], found["stable"].values
+    assert len(shifts) == 3
+    assert stable[np.argsort(shifts)].tolist() == [True, False, True]
+    np.testing.assert_allclose(np.sort(shifts[stable]), np.sort(curve["frequency_shift"].values[1].ravel()), rtol=3e-3)
+
+
+def test_a_sweep_in_phase_modulation_passes_the_phase_of_fm_at_its_frequency_and_drive():
+    asked = case(AIR, [DMT], "9.5 nm", A0="10 nm")
+    fm = df.run(asked)
+    found = float(fm["drive_frequency"].values[0, 0])
+    sweep = df.frequency_sweep(
+        asked.replace("drive.operation", "pm"), zc="9.5 nm", frequency=[48.5e3, found, 49.5e3], direction="up"
+    )
+    assert (sweep["status"].values == 0).all()
+    assert float(sweep["phase"].values[1, 0]) == pytest.approx(90.0, abs=1e-4)
+    assert float(sweep["drive_force"].values[1, 0]) == pytest.approx(float(fm["drive_force"].values[0, 0]), rel=1e-6)
+    np.testing.assert_allclose(sweep["amplitude"].values, 10e-9, rtol=1e-9)
+    assert imbalance(sweep, asked.problem) < 1e-5
+
+
 REFUSED = {
     "a frequency": ({"frequency": "49 kHz"}, "remove frequency"),
     "no phase": ({"operation": "pm", "phase_set_point": "80 deg"}, "holds no phase"),
@@ -404,7 +457,8 @@ def test_what_does_not_suit_a_lock_is_refused_in_a_sentence():
     curve = df.run(asked)
     grid = {"drive.A0": ["9 nm", "10 nm"], "sample.youngs_modulus": ["1 GPa", "2 GPa"]}
     for attempt in (
-        lambda: df.branches(asked, zc=("12 nm", "9 nm")),
+        lambda: df.branches(asked, zc="9 nm", parameter="tip.radius", start="2 nm", stop="3 nm"),
+        lambda: df.frequency_sweep(asked, zc="9.5 nm", frequency=("48 kHz", "49 kHz")),
         lambda: df.basins(asked, zc="9.5 nm"),
         lambda: df.noise(curve, bandwidth="1 kHz"),
         lambda: df.reconstruct(curve),

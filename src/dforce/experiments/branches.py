@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import pydantic
 
-from dforce.core.errors import ParameterError
+from dforce.core.errors import ParameterError, shorten
 from dforce.core.marks import words
 from dforce.core.parameters import Number, Parameters, Part, param
 from dforce.experiments.base import DISTANCE, DistanceExperiment, whole_range
@@ -33,6 +33,7 @@ class Branches(DistanceExperiment):
     """All steady states along a parameter, stable or not: the curves of periodic orbits, through folds."""
 
     procedure = "procedures.branches:branches"
+    locks = True
 
     kind: Literal["branches"] = "branches"
     zc: Part[Annotated[Span | float, pydantic.BeforeValidator(_span_of_pair)]] = param(
@@ -75,6 +76,14 @@ class Branches(DistanceExperiment):
         elif self.start is None or self.stop is None:
             raise ParameterError(f"experiment.start and stop (the range of {self.parameter}) are missing")
         return self
+
+    def check(self, problem: Problem) -> None:
+        """Raise :class:`ParameterError` where states under a lock are not followed; see :class:`Experiment`."""
+        super().check(problem)
+        if self.parameter is not None:
+            problem.refuse_lock(f"experiment.parameter = {shorten(self.parameter)}")
+        if len(problem.tones) > 1:
+            problem.refuse_lock("branches with two tones")
 
     @property
     def path(self) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import pydantic
 
 from dforce.core import units
+from dforce.core.errors import ParameterError
 from dforce.core.parameters import Number, Part, param, part
 from dforce.experiments.base import (
     MOST_POINTS,
@@ -44,6 +45,7 @@ class FrequencySweep(PathExperiment):
 
     both_ways = ("up", "down")
     falls_first = False
+    locks = True
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
     frequency: Part[Annotated[FrequencyGrid | tuple[float, ...], listed("frequencies", "Hz")]] = param(
@@ -65,6 +67,16 @@ class FrequencySweep(PathExperiment):
         description="stepwise: start each frequency from the motion at the frequency before; otherwise from `start`",
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
+
+    def check(self, problem: Problem) -> None:
+        """Raise :class:`ParameterError` where a lock finds the frequency; see :class:`Experiment`."""
+        super().check(problem)
+        tone = problem.tones[0]
+        if problem.is_locked and (tone.lock is None or "phase" in tone.lock.held or len(problem.tones) > 1):
+            raise ParameterError(
+                'a frequency sweep needs drive.operation = "am" or "pm", with one tone: the other modes of operation find the '
+                'frequency; write experiment.kind = "approach" for its shift along zc'
+            )
 
     @property
     def path(self) -> str:

@@ -16,7 +16,7 @@ from dforce.findings.finding import Finding, finding, number
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
 from dforce.findings.set_point import RATIO, SetPointState, regime, states_at
 from dforce.results.curves import goes_along
-from dforce.results.kinds import LOCKED, swept
+from dforce.results.kinds import measured, swept
 from dforce.results.significance import is_none, scaled
 from dforce.results.status import Status, count_status
 
@@ -114,13 +114,12 @@ def frequency_sweep(dataset: xr.Dataset) -> Iterator[Finding]:
 def _curve(sweep: xr.Dataset, name_along: str, way: str) -> Iterator[Finding]:
     along = sweep[name_along]
     free = free_amplitudes(sweep)
-    held = str(sweep.attrs.get("held", "")).split()
-    shown = [name for number, name in LOCKED.items() if number not in held] if held else ["amplitude", "phase"]
+    shown = measured(sweep)
     for index, tone in enumerate(sweep["tone"].values if "tone" in sweep else ()):
         one = sweep.sel(tone=tone)
         tag = f", tone {tone}" if sweep.sizes["tone"] > 1 else ""
         if index < len(free):
-            label = "amplitude set point" if "amplitude" in held else "free amplitude"
+            label = "amplitude set point" if "amplitude" not in shown else "free amplitude"
             yield finding(f"free_amplitude_tone{tone}", label + tag, free[index], "m", way)
         for name in shown:
             if name in sweep:  # one case of a sweep may keep none
@@ -154,7 +153,8 @@ def _peak(sweep: xr.Dataset, way: str) -> Finding:
     amplitude = sweep["amplitude"].isel(tone=0).values
     if not np.isfinite(amplitude).any():
         return Finding("resonance", "resonance", "-", None, "Hz", way)
-    index = int(np.nanargmax(amplitude))
+    is_held = "amplitude" not in measured(sweep)
+    index = int(np.nanargmin(sweep["drive_force"].isel(tone=0)) if is_held else np.nanargmax(amplitude))
     more = f" ({number(float(amplitude[index]), 'm')})"
     return finding("resonance", "resonance", float(sweep["frequency"][index]), "Hz", way, more)
 
@@ -283,6 +283,9 @@ def basins(dataset: xr.Dataset) -> Iterator[Finding]:
         yield Finding("lost", "starts that lead to none", str(lost), float(lost), "1")
 
 
+STABLE = {"amplitude": "stable amplitudes", "phase": "stable phase lags"}
+
+
 def branches(dataset: xr.Dataset) -> Iterator[Finding]:
     """Give the range of all states, their special points, and whether any is missing."""
     dataset = _with_scales(dataset)
@@ -295,8 +298,10 @@ def branches(dataset: xr.Dataset) -> Iterator[Finding]:
     for tone in dataset["tone"].values if "amplitude" in dataset else ():
         tag = f", tone {tone}" if dataset.sizes["tone"] > 1 else ""
         stable = dataset.isel(point=np.flatnonzero(dataset["stable"].values)).sel(tone=tone)
-        for name, label in (("amplitude", "stable amplitudes"), ("phase", "stable phase lags")):
-            yield _range(stable[name], f"{name}_tone{tone}", label + tag, "")
+        for name in measured(dataset):
+            yield _range(
+                stable[name], f"{name}_tone{tone}", STABLE.get(name, f"stable {_label(stable[name])}") + tag, ""
+            )
     several = dataset["repeat_periods"].values if "repeat_periods" in dataset else np.empty(0)
     for periods in np.unique(several)[1:]:
         of_them = dataset.isel(point=np.flatnonzero(several == periods))

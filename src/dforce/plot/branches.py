@@ -16,6 +16,7 @@ from dforce.plot._states import THIN, UNSTABLE, check_states, draw_states, repea
 from dforce.plot._style import BLUE, GRAY, VERMILLION, axis_text, color_cycle, head, new_figure, take, tidy
 from dforce.plot.distances import phase_axis
 from dforce.results.dataset import reader_unit
+from dforce.results.kinds import measured
 from dforce.results.status import Status
 
 SWEEPS: dict[str, dict[str, Any]] = {
@@ -28,7 +29,7 @@ ENERGIES = ("total_virial", "total_dissipated_energy")
 
 @checked
 def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
-    """Draw amplitude and phase of all states along the parameter: stable states solid, unstable states dashed.
+    """Draw the amplitude and phase of all states along the parameter, or what a lock measures: unstable states dashed.
 
     Each connected curve has its own color; folds, period doublings and grazing points are marked. Thin lines are motions
     that repeat only after several periods.
@@ -41,8 +42,8 @@ def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = Non
     check_states(dataset)
     figure = new_figure(figure, 6.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
-    _states(upper, [_tone(take(dataset, "amplitude", "point"), tone)], dataset)
-    _states(lower, [_tone(take(dataset, "phase", "point"), tone)], dataset)
+    for axes, name in zip((upper, lower), measured(dataset), strict=True):
+        _states(axes, [_tone(take(dataset, name, "point"), tone)], dataset)
     _finish_pair(upper, lower, dataset, str(dataset.attrs["along"]))
     _legend(upper, dataset)
     return [upper, lower]
@@ -50,7 +51,7 @@ def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = Non
 
 @checked
 def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
-    """Draw amplitude and phase of a tone against the frequency, upward and downward.
+    """Draw the amplitude and phase of a tone, or what a lock measures, against the frequency, upward and downward.
 
     Raises
     ------
@@ -61,7 +62,7 @@ def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = No
         raise ParameterError("this result is not a frequency sweep; use df.frequency_sweep")
     figure = new_figure(figure, 6.0, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
-    for axes, name in ((upper, "amplitude"), (lower, "phase")):
+    for axes, name in zip((upper, lower), measured(dataset), strict=True):
         _sweeps(axes, _tone(take(dataset, name, "frequency", "direction"), tone), dataset)
     _finish_pair(upper, lower, dataset, "frequency")
     handles, labels = upper.get_legend_handles_labels()
@@ -128,7 +129,7 @@ def _finish_pair(upper: Axes, lower: Axes, dataset: xr.Dataset, along: str) -> N
     upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
     if along == "frequency":  # off resonance the phase says nothing of attraction or repulsion
         lower.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 9, 10]))
-    else:
+    elif measured(dataset)[1] == "phase":
         phase_axis(lower)
     held = dataset["zc"] if "zc" in dataset.coords and dataset["zc"].ndim == 0 else None
     extra = ""

@@ -12,7 +12,7 @@ from dforce.plot._style import head, new_figure
 from dforce.plot.distances import amplitude_phase, curves
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
-from dforce.results.kinds import LOCKED, NO_RESULT, known_kind
+from dforce.results.kinds import AMPLITUDE_AND_PHASE, NO_RESULT, known_kind, measured
 from dforce.results.status import check_computed
 
 LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
@@ -60,10 +60,9 @@ def approach(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     figure = new_figure(figure, 4.4 * (len(tones) + 1), 6.0)
     columns = figure.subfigures(1, len(tones) + 1, squeeze=False)[0]
     axes: list[Axes] = []
-    held = str(dataset.attrs.get("held", "")).split()
     for tone, column in zip(tones, columns, strict=False):
-        if held:
-            shown = [dataset[name].sel(tone=tone) for number, name in LOCKED.items() if number not in held]
+        if measured(dataset) != AMPLITUDE_AND_PHASE:
+            shown = [dataset[name].sel(tone=tone) for name in measured(dataset)]
             for host, one in zip(column.subplots(len(shown), 1, sharex=True), shown, strict=True):
                 axes += curves(host, [one], dataset, states, states_named=False)
             continue

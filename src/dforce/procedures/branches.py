@@ -21,12 +21,15 @@ from dforce.experiments import Branches
 from dforce.experiments.base import CurvePlan, Progress
 from dforce.experiments.branches import Span
 from dforce.problem import Problem
+from dforce.procedures import locked
 from dforce.procedures.found import Found, Layout, dataset, with_levers
 from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows
 from dforce.procedures.varied import VariedParameter, varied_by
 from dforce.solvers.continuation import Curve
 from dforce.solvers.doubling import doublings
 from dforce.solvers.escape import UnstableStates, escape
+from dforce.solvers.locked import Locked
+from dforce.solvers.locked_orbits import LockedRange
 from dforce.solvers.orbit import ParameterRange
 from dforce.solvers.search import Known, index_sum, search, why_unproven
 
@@ -36,19 +39,24 @@ BEGUN = "begun"  # of a stopped run: where each curve was found, see `Curve`
 
 def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
     """Return the points of all curves, one curve after the other; see :func:`dforce.runs.carry_out`."""
-    path, quantity = varied_by(case), _quantity(plan, case)
+    path, quantity, is_locked = varied_by(case), _quantity(plan, case), case.problem.is_locked
     start, stop = _range(plan, case, quantity)
     low, high = min(start, stop), max(start, stop)
 
     def at(value: float) -> Problem:
         return path.at(min(max(value, low), high))  # beyond the range, by a rounding, it may not be allowed
 
-    among = ParameterRange(at, start, stop, case.solver, plan.harmonics, path.zc)
-    searched = np.linspace(start, stop, plan.search)
+    if is_locked:
+        states = Locked(case.problem, case.solver, plan.harmonics, lambda: check_cancelled())
+        among: ParameterRange = LockedRange(states, start / states.length, stop / states.length)
+        earlier = None  # such states are found again as a whole
+    else:
+        among = ParameterRange(at, start, stop, case.solver, plan.harmonics, path.zc)
+    searched = np.linspace(start, stop, 0 if is_locked else plan.search)
     curves: list[Curve] = []
     kept: list[Curve] = []  # of an earlier run, from the search that it was stopped in on
     # which search, and how many curves there were before it; after the last one doubled motions are followed
-    under_way, total = (0, 0), 2 + plan.search
+    under_way, total = (0, 0), 1 if is_locked else 2 + plan.search
     if earlier is not None:
         kept, under_way = _restored(earlier, among, path.name), tuple(earlier.attrs[UNDER_WAY].tolist())
         curves, kept = kept[: under_way[1]], kept[under_way[1] :]
@@ -141,10 +149,14 @@ def _dataset(
     searched: Array,
 ) -> xr.Dataset:
     orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
-    problems = [among.problem_at(orbit.value) for _, orbit in orbits]
-    points = CurvePlan("point", np.array([orbit.value for _, orbit in orbits]), [(i,) for i in range(len(orbits))])
-    found = Found.of([among.steady(orbit) for _, orbit in orbits], problems)
-    if orbits:
+    problems = [among.problem_of(orbit) for _, orbit in orbits]
+    values = np.array([orbit.value for _, orbit in orbits], dtype=float)
+    points = CurvePlan("point", values, [(i,) for i in range(len(orbits))])
+    if isinstance(among, LockedRange):
+        found, values = locked.on_curve(among.locked, [orbit for _, orbit in orbits])
+    else:
+        found = Found.of([among.steady(orbit) for _, orbit in orbits], problems)
+    if orbits and MOTION not in found.arrays:
         bases = [base_of(problem) * scales_of(problem) for problem in problems]
         rows = [
             rows_of(one.kept, np.ones(1), base, among.problem) for (_, one), base in zip(orbits, bases, strict=True)
@@ -157,7 +169,7 @@ def _dataset(
     escapes = [escape(orbit, unstable, problem) for (_, orbit), problem in zip(orbits, problems, strict=True)]
     data["escape"] = ("point", np.array(escapes, dtype=float))
     name = path.name
-    data.coords[name] = ("point", np.array([orbit.value for _, orbit in orbits], dtype=float))
+    data.coords[name] = ("point", values)
     data.coords["branch"] = ("point", np.array([number for number, _ in orbits], dtype=int))
     data["stable"] = ("point", np.array([orbit.is_stable for _, orbit in orbits], dtype=bool))
     data["special"] = ("point", np.array([orbit.special for _, orbit in orbits], dtype=np.str_))
@@ -177,6 +189,9 @@ def _dataset(
         "samples_per_period": among.points,
         "completeness": _completeness(sums, unproven, is_full),
     }
+    if isinstance(among, LockedRange):
+        data.attrs |= locked.attributes(among.locked)
+        data.attrs["completeness"] = "not checked: only states that are connected with the free lock are followed"
     return data
 
 

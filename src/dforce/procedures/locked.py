@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from dforce import kernel
 from dforce.core import units
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import until_stopped
-from dforce.experiments.base import initial_motions
 from dforce.observables.averaging import weights
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
@@ -24,8 +23,8 @@ from dforce.procedures.statuses import without_failed
 from dforce.results.status import Status, graded
 from dforce.solvers.accuracy import SURE
 from dforce.solvers.locked import Anchor, Locked, LockedStates
+from dforce.solvers.locked_orbits import follow
 from dforce.solvers.sample_counts import MOST_SAMPLES
-from dforce.solvers.states import States
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from dforce.experiments.base import CurveExperiment, Place, Progress
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
+    from dforce.solvers.states import States
     from dforce.solvers.transient import CancelCheck
 
 AT_ONCE = 256  # distances whose states are found together: a stop loses no more
@@ -53,29 +53,45 @@ def curve(
     def check_cancelled() -> None:
         report_progress(min(done, total - 1), total, note)
 
-    locked = Locked(case.problem, case.solver, experiment.harmonics, check_cancelled)
+    locked = Locked(case.problem, case.solver, experiment.harmonics, check_cancelled, plan.name, plan.zc or 0.0)
+    offset, unit = locked.scales[plan.name]
     with until_stopped() as stop:
         last: Anchor | None = None
         for some in _portions(plan.visits):
-            zc = plan.values[[place[0] for place in plan.visits[some]]]
-            note = f"zc = {units.show(float(zc[0]), 'm', 4)}"
-            first = begun(locked, float(zc[0])) if last is None else last
+            values = plan.values[[place[0] for place in plan.visits[some]]]
+            note = f"{plan.name} = {units.show(float(values[0]), 'm' if plan.zc is None else 'Hz', 4)}"
+            at = (values - offset) / unit
+            first = begun(locked, float(at[0])) if last is None else last
             if first is None:
                 kept.status[0, some] = Status.NO_STATE
             else:
-                found, last = locked.along(first, zc)
+                found, jumps, last = follow(locked, first, at)
+                kept.jumps[0] += jumps
                 columns, became = observed(locked, found)
                 kept.keep((0, some), columns, became)
             done = some.stop
         report_progress(total, total, "")
     data = dataset(Layout([plan], plan.coords), [kept], locked.block.batch.example)
-    data.attrs |= {
+    data = data if plan.zc is None else data.assign_coords(zc=plan.zc)
+    data.attrs |= attributes(locked) | {"protocol": "quasi_static"}
+    return data.assign_attrs(interrupted=1) if stop.came else data
+
+
+def attributes(locked: Locked) -> dict[str, Any]:
+    """Return the attributes of a result of locked states."""
+    return {
         "samples_per_period": locked.block.points,
-        "protocol": "quasi_static",
         "reference_frequency": locked.reference,
         "held": " ".join(locked.lock.held),
     }
-    return data.assign_attrs(interrupted=1) if stop.came else data
+
+
+def on_curve(locked: Locked, orbits: Sequence[Any]) -> tuple[Found, Array]:
+    """Return what is found on the orbits of a curve, and their distances (m)."""
+    found, states = Found.empty(1, len(orbits)), LockedStates.joined([orbit.found for orbit in orbits])
+    columns, became = observed(locked, states)
+    found.keep((0, slice(None)), columns, became)
+    return found, locked.number(states.unknowns, "zc")
 
 
 def at_distance(
@@ -83,26 +99,31 @@ def at_distance(
 ) -> tuple[Found, Problem, States]:
     """Return what is found at a distance, the problem with the frequency and drive found there, and the motion."""
     locked, found = Locked(problem, settings, harmonics, check_cancelled), Found.empty()
-    first = begun(locked, zc)
-    if first is None:
+    first = begun(locked, zc / locked.length)
+    state = None if first is None else follow(locked, first, np.array([zc / locked.length]))[0]
+    if state is None or not state.good[0]:
         found.status[:] = Status.NO_STATE
-        return found, problem.unlocked, _free(locked)
-    state = locked.newton(np.array([zc]), first.unknowns[None], first.branch[None])
+        return found, problem.unlocked, locked.free_motion
     columns, became = observed(locked, state)
     found.keep((0, slice(None)), columns, became)
-    frequency, ratio = float(locked.frequency(state.unknowns)[0]), float(locked.drive(state.unknowns)[0])
+    frequency, ratio = (float(locked.number(state.unknowns, name)[0]) for name in ("frequency", "drive"))
     there = problem.unlocked.driven(frequency, ratio)
     return found, there, locked.motions(state.unknowns, state.branch)
 
 
-def begun(locked: Locked, zc: float) -> Anchor | None:
-    """Return the state at a distance that an approach leads to; None where it ends before."""
-    return locked.begin(zc, _free(locked))
+def begun(locked: Locked, at: float) -> Anchor | None:
+    """Return a state from which a curve is followed; None where there is none.
 
-
-def _free(locked: Locked) -> States:
-    """Return the motion without tip–sample forces."""
-    return States.of(*initial_motions(locked.block, np.array([locked.reference]), "free"))
+    It lies at the given distance (scaled) or far above it; a curve along the frequency begins at that of the case.
+    """
+    zc, unit = locked.scales["zc"]
+    if locked.numbers[-1] == "zc":
+        return locked.begin(at)
+    there = Locked(locked.problem, locked.block.settings, 1, locked.block.check_cancelled)
+    first = there.begin(zc / unit)
+    at_zc = None if first is None else follow(there, first, np.array([zc / unit]))[0]
+    begin = None if at_zc is None else locked.begin_at(there, at_zc)
+    return None if begin is None else follow(locked, begin, np.array([at]))[2]
 
 
 def _portions(visits: list[Place]) -> Iterator[slice]:
@@ -116,7 +137,7 @@ def _portions(visits: list[Place]) -> Iterator[slice]:
 
 def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     """Return the observables of states, with estimated errors, and what became of them."""
-    count = len(found.zc)
+    count = len(found.good)
     became = np.full(count, Status.NO_STATE, dtype=np.int8)
     there = np.flatnonzero(found.good)
     if not len(there):
@@ -124,7 +145,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     states, accuracy = found.take(there), locked.block.settings.accuracy
     # errors are shares of what the free lock has: at the frequency found the same drive may hardly move a free lever
     at_free_lock = np.full(len(there), locked.reference), np.ones(len(there))
-    numbers, tones = locked.block.tables_driven(states.zc, *at_free_lock)
+    numbers, tones = locked.block.tables_driven(locked.number(states.unknowns, "zc"), *at_free_lock)
     values = measured(locked, states, 1)
     left, error, times = np.arange(len(there)), np.full(len(there), np.inf), 1
     while len(left) and TWICE * times * locked.block.points <= MOST_SAMPLES:
@@ -147,7 +168,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     became[there] = np.where(good, graded(error, accuracy), Status.UNRESOLVED)
     for whole, part in zip(found, states, strict=True):
         whole[there] = part
-    frequency, ratio = locked.frequency(states.unknowns)[:, None], locked.drive(states.unknowns)[:, None]
+    frequency, ratio = (locked.number(states.unknowns, name)[:, None] for name in ("frequency", "drive"))
     columns = values | {"error_estimate": error} | of_locks(locked.problem, frequency, ratio, values)
     columns |= _motions(locked, states)
     out = {}
@@ -159,7 +180,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
 
 def tables(locked: Locked, states: LockedStates) -> tuple[Array, Array]:
     """Return the kernel's parameters and tone tables of states."""
-    return locked.block.tables_driven(states.zc, locked.frequency(states.unknowns), locked.drive(states.unknowns))
+    return locked.block.tables_driven(*locked.driven(states.unknowns))
 
 
 def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Array]:
@@ -190,7 +211,7 @@ def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str,
 
 def _motions(locked: Locked, states: LockedStates) -> dict[str, Array]:
     """Return the motions of states in SI."""
-    example, at = locked.block.batch.example, locked.frequency(states.unknowns)
+    example, at = locked.block.batch.example, locked.number(states.unknowns, "frequency")
     length = np.full(len(at), locked.length)
     scales = kernel.units_of(example, length, 2.0 * math.pi * at * length)
     base = kernel.base_in_motion(example, tables(locked, states)[1])

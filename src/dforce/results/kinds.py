@@ -51,6 +51,14 @@ class Picture:
 AMPLITUDE_AND_PHASE, DENSITIES = ("amplitude", "phase"), ("spectral_density", "fitted_density")
 # what each number that a lock may hold is called in a result
 LOCKED = {"frequency": "frequency_shift", "drive": "drive_ratio", "amplitude": "amplitude", "phase": "phase"}
+
+
+def measured(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Return the names of the two numbers of a tone that a result measures: those that no controller and no drive holds."""
+    held = str(dataset.attrs.get("held", "drive frequency")).split()
+    return tuple(name for number, name in LOCKED.items() if number not in held)
+
+
 OF_CURVES = (
     Picture("", ("frequency_shift", "drive_ratio"), title="frequency shift and excitation"),
     Picture("", AMPLITUDE_AND_PHASE, title="amplitude and phase"),

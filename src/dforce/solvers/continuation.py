@@ -194,13 +194,13 @@ def bifurcations(among: ParameterRange, a: Orbit, b: Orbit) -> list[Orbit]:
 
 def _growth(orbit: Orbit) -> float:
     """Return by how much a disturbance along the largest multiplier grows over a period, relative to itself."""
-    return float(abs(orbit.multipliers[0])) - 1.0
+    return float(np.abs(orbit.multipliers).max(initial=0.0)) - 1.0
 
 
 def _test_functions(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit], float]]]:
     """Give the functions that pass zero at a special point; none depends on the direction."""
     yield FOLD, lambda orbit: float(orbit.tangent[-1])
-    yield PERIOD_DOUBLING, lambda orbit: float(np.linalg.det(orbit.monodromy + np.eye(len(orbit.x))))
+    yield PERIOD_DOUBLING, lambda orbit: float(np.linalg.det(orbit.monodromy + np.eye(len(orbit.monodromy))))
     for which in range(len(a.gaps)):
         yield GRAZING, lambda orbit, which=which: float(orbit.gaps[which])  # type: ignore[misc]
 

@@ -10,16 +10,18 @@ from __future__ import annotations
 
 import contextlib
 import math
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from dforce import kernel
-from dforce.core.arrays import Array, Bools, Indices
-from dforce.observables.finish import held_signal
+from dforce.core.arrays import Array, Bools, Complexes
+from dforce.observables.finish import held_signals
 from dforce.problem import Problem
 from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
+from dforce.solvers.integrator import free_amplitudes, with_amplitudes
 from dforce.solvers.period_map import ALL, MOTION
 from dforce.solvers.settings import SolverSettings
 from dforce.solvers.states import States
@@ -32,7 +34,7 @@ NEAR = 1e-7  # Newton step behind which the next one, with the same derivatives,
 FARTHEST = 0.3  # of the free amplitude: longest Newton step
 CONTRACTS = 0.3  # of the step before: the next one, or the derivatives are worked out again
 MOST_MATRICES, MOST_STEPS = 6, 8  # of a search, and with the same derivatives
-FIRST, LARGEST, SMALLEST = 0.1, 0.5, 1e-6  # of the free amplitude: steps along the distance
+FIRST, LARGEST, SMALLEST = 0.1, 0.5, 1e-4  # of the free amplitude: steps along the distance
 AIMED, ASTRAY = 0.05, 0.2  # how far from its prediction a state should be, and may be
 SHRINK, GROWTH = 0.25, 2.5
 FAR = (
@@ -48,52 +50,69 @@ FAR = (
 )  # free amplitudes above the first distance: where a curve may begin
 
 
-class Anchor(NamedTuple):
-    """A state on the way along the distance: its unknowns, their derivatives by the distance (1/m), branches, and matrix."""
-
-    zc: float
-    unknowns: Array
-    slope: Array
-    branch: Array
-    matrix: Array
-
-
 class LockedStates(NamedTuple):
     """What was found, a row for each state.
 
     Attributes
     ----------
-    zc
-        Average distance (m).
     unknowns
-        Scaled motion, the forces' memory over its scale, then of frequency and drive those that are not held, see `frequency`.
+        Scaled motion, the forces' memory over its scale, of frequency and drive those that are not held, and the parameter of
+        the curve; see :meth:`Locked.number`.
     branch
         The forces' branches.
     matrix
-        Derivatives of the equations by the unknowns, and in the last column by the distance, in free amplitudes.
+        Derivatives of the equations by the unknowns; the last row is normal to the plane in which the state was sought.
     good
         Whether it was found.
     """
 
-    zc: Array
     unknowns: Array
     branch: Array
     matrix: Array
     good: Bools
 
-    def take(self, which: Indices | Bools) -> LockedStates:
+    def take(self, which: Any) -> LockedStates:
         """Return some of them."""
-        zc, unknowns, branch, matrix, good = self
-        return LockedStates(zc[which], unknowns[which], branch[which], matrix[which], good[which])
+        unknowns, branch, matrix, good = self
+        return LockedStates(unknowns[which], branch[which], matrix[which], good[which])
+
+    @classmethod
+    def joined(cls, parts: Sequence[LockedStates]) -> LockedStates:
+        """Return the rows of several tables as one."""
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
+
+    @classmethod
+    def lost(cls, like: Anchor, count: int) -> LockedStates:
+        """Return so many rows without a state."""
+        unknowns, branch, matrix = (np.full((count, *part.shape), np.nan) for part in like[:3])
+        return cls(unknowns, branch, matrix, np.zeros(count, dtype=bool))
+
+
+class Anchor(NamedTuple):
+    """A state on the way along a parameter, and how its unknowns change with the parameter."""
+
+    unknowns: Array
+    branch: Array
+    matrix: Array
+    slope: Array
+
+    @property
+    def at(self) -> float:
+        """The parameter, scaled."""
+        return float(self.unknowns[-1])
 
 
 class Locked:
-    """The locked states of one problem, along the distance.
+    """The locked states of one problem, along the distance or the frequency.
 
     Parameters
     ----------
     problem
         A problem of one tone with a lock.
+    along
+        The parameter: "zc" or "frequency".
+    zc
+        Average distance (m), where the frequency is the parameter.
     """
 
     def __init__(
@@ -102,18 +121,24 @@ class Locked:
         settings: SolverSettings,
         harmonics: int,
         check_cancelled: CancelCheck,
-        points: int | None = None,
+        along: str = "zc",
+        zc: float = 0.0,
     ) -> None:
         [tone] = problem.tones
         assert tone.lock is not None
         self.problem, self.lock, self.reference = problem, tone.lock, tone.frequency
-        kind, free = block_type(settings), problem.unlocked
-        self.block: Block = kind.along_frequency(free, 0.0, tone.frequency, settings, harmonics, points)
+        self.block: Block = block_type(settings).along_frequency(
+            problem.unlocked, 0.0, tone.frequency, settings, harmonics
+        )
         self.block.check_cancelled = check_cancelled
-        self.length, self.width = tone.A0, 1.0 / max(mode.Q for mode in problem.modes)
-        self.size, self.states = self.block.size, len(self.block.memory_scale)
+        self.length, width = tone.A0, 1.0 / max(mode.Q for mode in problem.modes)
+        self.motion = self.block.size + len(self.block.memory_scale)
         self.free = [name for name in ("frequency", "drive") if name not in self.lock.held]
         self.held = [name for name in ("amplitude", "phase") if name in self.lock.held]
+        self.numbers = [*self.free, along]
+        # what each number is at 0, and its unit
+        self.scales = {"zc": (zc, tone.A0), "frequency": (tone.frequency, width * tone.frequency), "drive": (1.0, 1.0)}
+        self.weights = np.array([1.0] * self.motion + [width] * len(self.free) + [1.0 if along == "zc" else width])
         self.found = min(FOUND, 0.01 * (settings.accuracy or 1.0))
         self.near = NEAR / FOUND * self.found
         self._direction = 0.0
@@ -122,78 +147,85 @@ class Locked:
         """Return the block with so many times the samples."""
         return self.block if times == 1 else self.block.finer(times * self.block.points)
 
-    def frequency(self, unknowns: Array) -> Array:
-        """Return the drive frequency (Hz) of states."""
-        u = self._free_number(unknowns, "frequency", 0.0)
-        return np.asarray(self.reference * (1.0 + self.width * u))
+    def number(self, unknowns: Array, name: str) -> Array:
+        """Return a number of states: "zc" (m), "frequency" (Hz), or "drive", relative to that of the free lock."""
+        offset, unit = self.scales[name]
+        if name not in self.numbers:
+            return np.full(len(unknowns), offset)
+        return np.asarray(offset + unit * unknowns[:, self.motion + self.numbers.index(name)])
 
-    def drive(self, unknowns: Array) -> Array:
-        """Return the drive of states relative to that of the free lock."""
-        return self._free_number(unknowns, "drive", 1.0)
-
-    def _free_number(self, unknowns: Array, name: str, held: float) -> Array:
-        if name not in self.free:
-            return np.full(len(unknowns), held)
-        return np.asarray(unknowns[:, self.size + self.states + self.free.index(name)])
+    def driven(self, unknowns: Array) -> list[Array]:
+        """Return the distances (m), frequencies (Hz) and relative drives of states."""
+        return [self.number(unknowns, name) for name in ("zc", "frequency", "drive")]
 
     def motions(self, unknowns: Array, branch: Array) -> States:
         """Return the motions of states."""
-        x, memory = unknowns[:, : self.size], unknowns[:, self.size : self.size + self.states]
+        x, memory = unknowns[:, : self.block.size], unknowns[:, self.block.size : self.motion]
         return States(x.copy(), memory * self.block.memory_scale, branch.copy())
 
-    def march(
-        self, zc: Array, unknowns: Array, branch: Array, times: int = 1, wanted: int = MOTION
-    ) -> tuple[Array, Array, Array]:
+    def march(self, unknowns: Array, branch: Array, times: int = 1, wanted: int = MOTION) -> tuple[Array, Array, Array]:
         """Return how far the equations are from being met, the branches one period later, and what was measured."""
-        block, at, ratio = self.finer(times), self.frequency(unknowns), self.drive(unknowns)
-        before = self.motions(unknowns, branch)
+        block, before = self.finer(times), self.motions(unknowns, branch)
+        zc, at, ratio = self.driven(unknowns)
         after, rows = block.driven(zc, before, at, ratio, wanted)
-        base = np.zeros(len(zc), dtype=complex)
-        if self.problem.shaken is not None:
-            base = kernel.base_of(block.tables_driven(zc, at, ratio)[1])[:, 0]
-        signal = held_signal(block.batch.example, rows[:, 0], base, self.lock.of_mode)
-        turned = signal * np.exp(1j * self.lock.phase)
-        missed = {"amplitude": np.abs(signal) - 1.0, "phase": np.angle(turned)}
+        signal = self.signal(unknowns, rows) * np.exp(1j * self.lock.phase)
+        missed = {"amplitude": np.abs(signal) - 1.0, "phase": np.angle(signal)}
         parts = [after.x - before.x, (after.memory - before.memory) / block.memory_scale]
         return np.concatenate([*parts, *(missed[name][:, None] for name in self.held)], axis=1), after.branch, rows
 
-    def derived(self, zc: Array, unknowns: Array, branch: Array) -> tuple[Array, Array, Array]:
-        """Return the same without what was measured, and the derivatives by unknowns and distance."""
+    def signal(self, unknowns: Array, rows: Array) -> Complexes:
+        """Return what the lock-in reads, relative to the drive and in units of the set point."""
+        base = np.zeros((len(rows), 1), dtype=complex)
+        if self.problem.shaken is not None:
+            base = kernel.base_of(self.block.tables_driven(*self.driven(unknowns))[1])
+        return np.asarray(held_signals(self.block.batch.example, rows[:, 0], base, self.lock.of_mode)[:, 0])
+
+    def derived(self, unknowns: Array, branch: Array) -> tuple[Array, Array, Array]:
+        """Return the same without what was measured, and the derivatives by the unknowns."""
         count, size = unknowns.shape
-        each = size + 2
-        beside, where = np.repeat(unknowns[:, None], each, axis=1), np.repeat(zc[:, None], each, axis=1)
-        beside[:, range(1, size + 1), range(size)] += BESIDE
-        where[:, size + 1] += BESIDE * self.length
-        missed, after, _ = self.march(where.ravel(), beside.reshape(-1, size), np.repeat(branch, each, axis=0))
-        missed = missed.reshape(count, each, size)
-        by = np.moveaxis(missed[:, 1:] - missed[:, :1], 1, 2) / BESIDE
-        return missed[:, 0], after[::each], by
+        beside = BESIDE * np.concatenate([np.zeros((1, size)), np.eye(size), -np.eye(size)])
+        missed, after, _ = self.march(
+            (unknowns[:, None] + beside).reshape(-1, size), np.repeat(branch, len(beside), axis=0)
+        )
+        missed = missed.reshape(count, len(beside), size - 1)
+        by = np.moveaxis(missed[:, 1 : size + 1] - missed[:, size + 1 :], 1, 2) / (2.0 * BESIDE)
+        return missed[:, 0], after[:: len(beside)], by
 
     def newton(
-        self, zc: Array, unknowns: Array, branch: Array, matrix: Array | None = None, rough: bool = False
+        self,
+        unknowns: Array,
+        branch: Array,
+        matrix: Array | None = None,
+        across: Array | None = None,
+        enough: float | None = None,
     ) -> LockedStates:
         """Find the states near guesses, with guessed derivatives as far as they lead there.
 
-        Rough states are guesses themselves.
+        Parameters
+        ----------
+        across
+            Normal of the plane through each guess in which a state is sought; left out: that of a constant parameter.
+        enough
+            Newton step of a state that is found.
         """
-        enough = ROUGH if rough else self.found
+        enough = enough or self.found
         count, size = unknowns.shape
-        out = LockedStates(
-            zc, unknowns.copy(), branch.copy(), np.full((count, size, size + 1), np.nan), np.zeros(count, bool)
-        )
+        normal = np.tile(np.eye(1, size, size - 1), (count, 1)) if across is None else across
+        given = np.concatenate([np.full((count, size - 1, size), np.nan), normal[:, None]], axis=1)
+        out = LockedStates(unknowns.copy(), branch.copy(), given, np.zeros(count, bool))
         going = np.arange(count)
         for _ in range(MOST_MATRICES):
             if matrix is None:
-                missed, after, out.matrix[going] = self.derived(zc[going], out.unknowns[going], out.branch[going])
+                missed, after, out.matrix[going, :-1] = self.derived(out.unknowns[going], out.branch[going])
             else:
                 out.matrix[:], matrix = matrix, None
-                missed, after, _ = self.march(zc, unknowns, branch)
+                missed, after, _ = self.march(unknowns, branch)
             before, left, turned = np.full(len(going), np.inf), going, np.arange(len(going))
             again = []
             for _ in range(MOST_STEPS):
-                step = -solved(out.matrix[left][:, :, :-1], missed)
-                length = np.abs(step).max(axis=1)
-                share = np.minimum(1.0, FARTHEST / np.maximum(length, 1e-300))
+                step = steps(out.matrix[left], missed)
+                length, far = np.abs(step).max(axis=1), np.abs(step * self.weights).max(axis=1)
+                share = np.minimum(1.0, FARTHEST / np.maximum(far, 1e-300))
                 fine = np.isfinite(length)
                 out.unknowns[left[fine]] += (share[:, None] * step)[fine]
                 same = (after == out.branch[left]).all(axis=1)
@@ -207,102 +239,106 @@ class Locked:
                 left, turned = left[keep], turned[keep]
                 if not len(left):
                     break
-                missed, after, _ = self.march(zc[left], out.unknowns[left], out.branch[left])
+                missed, after, _ = self.march(out.unknowns[left], out.branch[left])
             going = np.concatenate([*again, left])
             if not len(going):
                 break
         return out
 
-    def is_stable(self, found: LockedStates) -> Bools:
-        """Return which states are stable under ideal controllers, which pin the motion of the tone's own mode.
+    def left_free(self, found: LockedStates) -> Array:
+        """Return the derivative of the map over a period by what ideal controllers, which pin the tone's mode, leave free."""
+        mode, size = self.problem.tones[0].mode, self.block.size
+        rest = [i for i in range(self.motion) if i // 2 != mode or i >= size]
+        return found.matrix[:, rest][:, :, rest] + np.eye(len(rest))
 
-        Nothing else may grow from period to period: other modes, the fluid, the forces' memory. And no fold in the distance
+    def is_stable(self, found: LockedStates) -> Bools:
+        """Return which states are stable under ideal controllers.
+
+        Nothing that they leave free may grow from period to period: other modes, the fluid, the forces' memory. And no fold
         lies between the state and the free lock: there the mean deflection snaps, and the determinant changes its sign.
         """
-        mode = self.problem.tones[0].mode
-        rest = [i for i in range(self.size + self.states) if i // 2 != mode or i >= self.size]
-        within = found.matrix[:, rest][:, :, rest] + np.eye(len(rest))
+        within = self.left_free(found)
         with np.errstate(invalid="ignore"):
-            sign = np.linalg.slogdet(found.matrix[:, :, :-1])[0]
+            sign = np.linalg.slogdet(found.matrix[:, :-1, :-1])[0]
         stable = np.asarray(sign == self._direction)
-        if rest:
+        if within.size:
             stable[stable] = np.abs(np.linalg.eigvals(within[stable])).max(axis=1) < 1.0
         return stable
 
-    def begin(self, zc: float, start: States) -> Anchor | None:
-        """Return the state at a distance that an approach from far away leads to; None where it ends before."""
-        rest = np.concatenate([start.x, start.memory / self.block.memory_scale], axis=1)
-        guess = np.concatenate(
-            [rest, np.tile([0.0 if name == "frequency" else 1.0 for name in self.free], (1, 1))], axis=1
-        )
+    @property
+    def free_motion(self) -> States:
+        """The motion at the free lock."""
+        integrator = self.block.integrator(0, self.reference)
+        return States.of(with_amplitudes(integrator, free_amplitudes(integrator)))
+
+    def begin(self, at: float) -> Anchor | None:
+        """Return the state at a distance (scaled) or far above it, from motion without forces; None where there is none."""
+        guess, start = np.zeros((1, len(self.weights))), self.free_motion
+        guess[:, : self.motion] = np.concatenate([start.x, start.memory / self.block.memory_scale], axis=1)
         for away in FAR:
-            found = self.newton(np.array([zc + away * self.length]), guess, start.branch)
+            guess[:, -1] = at + away
+            found = self.newton(guess, start.branch)
             if found.good[0] and np.abs(found.unknowns - guess).max() < ASTRAY:
-                self._direction = float(np.linalg.slogdet(found.matrix[:, :, :-1])[0][0])
-                first = self._anchor(found)
-                return first if away == 0.0 else self.reach(first, zc)
+                self._direction = float(np.linalg.slogdet(found.matrix[:, :-1, :-1])[0][0])
+                return self.anchor(found)
         return None
 
-    def _anchor(self, found: LockedStates) -> Anchor:
-        """Return the only state as an anchor."""
-        slope = -solved(found.matrix[:, :, :-1], found.matrix[:, :, -1])[0] / self.length
-        return Anchor(float(found.zc[0]), found.unknowns[0], slope, found.branch[0], found.matrix[0])
+    def begin_at(self, other: Locked, found: LockedStates) -> Anchor | None:
+        """Return a state that was found along the distance as one along the frequency, at that of the case."""
+        self._direction = other._direction
+        guess = found.unknowns.copy()
+        guess[:, -1] = 0.0
+        here = self.newton(guess, found.branch)
+        return self.anchor(here) if here.good[0] else None
 
-    def reach(self, first: Anchor, zc: float) -> Anchor | None:
-        """Return the state at a distance that leads there from another one; None where it ends before."""
-        last = self.walk(first, zc)[-1]
-        return last if last.zc == zc else None
+    def anchor(self, found: LockedStates) -> Anchor:
+        """Return the only state as an anchor."""
+        matrix = found.matrix[0]
+        matrix[-1] = 0.0
+        matrix[-1, -1] = 1.0
+        slope = np.append(-np.linalg.solve(matrix[:-1, :-1], matrix[:-1, -1]), 1.0)
+        return Anchor(found.unknowns[0], found.branch[0], matrix, slope)
 
     def walk(self, first: Anchor, stop: float) -> list[Anchor]:
-        """Return states on the way from one of them to a distance, as far as they go on; the last one lies there exactly."""
-        anchors, step = [first], FIRST * self.length
-        while anchors[-1].zc != stop:
+        """Return states on the way from one of them to a value, as far as they go on; the last one lies there exactly."""
+        anchors, step = [first], FIRST
+        while anchors[-1].at != stop:
             last = anchors[-1]
-            left = abs(stop - last.zc)
+            left = abs(stop - last.at)
             length = left if step > 0.7 * left else step
-            to = stop if length == left else last.zc + math.copysign(length, stop - last.zc)
-            predicted = cubic(anchors[-2:], to) if len(anchors) > 1 else last.unknowns + (to - last.zc) * last.slope
-            found = self.newton(np.array([to]), predicted[None], last.branch[None], rough=True)
-            astray = float(np.abs(found.unknowns[0] - predicted).max())
+            to = stop if length == left else last.at + math.copysign(length, stop - last.at)
+            predicted = cubic(anchors[-2:], to) if len(anchors) > 1 else last.unknowns + (to - last.at) * last.slope
+            found = self.newton(predicted[None], last.branch[None], enough=ROUGH)
+            astray = float(np.abs((found.unknowns[0] - predicted) * self.weights).max())
             if not (found.good[0] and astray < ASTRAY and self.is_stable(found)[0]):
                 step = SHRINK * length
-                if step < SMALLEST * self.length:
+                if step < SMALLEST:
                     return anchors
                 continue
-            anchors.append(self._anchor(found))
-            step = min(LARGEST * self.length, length * min(GROWTH, max(SHRINK, (AIMED / max(astray, 1e-12)) ** 0.25)))
+            anchors.append(self.anchor(found))
+            step = min(LARGEST, length * min(GROWTH, max(SHRINK, (AIMED / max(astray, 1e-12)) ** 0.25)))
         return anchors
 
-    def between(self, anchors: list[Anchor], zc: Array) -> LockedStates:
-        """Find the states at distances between anchors; each guess is a cubic through the nearest two."""
-        sign = 1.0 if anchors[-1].zc > anchors[0].zc else -1.0
-        places = np.array([sign * one.zc for one in anchors])
-        after = np.clip(np.searchsorted(places, sign * zc), 1, len(anchors) - 1)
-        guess = np.array([cubic(anchors[i - 1 : i + 1], at) for i, at in zip(after.tolist(), zc.tolist(), strict=True)])
-        matrix, branch = (np.array([getattr(one, name) for one in anchors]) for name in ("matrix", "branch"))
-        share = ((zc - sign * places[after - 1]) / (sign * (places[after] - places[after - 1])))[:, None, None]
-        found = self.newton(zc, guess, branch[after - 1], (1.0 - share) * matrix[after - 1] + share * matrix[after])
-        found.good[:] &= (np.abs(found.unknowns - guess).max(axis=1) < ASTRAY) & self.is_stable(found)
-        return found
-
-    def along(self, first: Anchor, zc: Array) -> tuple[LockedStates, Anchor]:
-        """Find the states at distances that rise or fall, from one at the first of them on; return the last one, too."""
-        anchors = self.walk(first, float(zc[-1]))
+    def between(self, anchors: list[Anchor], at: Array) -> LockedStates:
+        """Find the states at values between anchors; each guess is a cubic through the nearest two."""
         if len(anchors) == 1:
-            anchors = [first, first._replace(zc=first.zc + SMALLEST * self.length)]
-        found = self.between(anchors, zc)
-        reached = np.abs(zc - first.zc) <= abs(anchors[-1].zc - first.zc)
-        found.good[:] &= reached
-        for i in np.flatnonzero(
-            ~found.good & reached
-        ).tolist():  # a guess between anchors led astray: go there by steps
-            before = [one for one in anchors if abs(one.zc - first.zc) <= abs(zc[i] - first.zc)][-1]
-            at = self.reach(before, float(zc[i]))
-            if at is not None:
-                one = self.newton(zc[i : i + 1], at.unknowns[None], at.branch[None])
+            anchors = [*anchors, anchors[0]._replace(unknowns=anchors[0].unknowns + SMALLEST * anchors[0].slope)]
+        sign = 1.0 if anchors[-1].at > anchors[0].at else -1.0
+        places = sign * np.array([one.at for one in anchors])
+        after = np.clip(np.searchsorted(places, sign * at), 1, len(anchors) - 1)
+        guess = np.array([cubic(anchors[i - 1 : i + 1], to) for i, to in zip(after.tolist(), at.tolist(), strict=True)])
+        matrix, branch = (np.array([getattr(one, name) for one in anchors]) for name in ("matrix", "branch"))
+        share = ((sign * at - places[after - 1]) / (places[after] - places[after - 1]))[:, None, None]
+        found = self.newton(guess, branch[after - 1], (1.0 - share) * matrix[after - 1] + share * matrix[after])
+        astray = np.abs((found.unknowns - guess) * self.weights).max(axis=1)
+        found.good[:] &= (astray < ASTRAY) & self.is_stable(found)
+        for i in np.flatnonzero(~found.good).tolist():  # a guess between anchors led astray: go there by steps
+            last = self.walk(anchors[after[i] - 1], float(at[i]))[-1]
+            if last.at == at[i]:
+                one = self.newton(last.unknowns[None], last.branch[None])
                 for whole, part in zip(found, one, strict=True):
                     whole[i] = part[0]
-        return found, anchors[-1]
+        return found
 
     def measured(self, found: LockedStates, times: int) -> Array:
         """Move states to where they are with so many times the samples; return what is measured, (states, periods, columns)."""
@@ -310,23 +346,26 @@ class Locked:
         for _ in range(MOST_STEPS):
             if times == 1 or not np.abs(step).max(initial=0.0) > self.near:
                 break
-            missed, found.branch[:], _ = self.march(found.zc, found.unknowns, found.branch, times)
-            step = np.nan_to_num(-solved(found.matrix[:, :, :-1], missed))
+            missed, found.branch[:], _ = self.march(found.unknowns, found.branch, times)
+            step = np.nan_to_num(steps(found.matrix, missed))
             found.unknowns[:] += step
-        return self.march(found.zc, found.unknowns, found.branch, times, ALL)[2]
+        return self.march(found.unknowns, found.branch, times, ALL)[2]
 
 
-def cubic(pair: list[Anchor], zc: float) -> Array:
-    """Return the unknowns at a distance, on the cubic with the values and the slopes of two states."""
+def cubic(pair: list[Anchor], at: float) -> Array:
+    """Return the unknowns at a value, on the cubic with the values and the slopes of two states."""
     first, second = pair
-    span = second.zc - first.zc
-    t = (zc - first.zc) / span
+    span = second.at - first.at
+    t = (at - first.at) / span
     out = first.unknowns + t * t * (3.0 - 2.0 * t) * (second.unknowns - first.unknowns)
-    return np.asarray(out + span * t * (1.0 - t) * ((1.0 - t) * first.slope - t * second.slope))
+    out += span * t * (1.0 - t) * ((1.0 - t) * first.slope - t * second.slope)
+    out[-1] = at
+    return np.asarray(out)
 
 
-def solved(matrix: Array, side: Array) -> Array:
-    """Return the solutions of many systems of equations; NaN where there is none."""
+def steps(matrix: Array, missed: Array) -> Array:
+    """Return the Newton steps of many states, each in its plane; NaN where there is none."""
+    side = -np.pad(missed, ((0, 0), (0, 1)))
     with contextlib.suppress(np.linalg.LinAlgError):
         return np.asarray(np.linalg.solve(matrix, side[:, :, None])[:, :, 0])
     out = np.full(side.shape, np.nan)

@@ -88,15 +88,19 @@ class Orbit:
         found = np.linalg.eigvals(self.monodromy).astype(complex)
         return found[np.argsort(-np.abs(found), kind="stable")]
 
+    @property
+    def equations(self) -> Array:
+        """Derivatives by the scaled unknowns of what vanishes on the curve, (size, size + 1)."""
+        return np.column_stack([self.monodromy - np.eye(len(self.x)), self.by_parameter])
+
     @functools.cached_property
     def tangent(self) -> Array:
         """Unit tangent of the curve, (size + 1,), so that the equations bordered by it have a positive determinant.
 
         So it points the same way all along a curve.
         """
-        equations = np.column_stack([self.monodromy - np.eye(len(self.x)), self.by_parameter])
-        tangent = np.linalg.svd(equations)[2][-1]
-        return np.asarray(tangent * np.linalg.slogdet(np.vstack([equations, tangent]))[0])
+        tangent = np.linalg.svd(self.equations)[2][-1]
+        return np.asarray(tangent * np.linalg.slogdet(np.vstack([self.equations, tangent]))[0])
 
     @property
     def index(self) -> int:
@@ -173,6 +177,10 @@ class ParameterRange:
     def problem_at(self, value: float) -> Problem:
         """Return the problem at a value (SI), with the lever as it is at the distance there."""
         return self._whole_at(value).at_height(self.distance(value))
+
+    def problem_of(self, orbit: Orbit) -> Problem:
+        """Return the problem of an orbit."""
+        return self.problem_at(orbit.value)
 
     def _new_block(self, value: float) -> Block:
         problem = self._whole_at(value) if self.zc is None else self.problem_at(value)

@@ -1,0 +1,164 @@
+"""Locked states as orbits on a curve, so that it is followed through its folds as any other; see ``continuation``.
+
+Frequency and drive change the more, the stiffer the contact is: they count by the width of the resonance.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dforce import kernel
+from dforce.core.arrays import Array
+from dforce.observables import measure
+from dforce.problem import Problem
+from dforce.solvers.continuation import trace
+from dforce.solvers.locked import Anchor, Locked, LockedStates
+from dforce.solvers.orbit import FOLD, Orbit, ParameterRange
+from dforce.solvers.period_map import ALL
+from dforce.solvers.points import StateJump
+from dforce.solvers.stability import CRITICAL, STABLE, UNSTABLE
+from dforce.solvers.states import States
+
+FARTHEST = 100.0  # free amplitudes
+LARGEST = 0.1  # of the curve's unit: step through a fold
+BEFORE = 0.01  # of it: where the way through a fold begins
+MOST = 150  # points on this way
+
+
+@dataclass(frozen=True)
+class LockedOrbit(Orbit):
+    """A locked state on a curve; its monodromy is that of what ideal controllers leave free.
+
+    Attributes
+    ----------
+    found
+        The same state as the only row of a table.
+    equations
+        Derivatives of the equations by the scaled unknowns.
+    steady
+        Whether it is stable.
+    """
+
+    found: Any = None
+    equations: Any = None
+    steady: bool = True
+
+    @property
+    def stability(self) -> int:
+        """Whether small disturbances die out or grow under ideal controllers."""
+        return CRITICAL if self.special == FOLD else STABLE if self.steady else UNSTABLE
+
+
+class LockedRange(ParameterRange):
+    """A range of the parameter of locked states, between two of its scaled values."""
+
+    def __init__(self, locked: Locked, start: float, stop: float) -> None:
+        self.locked, self.problem, self.zc = locked, locked.problem, None
+        self.low, self.high = min(start, stop), max(start, stop)
+        self.points, self.common, self.has_changing_lever = locked.block.points, locked.block.common, False
+        offset, self.span = locked.scales[locked.numbers[-1]]
+        self._ends = offset + self.low * self.span, offset + self.high * self.span
+
+    def problem_at(self, value: float) -> Problem:
+        """Return the problem; see :class:`ParameterRange`."""
+        return self.problem
+
+    def problem_of(self, orbit: Orbit) -> Problem:
+        """Return the problem in amplitude modulation, at the frequency and drive of a state."""
+        assert isinstance(orbit, LockedOrbit)
+        _, at, ratio = self.locked.driven(orbit.found.unknowns)
+        return self.problem.unlocked.driven(float(at[0]), float(ratio[0]))
+
+    def find(self, guess: Array, branch: Array, normal: Array | None = None, repeats: int = 1) -> Orbit | None:
+        """Return the state near a guess; see :meth:`ParameterRange.find`."""
+        weights = self.locked.weights
+        across = None if normal is None else (normal * weights)[None]
+        found = self.locked.newton((guess / weights)[None], branch, across=across)
+        return self.on_curve(found) if found.good[0] else None
+
+    def free_orbit(self, scaled: float) -> Orbit | None:
+        """Return the state to which an approach from far away leads; see :meth:`ParameterRange.free_orbit`."""
+        first = self.locked.begin(scaled)
+        found = None if first is None else follow(self.locked, first, np.array([scaled]))[0]
+        return self.on_curve(found) if found is not None and found.good[0] else None
+
+    def on_curve(self, found: LockedStates) -> LockedOrbit:
+        """Return the only state as an orbit."""
+        locked, (unknowns, branch, matrix, _) = self.locked, found
+        missed, _, rows = locked.march(unknowns, branch, wanted=ALL)
+        states = locked.motions(unknowns, branch)
+        scales = kernel.units_of(
+            locked.block.batch.example,
+            *(
+                np.array([locked.length]) * factor
+                for factor in (1.0, 2.0 * np.pi * locked.number(unknowns, "frequency")[0])
+            ),
+        )
+        return LockedOrbit(
+            unknowns[0] * locked.weights,
+            states,
+            float(locked.number(unknowns, locked.numbers[-1])[0]),
+            States(states.x * scales, states.memory, states.branch),
+            locked.left_free(found)[0],
+            np.empty(0),
+            rows[0],
+            rows[0, :, measure.D_MIN].min() - locked.block.batch.kinks[0],
+            float(np.abs(missed[:, : locked.motion]).max()),
+            0.0,
+            found=found,
+            equations=matrix[0, :-1] / locked.weights,
+            steady=bool(locked.is_stable(found)[0]),
+        )
+
+
+def follow(locked: Locked, first: Anchor, at: Array) -> tuple[LockedStates, list[StateJump], Anchor]:
+    """Find the stable states at values that rise or fall, from a state on, and note jumps; return the last state, too.
+
+    Where a state ends at a fold, the curve leads on to the stable state at the next value.
+    """
+    way, parts, jumps = math.copysign(1.0, at[-1] - first.at), [], []
+    behind = int(np.sum(way * (at - first.at) < 0.0))
+    parts = [LockedStates.lost(first, behind)]
+    at = at[behind:]
+    while len(at):
+        anchors = locked.walk(first, float(at[-1]))
+        reached = int(np.sum(way * (at - anchors[-1].at) <= 0.0))
+        parts += [locked.between(anchors, at[:reached])] if reached else []
+        at, first = at[reached:], anchors[-1]
+        if not len(at):
+            break
+        landed = _behind_fold(locked, anchors, float(at[0]))
+        if landed is None:
+            parts.append(LockedStates.lost(first, len(at)))
+            break
+        first = landed[1]
+        jumps += landed[0]
+    return LockedStates.joined(parts), jumps, first
+
+
+def _behind_fold(locked: Locked, anchors: list[Anchor], to: float) -> tuple[list[StateJump], Anchor] | None:
+    """Return the stable state at a value to which the curve leads around folds, and the jump there; None where it ends."""
+    way = math.copysign(1.0, to - anchors[-1].at)
+    last = next((one for one in reversed(anchors) if abs(one.at - anchors[-1].at) > BEFORE), anchors[0])
+    among = LockedRange(locked, to, anchors[0].at - way * FARTHEST)
+    found = locked.newton(last.unknowns[None], last.branch[None])
+    if not found.good[0]:
+        return None
+    points: list[Orbit] = [among.on_curve(found)]
+    forth = 1 if way * points[0].tangent[-1] > 0.0 else -1
+    trace(among, points, forth, LARGEST, MOST, locked.block.check_cancelled)
+    end = points[-1]
+    assert isinstance(end, LockedOrbit)
+    if end.u[-1] != to or not end.is_stable:
+        return None
+    folds = [point for point in points if isinstance(point, LockedOrbit) and point.special == FOLD][:1]
+    before, after = (
+        locked.length * float(np.abs(locked.signal(one.found.unknowns, one.rows[None])[0]))
+        for one in (*folds, end, end)[:2]
+    )
+    jumps = [StateJump(fold.value, before, after, way > 0.0) for fold in folds]
+    return jumps, locked.anchor(end.found)
