@@ -174,8 +174,8 @@ def _part(part: Any, quantity: ParameterQuantity | None, alone: bool) -> list[Sh
             return [Shape("tables", label="list", model=inner)]
         return [Shape("numbers", label="list of values")] if quantity is not None else [Shape("texts")]
     if _is_parameters(part):
-        keys = ", ".join(part.keys())
-        return [Shape("table", label=spaced(keys), model=part)]
+        first, more = list(part.keys())[:2], len(part.keys()) > 2
+        return [Shape("table", label=spaced(", ".join(first)) + " ..." * more, model=part)]
     if quantity is not None:
         return [Shape("quantity", label="one value")]
     return [Shape({bool: "switch", int: "whole", float: "number"}.get(part, "text"))]
