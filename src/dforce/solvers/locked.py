@@ -30,7 +30,7 @@ from dforce.solvers.transient import CancelCheck
 BESIDE = 1e-6  # of the unknowns' units: neighbors that give derivatives
 FOUND, FLOOR = 1e-9, 1e-8  # Newton step of a state that is found; of one where rounding lets no step be smaller
 ROUGH = 1e-5  # Newton step of a state that is a guess for others
-NEAR = 0.1  # of the accuracy: Newton step behind which the next one, with the same derivatives, is much smaller
+NEAR = 0.3  # of the accuracy: Newton step behind which the next one, with the same derivatives, is much smaller
 FARTHEST = 0.3  # of the free amplitude: longest Newton step
 CONTRACTS = 0.3  # of the step before: the next one, or the derivatives are worked out again
 MOST_MATRICES, MOST_STEPS = 6, 8  # of a search, and with the same derivatives
