@@ -7,7 +7,7 @@ import pytest
 
 import dforce as df
 from dforce.solvers.controlled import Controllers, follow
-from dforce.solvers.integrator import Motion
+from dforce.solvers.integrator import Engine, Motion
 
 NM, E_EFF, RIGHT = 1e-9, 1e9 / 0.91, math.pi / 2.0
 DMT, HERTZ = [df.forces.DMT(hamaker="2e-20 J")], [df.forces.Hertz()]
@@ -25,9 +25,11 @@ def problem(f0, Q, A0, forces, E_eff=E_EFF):
     ).problem
 
 
-def free(one):
-    """Return the free motion at resonance at the start of a period."""
-    return Motion((0.0, 1.0), np.zeros(0), np.zeros(0), 0)
+def followed(one, zc, loops, settings=SETTINGS):
+    """Return what loops make of the free motion at resonance."""
+    start = Motion((0.0, 1.0), np.zeros(0), np.zeros(0), 0)
+    found = follow(Engine(one, settings, 0), [zc], start, [loops])
+    return found._replace(**{name: getattr(found, name)[:, 0] for name in ("frequency", "ratio", "amplitude", "phase")})
 
 
 # (f0, Q, A0, forces, E_eff, zc; divisor of omega0 that is b; frequency shift and its tolerance; drive and amplitude)
@@ -45,7 +47,7 @@ def test_loops_lead_to_the_locked_state_of_an_independent_solver(name):
     f0, Q, A0, forces, E_eff, zc, divisor, (shift, digits), drive, amplitude = ROWS[name]
     one = problem(f0, Q, A0, forces, E_eff)
     loops = Controllers(RIGHT, A0 if amplitude is None else None, f0 / divisor, f0 / divisor)
-    found = follow(one, zc, free(one), loops, SETTINGS)
+    found = followed(one, zc, loops)
     assert found.settled
     assert found.frequency[-1] - f0 == pytest.approx(shift, rel=0, abs=digits)
     assert found.amplitude[-1] == pytest.approx(amplitude or A0, rel=1e-9)
@@ -56,7 +58,7 @@ def test_loops_lead_to_the_locked_state_of_an_independent_solver(name):
 def test_loops_of_a_sixth_of_the_frequency_settle_with_every_low_pass(order):
     one = problem(48.9e3, 255, 10 * NM, DMT)
     loops = Controllers(RIGHT, 10 * NM, 48.9e3 / 6, 48.9e3 / 6, order)
-    found = follow(one, 10.2 * NM, free(one), loops, df.SolverSettings())
+    found = followed(one, 10.2 * NM, loops, df.SolverSettings())
     assert found.settled
     assert found.frequency[-1] - 48.9e3 == pytest.approx(-44.48312, abs=1e-4)
 
@@ -64,7 +66,7 @@ def test_loops_of_a_sixth_of_the_frequency_settle_with_every_low_pass(order):
 def test_free_loop_follows_a_change_of_set_point_with_its_bandwidth():
     one = problem(48.9e3, 255, 10 * NM, HERTZ)
     loops = Controllers(RIGHT, 11 * NM, 50.0, 50.0)
-    found = follow(one, 50 * NM, free(one), loops, SETTINGS)
+    found = followed(one, 50 * NM, loops)
     left = 11 * NM - found.amplitude
     time = np.cumsum(1.0 / found.frequency)
     later = (left < 0.5 * NM) & (left > 0.05 * NM)

@@ -1,8 +1,10 @@
-"""AM-FM and FM-FM from a case: values of an independent torus balance, a run in time, and what is refused."""
+"""AM-FM and FM-FM from a case: values of an independent torus balance, runs in time, and what is refused."""
 
+import numpy as np
 import pytest
 
 import dforce as df
+from dforce.procedures.in_time import InTime
 
 LEVER = {"modes": [{"f0": 48.9e3, "k": 0.9, "Q": 100.0}, {"f0": 282e3, "k": 28.0, "Q": 200.0}]}
 
@@ -60,10 +62,52 @@ def test_recorded_motion_of_a_torus_stays_between_its_extremes(am_fm):
     assert float(am_fm.deflection.max()) < float(am_fm.max_deflection) + 1e-13
 
 
+TAPPING = [{"A0": 7.351847e-9}, {"A0": "0.1 nm", "operation": "fm"}]
+
+
+@pytest.mark.long
+def test_controllers_in_time_find_the_torus(am_fm):
+    one = AM_FM.replace("solver.integrator", "engine")
+    start = one.problem.unlocked, np.ones(2), None
+    found, became = InTime(one.problem, one.solver, lambda: None, 8e-9, *start).at(4e-9)
+    assert became == df.Status.OK
+    assert found["frequency_shift"] == pytest.approx([0.0, 1193.665], abs=0.01)
+    assert found["mode_phase"] == pytest.approx([33.06728, 90.0], abs=1e-3)
+    for name in ("mode_amplitude", "drive_ratio", "virial", "mean_deflection"):
+        assert found[name] == pytest.approx(am_fm[name].values, rel=2e-4), name
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"forces": [df.forces.JKR(surface_energy="10 mJ/m^2")], "drive": {"tones": TAPPING}, "tip": {"radius": 2e-9}},
+        {"drive": {"excitation": "base", "tones": [TAPPING[0], TAPPING[1] | {"lag": "180 deg"}]}},
+    ],
+    ids=["branches", "base"],
+)
+def test_motions_without_a_torus_are_found_in_time_and_advice_says_so(change):
+    found = df.dwell(AM_FM.replace(**change), 5e-9)
+    assert df.Status(int(found.status)) == df.Status.OK
+    assert found.phase.values[1] == pytest.approx(90.0, abs=1e-3)
+    assert found.amplitude.values[1] == pytest.approx(1e-10, rel=1e-5)
+    assert found.frequency_shift.values[1] > 500.0
+    assert "found_in_time" in [one.name for one in df.advice(found)]
+    assert np.ptp(found.deflection.values) == pytest.approx(2.0 * float(found.half_peak_to_peak), rel=0.05)
+
+
+def test_curve_of_am_fm_goes_on_behind_a_fold_of_its_tori():
+    dmt = AM_FM.replace(forces=[df.forces.DMT(hamaker="2e-20 J")], drive={"tones": TAPPING}, tip={"radius": 2e-9})
+    found = df.approach(dmt, zc=["9 nm", "7 nm", "6 nm"])
+    in_time = np.isfinite(found.settling_periods.values)
+    assert in_time.tolist() == [False, False, True]
+    assert found.phase.values[2, 0] < 90.0 < found.phase.values[:2, 0].min()
+    assert found.status.values.tolist() == 3 * [int(df.Status.OK)]
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"forces": [df.forces.SLS(relaxation_time="1 us")]}, "sls remembers the motion"),
+        ({"forces": [df.forces.Custom(law="-1e-12 * t")]}, "custom depends on time"),
         (
             {"drive": {"tones": [{"A0": "4 nm", **OF_MODES}, {"A0": "1 nm", "mode": 1}]}},
             "both tones of drive drive mode 1",

@@ -109,6 +109,10 @@ def states(count):
 
 
 RELATIVE = {"of": "drive.A0", "start": 1.2, "stop": 0.1, "points": 5}
+TWO_LOCKED = over(
+    cantilever={"modes": [{"f0": 49e3, "k": 0.9, "Q": 100}, {"f0": 282e3, "k": 28.0, "Q": 200}]},
+    drive={"tones": [{"A0": "7 nm"}, {"A0": "0.1 nm", "operation": "fm"}]},
+)
 CONE = {"tip__half_angle": "20 deg", "sample__thickness": "1 um"}
 TONE2 = {"cantilever": {"modes": [{"f0": 5e4, "k": 0.9, "Q": 100}, {"f0": 31e4, "k": 35, "Q": 200}]}}
 BEAM = {
@@ -198,6 +202,7 @@ SPEAKS = {
     "false_dissipation": [
         tapping(over(cantilever__Q=2, drive__operation="fm"), dissipated_energy=1e-18, total_dissipated_energy=0.0),
     ],
+    "found_in_time": [tapping(TWO_LOCKED, mean_deflection=1e-12, settling_periods=1e4)],
     "nominal_sample": [over(sample="polystyrene")],
     "ideal_higher_mode": [over(cantilever={"f0": 71e3, "k": 2.1, "Q": 100, "higher_modes": [{"Q": 300}]})],
     "nominal_lever": [over(cantilever={"name": "FMR", "Q": 100}), over(cantilever={"name": "FMR", "k": 2.1, "Q": 100})],
@@ -319,6 +324,9 @@ SILENT = {
     "false_dissipation": [
         tapping(over(cantilever__Q=2), dissipated_energy=1e-18, total_dissipated_energy=0.0),
         tapping(over(cantilever__Q=2, drive__operation="fm"), dissipated_energy=1e-18, total_dissipated_energy=1e-18),
+    ],
+    "found_in_time": [
+        TWO_LOCKED, tapping(TWO_LOCKED, mean_deflection=1e-12), tapping(CALM, mean_deflection=1e-12, settling_periods=1e4),
     ],
     "nominal_sample": [CALM, over(sample={"name": "polystyrene", "youngs_modulus": "2 GPa"})],
     "ideal_higher_mode": [

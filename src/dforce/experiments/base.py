@@ -160,7 +160,7 @@ class CurvePlan:
         return {self.name: self.values} | ways if self.visits != [()] else {}
 
 
-def _refuse_torus(problem: Problem) -> None:
+def _refuse_tones(problem: Problem) -> None:
     """Raise :class:`ParameterError` where several tones with a lock have no steady motion that the solver finds."""
     modes, am = {tone.mode for tone in problem.tones}, 'write operation = "am" for each tone'
     if len(problem.tones) > 2:
@@ -171,14 +171,9 @@ def _refuse_torus(problem: Problem) -> None:
         raise ParameterError(
             f"both tones of drive drive mode {modes.pop() + 1}, but a lock needs another mode for each; {am}"
         )
-    if problem.shaken is not None:
-        raise ParameterError(f'two tones with a lock need drive.excitation = "force"; write it, or {am}')
-    if problem.late_fluid:
-        raise ParameterError(f"two tones with a lock need cantilever.beam.fluid = constant; write it, or {am}")
     for force in problem.forces:
-        if force.memory or force.switch is not None or force.timed:
-            why = "depends on time" if force.timed else "remembers the motion"
-            raise ParameterError(f"{force.name} {why}, so two tones with a lock cannot be solved; {am}")
+        if force.timed:
+            raise ParameterError(f"{force.name} depends on time, so two tones with a lock cannot be solved; {am}")
 
 
 class Experiment(Parameters):
@@ -224,7 +219,7 @@ class Experiment(Parameters):
             if problem.is_locked and getattr(self, key, None) not in (None, only):
                 problem.refuse_lock(f"experiment.{key} = {shorten(getattr(self, key))}")
         if problem.is_locked and len(problem.tones) > 1:
-            _refuse_torus(problem)
+            _refuse_tones(problem)
 
     def range_of_zc(self, problem: Problem) -> tuple[float, float] | None:
         """Return the nearest and the farthest average distance that it visits (m); None where it does not say."""

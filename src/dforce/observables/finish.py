@@ -130,20 +130,21 @@ def finish_each(
 def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Array) -> Array:
     """Return the amplitude (m) at the first tone alone, for many motions as in :func:`finish_all`."""
     mean, base = np.einsum("k,ikc->ic", weights, rows), problem.base[0] / scales.length
-    return modulus(held_signal(problem, mean, np.full(len(mean), base), of_mode=False)) * scales.length
+    return modulus(held_signals(problem, mean, np.full((len(mean), 1), base), of_mode=False)[:, 0]) * scales.length
 
 
-def held_signal(problem: Problem, mean: Array, base: Complexes, of_mode: bool) -> Complexes:
-    """Return what the lock-in of the first tone reads, relative to the drive and in units of A0, (motions,).
+def held_signals(problem: Problem, mean: Array, base: Complexes, of_mode: Any) -> Complexes:
+    """Return what the lock-ins of tones from the first on read, relative to the drives and in units of A0, (motions, tones).
 
     That is the deflection of the tone's own mode, or the signal of the detector. Given are means of rows, (motions, columns),
-    and the scaled motion of the base, (motions,).
+    and the scaled motion of the base at these tones, (motions, tones).
     """
-    mode, after = problem.tones[0].mode, m.FIRST + 2 * (len(problem.modes) + 1)
-    pairs = mean[:, m.FIRST : after : 2] + 1j * mean[:, m.FIRST + 1 : after : 2]
-    moves, tip = pairs[:, None, :-1], pairs[:, -1:]
-    moves[:, 0, mode] -= base
-    return np.asarray(moves[:, 0, mode] if of_mode else detected(problem, moves, tip, base[:, None])[:, 0])
+    count, width = base.shape[1], len(problem.modes) + 1
+    pairs = mean[:, m.FIRST : m.FIRST + 2 * count * width]
+    by_tone = (pairs[:, ::2] + 1j * pairs[:, 1::2]).reshape(-1, count, width)
+    moves, own = by_tone[:, :, :-1], (slice(None), range(count), problem.own_modes[:count])
+    moves[own] -= base
+    return np.where(of_mode, moves[own], detected(problem, moves, by_tone[:, :, -1], base))
 
 
 def detected(problem: Problem, moves: Complexes, tip: Complexes, base: Complexes) -> Complexes:

@@ -100,47 +100,33 @@ def _held(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancell
 
 def _controlled(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
     """Return the motion that controllers lead to in time."""
-    from dforce.solvers.controlled import Controllers, follow  # loads the compiler
+    from dforce.procedures.in_time import measured  # loads the compiler
+    from dforce.solvers.controlled import Controllers, follow
 
-    tone, given = problem.tones[0], plan.controllers
-    assert tone.lock is not None and given is not None
-    phase = tone.lock.phase if "phase" in tone.lock.held else None
-    amplitude = tone.A0 if "amplitude" in tone.lock.held else None
-    bandwidths, order = (given.phase_bandwidth, given.amplitude_bandwidth), given.lock_in_order
+    given = plan.controllers
+    assert given is not None
+    loops = Controllers.of(problem.tones[0], given.phase_bandwidth, given.amplitude_bandwidth, given.lock_in_order)
     engine = Engine(problem.unlocked, settings, plan.harmonics)
     engine.place(plan.zc)
     start = initial_motion(engine, plan.start)
-    loops = follow(
-        problem.unlocked,
-        plan.zc,
-        start,
-        Controllers(phase, amplitude, *bandwidths, order, tone.lock.of_mode),
-        settings,
-        check_cancelled,
-    )
-    engine.take(loops.problem)
-    engine.place(plan.zc)
-    motion, rows = observe(engine, loops.motion, settings.measured_periods, check_cancelled)
-    values = finish(loops.problem, engine.scales, plan.harmonics, rows, weights([loops.frequency[-1]], len(rows)))
-    last = loops.frequency[None, -1:], loops.ratio[None, -1:]
-    of_loops = locked.of_locks(problem, *last, {name: np.asarray(value)[None] for name, value in values.items()})
-    values |= {name: value[0] for name, value in of_loops.items()} | {"settling_periods": float(len(loops.ratio))}
-    found = Found.of([Steady(values, motion, loops.settled, True)], [loops.problem])
+    followed = follow(engine, [plan.zc], start, [loops], check_cancelled)
+    steady = measured(problem, engine, followed, followed.ratio[-1], settings.measured_periods, check_cancelled)
+    found = Found.of([steady], [engine.problem])
     if found.status not in NOT_RECORDED:
-        found.arrays[MOTION] = in_si(States.of(motion), loops.problem)[None]
-    return Reached(engine, start, motion, found, loops)
+        found.arrays[MOTION] = in_si(States.of(steady.motion), engine.problem)[None]
+    return Reached(engine, start, steady.motion, found, followed)
 
 
 def with_loops(data: xr.Dataset, loops: Followed, reference: float) -> None:
     """Add what controllers did in each period."""
-    data["loop_time"] = "loop_time", np.cumsum(1.0 / loops.frequency)
+    data["loop_time"] = "loop_time", np.cumsum(1.0 / loops.frequency[:, 0])
     for name, values in (
         ("loop_frequency_shift", loops.frequency - reference),
         ("loop_drive_ratio", loops.ratio),
         ("loop_amplitude", loops.amplitude),
         ("loop_phase", np.degrees(loops.phase)),
     ):
-        data[name] = "loop_time", values
+        data[name] = "loop_time", values[:, 0]
 
 
 def _noisy(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:

@@ -16,6 +16,7 @@ from dforce.observables import measure
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
 from dforce.procedures.found import Found, Layout, dataset
+from dforce.procedures.in_time import InTime
 from dforce.procedures.locked import of_locks
 from dforce.procedures.motion import in_si
 from dforce.procedures.statuses import without_failed
@@ -32,12 +33,13 @@ if TYPE_CHECKING:
     from dforce.experiments.base import CurveExperiment, Progress
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
+    from dforce.solvers.integrator import Motion
     from dforce.solvers.torus import Found as FoundTorus
     from dforce.solvers.transient import CancelCheck
 
 COARSE, MOST_PHASES = (512, 32), 8192  # phases of both tones; of the first at most
 FOUND = 1e-4  # of the accuracy asked for: mismatch of a torus that is found
-FAR = 2.0  # sums of the set points above the first distance: where an approach begins
+FAR = 2.0  # sums of the set points: where an approach begins, or farther
 LONGEST, SHORTEST = 0.5, 1e-4  # of the first set point: steps along the distance
 MOST_AHEAD = 2.0  # times the last step along the distance: farthest prediction
 PASSED = 4097  # distances at which extremes of a force are looked for
@@ -55,6 +57,10 @@ class TwoTones:
 
     def __init__(self, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> None:
         self.problem, self.settings, self.check_cancelled = problem, settings, check_cancelled
+        self.in_time: InTime | None = None
+        self.zc = np.inf
+        if not has_torus(problem):
+            return
         tones, first = problem.tones, problem.modes[problem.tones[0].mode]
         self.length, self.frequency = tones[0].A0, tones[0].frequency
         self.force, self.speed = first.k * self.length, self.length * kernel.scales(problem).omega
@@ -73,7 +79,7 @@ class TwoTones:
         first_held, second_held = (self._held(j) for j in range(2))
         self.held = first_held, second_held
         self.mismatch = FOUND * (settings.accuracy or 1e-4)
-        self.zc, self.torus = np.inf, self.balance(np.inf).free(COARSE, self.omega)
+        self.torus = self.balance(np.inf).free(COARSE, self.omega)
         self.before = self.zc, self.torus
         self.finest: FoundTorus | None = None
 
@@ -94,9 +100,29 @@ class TwoTones:
         return Balance(self.lever, self.held, force, self.laws.rate)
 
     def at(self, zc: float) -> tuple[dict[str, Any], Status]:
-        """Go to a distance (m); return the observables there, and what became of them."""
+        """Go to a distance (m); return the observables there, and what became of them.
+
+        From where no torus is found on, controllers find the motions in time.
+        """
         if np.isinf(self.zc):
-            self.zc = max(zc, 0.0) + FAR * sum(tone.A0 for tone in self.problem.tones)
+            self.zc = max(1.1 * zc, FAR * sum(tone.A0 for tone in self.problem.tones))
+        if self.in_time is None:
+            if has_torus(self.problem) and (found := self._along(zc)):
+                return found
+            self.in_time = InTime(self.problem, self.settings, self.check_cancelled, self.zc, *self.last())
+        return self.in_time.at(zc)
+
+    def last(self) -> tuple[Problem, Array, Motion | None]:
+        """Return the problem with the last frequencies and drives, these drives as multiples, and the motion; None: free."""
+        if self.in_time is not None:
+            return self.in_time.integrator.problem, self.in_time.ratio, self.in_time.motion
+        if not has_torus(self.problem):
+            return self.problem.unlocked, np.ones(len(self.problem.tones)), None
+        found = self.finest or self.balance(self.zc).at(self.torus)
+        return self.there(found.torus), self.ratio(found.torus), self.motion(found).motion(0)
+
+    def _along(self, zc: float) -> tuple[dict[str, Any], Status] | None:
+        """Go to a distance (m) from torus to torus; return what :meth:`at` does, or None where there is no torus."""
         step = LONGEST * self.length
         while self.zc != zc:
             self.check_cancelled()
@@ -108,7 +134,7 @@ class TwoTones:
                 continue
             step = 0.25 * min(step, abs(place - self.zc))
             if step < SHORTEST * self.length:  # a fold, as a rule
-                return {}, Status.NO_STATE
+                return None
         return self._observed()
 
     def _ahead(self, zc: float) -> Torus:
@@ -119,7 +145,7 @@ class TwoTones:
             return self.torus
         return Torus(*(now + share * (now - old) for now, old in zip(self.torus, before, strict=True)))
 
-    def _observed(self) -> tuple[dict[str, Any], Status]:
+    def _observed(self) -> tuple[dict[str, Any], Status] | None:
         """Return the observables of the present torus, on a grid that is made finer until they meet the accuracy."""
         accuracy, balance = self.settings.accuracy, self.balance(self.zc)
         found = balance.at(self.torus)
@@ -128,7 +154,7 @@ class TwoTones:
             self.check_cancelled()
             finer = balance.find(found.torus.finer(found.needs_second), self.mismatch)
             if not finer.mismatch <= self.mismatch:
-                return {}, Status.UNRESOLVED
+                return None
             before, values = values, self._values(finer)
             there = self.there(finer.torus)
             numbers, tables = np.array([kernel.parameters(there, 0.0)]), kernel.tone_table(there)[None]
@@ -198,6 +224,12 @@ class TwoTones:
         return States(np.stack([x, v], axis=1).reshape(1, -1), np.zeros((1, 0)), np.zeros((1, 0)))
 
 
+def has_torus(problem: Problem) -> bool:
+    """Return whether forces, drive and fluid are functions of the motion of the moment: their steady motion is a torus's."""
+    remember = any(force.memory or force.switch is not None for force in problem.forces)
+    return not (remember or problem.late_fluid or problem.shaken is not None)
+
+
 def crest(values: Array) -> float:
     """Return the largest value of a function of two phases, by a paraboloid around the largest on the grid."""
     i, j = np.unravel_index(int(np.argmax(values)), values.shape)
@@ -244,5 +276,6 @@ def at_distance(
     tori, found = TwoTones(problem, settings, check_cancelled), Found.empty()
     columns, became = tori.at(zc)
     found.keep((0, 0), columns, became)
-    last = tori.finest or tori.balance(tori.zc).at(tori.torus)
-    return found, tori.there(last.torus), tori.motion(last)
+    there, _, motion = tori.last()
+    assert motion is not None
+    return found, there, States.of(motion)

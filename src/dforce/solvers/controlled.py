@@ -1,4 +1,4 @@
-r"""The motion under a phase-locked loop and an amplitude control as they act in time, one period after the other.
+r"""The motion under phase-locked loops and amplitude controls as they act in time, after each period or each longer window.
 
 The oscillator of the loop sets the period. At its end the lock-in gives amplitude and phase, and two controllers with a
 proportional and an integral part correct frequency and drive by the errors of the phase, e, and of the amplitude as a share,
@@ -8,68 +8,64 @@ proportional and an integral part correct frequency and drive by the errors of t
           F = F_I + \frac{k A}{Q} \frac{2 Q}{\omega_0}\, a\, \epsilon, \quad \dot F_I = \frac{k A}{Q}\, a\, \epsilon
 
 The zero of each controller cancels the pole of the lever: far from the sample both loops respond like :math:`b / s` and
-:math:`a / s` at any quality factor.
+:math:`a / s` at any quality factor. Several tones each have their own controllers.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from dforce import kernel
 from dforce.core.arrays import Array
-from dforce.engine.marching import Marcher, Start
-from dforce.observables.finish import held_signal
+from dforce.instrument.drive import ToneNumbers
+from dforce.observables.averaging import SHORTEST, weights, window_length
+from dforce.observables.finish import held_signals
 from dforce.problem import Problem
-from dforce.solvers.integrator import HARMONIC, Motion
-from dforce.solvers.settings import SolverSettings
+from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.transient import CancelCheck, never_cancelled
 
 FILTERED = 5.0  # times the larger bandwidth of the controllers: that of the low-pass behind the lock-in
-LONGEST = 1000.0  # response times of the slower controller, and of the lever: then the loops are given up
+LONGEST = 60.0  # response times of the slowest controller or lever: then the loops are given up
+RESPONSE = 0.3  # of an error, which a controller corrects in a window over several tones
+WIDEST = 4096  # periods of such a window
+SPAN = 12  # windows in which errors that are noise change their signs, so that half of their sum or more cancels
 
 
 @dataclass(frozen=True)
 class Controllers:
-    """What two controllers hold, and how fast.
+    """What the controllers of a tone hold, and how fast.
 
     Attributes
     ----------
     phase, amplitude
         Set points (rad, m); None: that controller is off.
     phase_bandwidth, amplitude_bandwidth
-        Hz.
+        Hz; of several tones the window decides.
     order
-        Stages of the low-pass behind the lock-in; 0: it gives the mean over a period.
+        Stages of the low-pass behind the lock-in; 0: it gives the mean over the window.
     of_mode
         Whether the lock-in reads the tone's own mode; otherwise the detector's signal.
     """
 
     phase: float | None
     amplitude: float | None
-    phase_bandwidth: float
-    amplitude_bandwidth: float
+    phase_bandwidth: float = 0.0
+    amplitude_bandwidth: float = 0.0
     order: int = 0
     of_mode: bool = False
 
-    @property
-    def rates(self) -> tuple[float, float]:
-        """Inverse response times of both controllers (rad/s); 0 of one that is off."""
-        rates = ((self.phase, self.phase_bandwidth), (self.amplitude, self.amplitude_bandwidth))
-        b, a = (0.0 if held is None else 2.0 * math.pi * bandwidth for held, bandwidth in rates)
-        return b, a
-
-    def filtered(self, read: complex, stages: list[complex], period: float) -> complex:
-        """Return what the low-pass gives after a period (s), and let its stages follow."""
-        if stages:
-            corner = FILTERED * max(self.rates) / math.sqrt(2.0 ** (1.0 / len(stages)) - 1.0)
-            for k in range(len(stages)):
-                stages[k] -= math.expm1(-corner * period) * (read - stages[k])
-                read = stages[k]
-        return read
+    @classmethod
+    def of(cls, tone: ToneNumbers, *settings: Any) -> Self:
+        """Return those that hold what the lock of a tone says, with bandwidths and order."""
+        lock, held = tone.lock, tone.lock.held if tone.lock is not None else ()
+        phase = lock.phase if lock is not None and "phase" in held else None
+        made = cls(phase, tone.A0 if "amplitude" in held else None, *settings)
+        return replace(made, of_mode=lock is not None and lock.of_mode)
 
 
 class Followed(NamedTuple):
@@ -78,69 +74,112 @@ class Followed(NamedTuple):
     Attributes
     ----------
     frequency, ratio, amplitude, phase
-        Frequency (Hz), drive as a multiple of that at the start, amplitude (m) and phase (rad) in each period.
-    problem
-        The problem at the last frequency and drive.
+        Frequency (Hz), drive as a multiple of that at the start, amplitude (m) and phase (rad) of each tone in each window,
+        (windows, tones).
     motion
-        At the end, scaled as this problem is.
+        At the end, scaled as the integrator's last problem is.
     settled
-        Whether both loops came to rest.
+        Whether all loops came to rest.
+    periods
+        Of the first tone until then.
     """
 
     frequency: Array
     ratio: Array
     amplitude: Array
     phase: Array
-    problem: Problem
     motion: Motion
     settled: bool
+    periods: int
 
 
 def follow(
-    problem: Problem,
-    zc: float,
+    integrator: Integrator,
+    way: Sequence[float],
     start: Motion,
-    loops: Controllers,
-    settings: SolverSettings,
+    loops: Sequence[Controllers],
     check_cancelled: CancelCheck = never_cancelled,
 ) -> Followed:
-    """Follow a motion at an average distance (m) until both loops have settled.
+    """Follow a motion along average distances (m), and at the last one until all loops have settled.
 
-    Errors of phase (rad) and amplitude (as a share) are then below `settle_tolerance` for a response time of the slower one.
+    The controllers act after each period of one tone, or each window over several, in which their beats cancel; there is a
+    distance for each. Errors of phase (rad) and amplitude (as a share), and their changes, are below `settle_tolerance` for a
+    response time of the slowest loop in the end, or noise below `accuracy`. The integrator starts from its problem, and is left
+    with the last frequencies and drives, and with the phases of the tones at the end.
     """
-    tone, mode = problem.tones[0], problem.modes[problem.tones[0].mode]
-    (b, a), pole = loops.rates, math.pi * mode.f0 / mode.Q
-    unit = mode.k * (loops.amplitude or tone.A0) / mode.Q / tone.force
-    slowest = min(rate for rate in (b, a, pole) if rate)
-    omega = middle = 2.0 * math.pi * tone.frequency
-    ratio = push = 1.0
-    marcher, places = Marcher.of(problem), np.unique(np.append(kernel.kink_distances(problem), problem.a0))[None]
-    limits = (settings.relative_tolerance, math.inf, HARMONIC * settings.relative_tolerance)
-    motion, stages, rows, calm, time = start, [0j] * loops.order, [], 0.0, 0.0
-    there, unit_before = problem, kernel.units_of(problem, *_units(problem))
-    while calm * slowest < 1.0 and time * slowest < LONGEST and motion.is_finite:
+    problem, settings = integrator.problem, integrator.settings
+    tones, modes = problem.tones, [problem.modes[tone.mode] for tone in problem.tones]
+    held = np.array([(one.phase is not None, one.amplitude is not None) for one in loops]).T
+    rates = 2.0 * math.pi * np.array([(one.phase_bandwidth, one.amplitude_bandwidth) for one in loops]).T
+    set_phase = np.array([one.phase or 0.0 for one in loops])
+    set_amplitude = np.array([one.amplitude or tone.A0 for one, tone in zip(loops, tones, strict=True)])
+    pole = np.array([math.pi * mode.f0 / mode.Q for mode in modes])
+    unit = set_amplitude * [mode.k / mode.Q / tone.force for mode, tone in zip(modes, tones, strict=True)]
+    omega = middle = 2.0 * math.pi * np.array([tone.frequency for tone in tones])
+    ratio = push = np.ones(len(tones))
+    turned, read = np.array([tone.phase for tone in tones]), np.zeros(len(tones), complex)
+    motion, stages = start, [read] * loops[0].order
+    rows: list[tuple[Array, ...]] = []
+    errors: list[tuple[Array, ...]] = []
+    calm = age = 0.0
+    periods = 0
+    while calm < 1.0 and age < LONGEST and motion.is_finite:
         check_cancelled()
-        there, period = problem.driven(omega / (2.0 * math.pi), ratio), 2.0 * math.pi / omega
-        units = kernel.units_of(problem, *_units(there))
-        numbers, tones = np.array([kernel.parameters(there, zc)]), kernel.tone_table(there)[None]
-        x = np.array([motion.y]) * unit_before / units
-        found = marcher.march(
-            Start(numbers, tones, places, x, motion.memory[None], motion.latched[None]), 1, limits, harmonics=0
-        )
-        motion = Motion(tuple(found.path[0, -1].tolist()), found.memory[0], found.branch[0], 0)
-        unit_before, time = units, time + period
-        read = complex(held_signal(there, found.rows[0], kernel.base_of(tones)[:, 0], loops.of_mode)[0]) * tone.A0
-        read = loops.filtered(read, stages, period)
-        rows.append((omega / (2.0 * math.pi), ratio, abs(read), -np.angle(read)))
-        e = 0.0 if loops.phase is None else rows[-1][3] - loops.phase
-        short = 0.0 if loops.amplitude is None else 1.0 - rows[-1][2] / loops.amplitude
+        before, units, window = read, _units(integrator.problem), window_over(omega)
+        period = 2.0 * math.pi * window / omega[0]
+        integrator.take(_driven(problem, omega, ratio, turned))
+        integrator.place(way[min(len(rows), len(way) - 1)])
+        there = tuple((np.array(motion.y) * units / _units(integrator.problem)).tolist())
+        motion, measured = integrator.observe(Motion(there, motion.memory, motion.latched, 0), window)
+        turned, periods = turned + omega * period, periods + window
+        mean = weights(omega.tolist(), window) @ measured
+        base = kernel.base_of(integrator.tones)[None]
+        read = held_signals(problem, mean[None], base, [one.of_mode for one in loops])[0] * tones[0].A0
+        b, a = held * (rates if len(tones) == 1 else RESPONSE / period)
+        for k in range(len(stages)):
+            corner = FILTERED * max(*b, *a) / math.sqrt(2.0 ** (1.0 / len(stages)) - 1.0)
+            stages[k] = stages[k] - math.expm1(-corner * period) * (read - stages[k])
+            read = stages[k]
+        rows.append((omega / (2.0 * math.pi), ratio, np.abs(read), -np.angle(read)))
+        e = np.where(held[0], rows[-1][3] - set_phase, 0.0)
+        short = np.where(held[1], 1.0 - rows[-1][2] / set_amplitude, 0.0)
         middle, push = middle - b * pole * e * period, push + unit * a * short * period
         omega, ratio = middle - b * e, push + unit * a / pole * short
-        calm = calm + period if max(abs(e), abs(short)) < settings.settle_tolerance else 0.0
-    frequency, drive, amplitude, phase = np.array(rows).T
-    return Followed(frequency, drive, amplitude, phase, there, motion, calm * slowest >= 1.0)
+        change, slowest = (read - before) / set_amplitude, min(rate for rate in (*b, *a, *pole) if rate)
+        errors = [*errors[1 - SPAN :], (e, short, change.real, change.imag)]
+        age, there_long = age + period * slowest, len(rows) >= len(way)
+        calm = calm + period * slowest if there_long and np.abs(errors[-1]).max() < settings.settle_tolerance else 0.0
+        if len(rows) >= len(way) + SPAN and _is_noise(np.array(errors), settings.accuracy or 0.0):
+            break
+    integrator.take(_driven(problem, 2.0 * math.pi * rows[-1][0], rows[-1][1], turned))
+    integrator.place(way[-1])
+    settled = age < LONGEST and motion.is_finite
+    frequency, drive, amplitude, phase = np.array(rows).swapaxes(0, 1)
+    return Followed(frequency, drive, amplitude, phase, replace(motion, period=0), settled, periods)
 
 
-def _units(problem: Problem) -> tuple[float, float]:
+def window_over(omega: Array) -> int:
+    """Return the periods of the first tone in a window over tones with these frequencies."""
+    if len(omega) == 1:
+        return 1
+    least = window_length(omega.tolist())
+    return min(least * math.ceil(SHORTEST / least), WIDEST)
+
+
+def _is_noise(errors: Array, most: float) -> bool:
+    """Return whether errors, (windows, ...), are small and change their signs."""
+    size = np.abs(errors)
+    return bool(size.max() < most and (np.abs(errors.sum(axis=0)) <= 0.5 * size.sum(axis=0)).all())
+
+
+def _units(problem: Problem) -> Array:
     scale = kernel.scales(problem)
-    return scale.length, scale.speed
+    return kernel.units_of(problem, scale.length, scale.speed)
+
+
+def _driven(problem: Problem, omega: Array, ratio: Array, phase: Array) -> Problem:
+    """Return the problem with other frequencies (rad/s), multiples of the drives and phases (rad) of the tones."""
+    for j, (frequency, drive) in enumerate(zip((omega / (2.0 * math.pi)).tolist(), ratio.tolist(), strict=True)):
+        problem = problem.driven(frequency, drive, j)
+    tones = zip(problem.tones, phase.tolist(), strict=True)
+    return replace(problem, tones=tuple(replace(tone, phase=at) for tone, at in tones))

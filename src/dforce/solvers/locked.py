@@ -17,7 +17,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.core.arrays import Array, Bools, Complexes
-from dforce.observables.finish import held_signal
+from dforce.observables.finish import held_signals
 from dforce.problem import Problem
 from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
@@ -175,10 +175,10 @@ class Locked:
 
     def signal(self, unknowns: Array, rows: Array) -> Complexes:
         """Return what the lock-in reads, relative to the drive and in units of the set point."""
-        base = np.zeros(len(rows), dtype=complex)
+        base = np.zeros((len(rows), 1), dtype=complex)
         if self.problem.shaken is not None:
-            base = kernel.base_of(self.block.tables_driven(*self.driven(unknowns))[1])[:, 0]
-        return held_signal(self.block.batch.example, rows[:, 0], base, self.lock.of_mode)
+            base = kernel.base_of(self.block.tables_driven(*self.driven(unknowns))[1])
+        return np.asarray(held_signals(self.block.batch.example, rows[:, 0], base, self.lock.of_mode)[:, 0])
 
     def derived(self, unknowns: Array, branch: Array) -> tuple[Array, Array, Array]:
         """Return the same without what was measured, and the derivatives by the unknowns."""

@@ -83,4 +83,20 @@ def false_dissipation(seen: Evidence) -> Advice | None:
     )
 
 
-PIECES = (free_lock, harmonics_pull, false_dissipation)
+def found_in_time(seen: Evidence) -> Advice | None:
+    """Count the points of two tones that controllers found in time, as no torus did."""
+    settling, count = seen.values("settling_periods"), seen.values("mean_deflection").size
+    if not (seen.problem.is_locked and len(seen.problem.tones) > 1 and settling.size):
+        return None
+    return Advice(
+        "found_in_time",
+        settling.size,
+        0.0,
+        f"Controllers in time found the locked motion at {settling.size} of {count} points: the balance of harmonics did not "
+        'converge or does not apply. There solver.accuracy is no limit; integrator = "engine" has the smallest error.',
+        DERIVED,
+        ("forces", "solver.integrator"),
+    )
+
+
+PIECES = (free_lock, harmonics_pull, false_dissipation, found_in_time)

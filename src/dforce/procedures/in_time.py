@@ -1,0 +1,89 @@
+"""Locked motions that controllers find in time, whatever the forces."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dforce.experiments.base import initial_motion
+from dforce.observables.averaging import weights
+from dforce.observables.finish import finish
+from dforce.procedures.locked import of_locks
+from dforce.procedures.statuses import status_of, without_failed
+from dforce.results.status import Status
+from dforce.solvers.controlled import Controllers, Followed, follow, window_over
+from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion
+from dforce.solvers.transient import Steady, observe
+
+if TYPE_CHECKING:
+    from dforce.core.arrays import Array
+    from dforce.problem import Problem
+    from dforce.solvers import SolverSettings
+    from dforce.solvers.transient import CancelCheck
+
+STEP = 0.1  # of the set point of the first tone, by which the distance changes in a window
+
+
+class InTime:
+    """The locked motions of a problem along the distance, each found in time from the one before.
+
+    Parameters
+    ----------
+    problem
+        A problem of several tones; at least one has a lock. Their frequencies are those of the free locks.
+    zc, there, ratio, motion
+        Where it starts: a distance (m), the problem with other frequencies and drives, these drives as multiples of those at
+        the free locks, and a motion scaled as this problem is; None: the free one.
+
+    Attributes
+    ----------
+    integrator, motion
+        The last motion; the integrator's problem has its frequencies and drives.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        settings: SolverSettings,
+        check_cancelled: CancelCheck,
+        zc: float,
+        there: Problem,
+        ratio: Array,
+        motion: Motion | None,
+    ) -> None:
+        self.problem, self.check_cancelled, self.zc, self.ratio = problem, check_cancelled, zc, ratio
+        self.integrator = INTEGRATORS[settings.integrator](there, settings, 0)
+        self.motion = motion or initial_motion(self.integrator, "free")
+
+    def at(self, zc: float) -> tuple[dict[str, Any], Status]:
+        """Go to a distance (m); return the observables there, and what became of them."""
+        steps = math.ceil(abs(zc - self.zc) / (STEP * self.problem.tones[0].A0)) + 1
+        way = np.linspace(self.zc, zc, steps)[1:].tolist() or [zc]
+        loops = [Controllers.of(tone) for tone in self.problem.tones]
+        followed = follow(self.integrator, way, self.motion, loops, self.check_cancelled)
+        self.zc, self.ratio, self.motion = zc, self.ratio * followed.ratio[-1], followed.motion
+        periods = window_over(followed.frequency[-1])
+        found = measured(self.problem, self.integrator, followed, self.ratio, periods, self.check_cancelled)
+        became = status_of(found, self.integrator.problem)
+        return without_failed(found.values, became), became
+
+
+def measured(
+    problem: Problem,
+    integrator: Integrator,
+    followed: Followed,
+    ratio: Array,
+    periods: int,
+    check_cancelled: CancelCheck,
+) -> Steady:
+    """Return what is measured over periods without controllers; `ratio` are the drives as multiples of the free lock's."""
+    motion, rows = observe(integrator, followed.motion, periods, check_cancelled)
+    frequency = followed.frequency[-1:]
+    even = weights(frequency[0].tolist(), periods)
+    values = finish(integrator.problem, integrator.scales, integrator.harmonics, rows, even)
+    each = {name: np.asarray(value)[None] for name, value in values.items()}
+    values |= {name: value[0] for name, value in of_locks(problem, frequency, ratio[None], each).items()}
+    values["settling_periods"] = float(followed.periods)
+    return Steady(values, motion, followed.settled, repeats=True)
