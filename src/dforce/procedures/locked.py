@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.case import Case
-    from dforce.core.arrays import Array
+    from dforce.core.arrays import Array, Indices
     from dforce.experiments.base import CurveExperiment, Place, Progress
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
@@ -39,6 +39,10 @@ if TYPE_CHECKING:
 
 AT_ONCE = 256  # distances whose states are found together: a stop loses no more
 SHRINKS = 0.5  # of the error with half of the samples, at least
+EXACT = (
+    0.1  # of the accuracy: by how much the equation of a mode may be missed, as a share of the drive at the free lock
+)
+ROUNDING = 1e-9  # of that drive
 TWICE = 2  # times the samples, with which states are found again: the change is their error
 
 
@@ -62,7 +66,12 @@ def curve(
             note = f"{plan.name} = {units.show(float(values[0]), 'm' if plan.zc is None else 'Hz', 4)}"
             at = (values - offset) / unit
             first = begun(locked, float(at[0])) if last is None else last
-            if first is None:
+            there = total - 1 - np.arange(some.start, some.stop)  # the same values on the way there
+            if len(plan.visits[0]) > 1 and some.start >= total // 2 and _leads_back(locked, kept, there):
+                kept.keep(
+                    (0, some), {name: array[0, there] for name, array in kept.arrays.items()}, kept.status[0, there]
+                )
+            elif first is None:
                 kept.status[0, some] = Status.NO_STATE
             else:
                 found, jumps, last = follow(locked, first, at)
@@ -75,6 +84,11 @@ def curve(
     data = data if plan.zc is None else data.assign_coords(zc=plan.zc)
     data.attrs |= attributes(locked) | {"protocol": "quasi_static"}
     return data.assign_attrs(interrupted=1) if stop.came else data
+
+
+def _leads_back(locked: Locked, kept: Found, there: Indices) -> bool:
+    """Return whether a curve without jumps and memory leads back through the states that were found on the way there."""
+    return locked.block.is_smooth and not kept.jumps[0] and bool((kept.status[0, there] != Status.NO_STATE).all())
 
 
 def attributes(locked: Locked) -> dict[str, Any]:
@@ -142,7 +156,12 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     there = np.flatnonzero(found.good)
     if not len(there):
         return {}, became
-    states, accuracy = found.take(there), locked.block.settings.accuracy
+    states, accuracy, example = found.take(there), locked.block.settings.accuracy, locked.block.batch.example
+    exact = max(EXACT, ROUNDING / (accuracy or 1.0))
+
+    def drive(some: LockedStates) -> Array:
+        return locked.number(some.unknowns, "drive")
+
     # errors are shares of what the free lock has: at the frequency found the same drive may hardly move a free lever
     at_free_lock = np.full(len(there), locked.reference), np.ones(len(there))
     numbers, tones = locked.block.tables_driven(locked.number(states.unknowns, "zc"), *at_free_lock)
@@ -153,7 +172,8 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
         some = states.take(left)
         finer = measured(locked, some, times)
         coarser = {name: value[left] for name, value in values.items()}
-        apart = deviations(locked.block.batch.example, numbers[left], tones[left], coarser, finer).max(axis=1)
+        apart = deviations(example, numbers[left], tones[left], coarser, finer).max(axis=1)
+        apart = np.maximum(apart, misfit_each(example, finer, *tables(locked, some)) * drive(some) * SURE / exact)
         better = apart < SHRINKS * error[left]  # else the rest is rounding
         left = left[better]
         error[left] = apart[better]
@@ -164,7 +184,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
         if accuracy is None:
             break
         left = left[error[left] > SURE * accuracy]
-    good = misfit_each(locked.block.batch.example, values, *tables(locked, states)) <= GROSS
+    good = misfit_each(example, values, *tables(locked, states)) <= GROSS
     became[there] = np.where(good, graded(error, accuracy), Status.UNRESOLVED)
     for whole, part in zip(found, states, strict=True):
         whole[there] = part
