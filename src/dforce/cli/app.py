@@ -29,6 +29,7 @@ from dforce.cli import (
     sweep,
     thermal,
     validate,
+    warm,
 )
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
@@ -84,6 +85,7 @@ COMMANDS = (
     benchmark.benchmark,
     gui.gui,
     validate.validate,
+    warm.warm,
     cache.cache,
     cantilevers.cantilevers,
     materials.materials,
