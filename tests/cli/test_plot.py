@@ -52,10 +52,12 @@ def here(kept: Path, workdir: Path) -> Path:
     ],
 )
 def test_a_kept_result_is_drawn_beside_other_files(here: Path, name: str, words: str) -> None:
-    for written in (f"{name}.png", f"{name}-2.png"):
-        done = dforce(str(here / f"{name}.nc"), *words.split())
-        assert (done.exit_code, done.stdout) == (0, f"written: {written}\n"), done.stderr
-        assert Path(written).read_bytes().startswith(b"\x89PNG")
+    other = Path(f"{name}.png")
+    other.write_bytes(b"of another")
+    done = dforce(str(here / f"{name}.nc"), *words.split())
+    assert (done.exit_code, done.stdout) == (0, f"written: {name}-2.png\n"), done.stderr
+    assert Path(f"{name}-2.png").read_bytes().startswith(b"\x89PNG")
+    assert other.read_bytes() == b"of another"
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tiers import some_long
 
 import dforce as df
 
@@ -51,10 +52,10 @@ def test_a_command_whose_output_is_closed_does_its_work(words):
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-@pytest.mark.parametrize(
-    "streams",
-    [">/dev/full", pytest.param("2>/dev/full", marks=pytest.mark.long), ">/dev/full 2>&1", ">&-", "2>&-", ">&- 2>&-"],
-)
+ALONE = (">/dev/full", "2>/dev/full", ">&-", "2>&-")  # one stream, the other is as usual
+
+
+@pytest.mark.parametrize("streams", some_long([">/dev/full 2>&1", ">&- 2>&-", *ALONE], ALONE))
 def test_a_result_is_kept_wherever_the_words_about_it_go(streams, tmp_path):
     # with an empty cache there is more to tell while it runs, that it compiles
     new = {"DFORCE_CACHE_DIR": str(tmp_path / "cache")} if streams == "2>/dev/full" else {}

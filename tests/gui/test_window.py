@@ -142,7 +142,7 @@ def test_a_new_force_model_appears_by_itself(tmp_path):
 def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_and_then(
     tmp_path, live_as, monkeypatch, every, each
 ):
-    beside, moves = [], iter(range(2, 12))
+    beside, moves = [], iter(range(11, 21))
     result = df.run(df.example("figure-3-air"))
 
     async def flow():
@@ -162,7 +162,7 @@ def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_a
             monkeypatch.setattr("dforce.gui.window.view.BESIDE_EVERY", every)
             view.on_beside.append(lambda: beside.append(view.result.attrs["asked"]))
             drag()
-            await until(lambda: beside and beside[-1] == pytest.approx(11e-9))
+            await until(lambda: beside and beside[-1] == pytest.approx(20e-9))
 
     asyncio.run(flow())
     assert (len(beside) > 1) == each  # else only once the hand rests

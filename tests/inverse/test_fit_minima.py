@@ -1,6 +1,8 @@
 """Fits of few points with much noise: several minima, folds just behind the last points, and what the result says of them."""
 
+import functools
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -28,8 +30,9 @@ def sets() -> dict[int, Set]:
 
 
 @pytest.fixture(scope="module")
-def two_minima(sets: dict[int, Set]) -> xr.Dataset:
-    return df.fit(sets[7].start, sets[7].data, free=FREE)
+def fits(sets: dict[int, Set]) -> Callable[[int], xr.Dataset]:
+    """Give a function that fits a set, once."""
+    return functools.cache(lambda number: df.fit(sets[number].start, sets[number].data, free=FREE))
 
 
 def model_of(made: Set) -> tuple[CurveModel, np.ndarray]:
@@ -45,11 +48,12 @@ def within(fit: xr.Dataset, name: str, truth: float) -> bool:
     return float(one["interval_low"]) < truth < float(one["interval_high"])
 
 
-def test_a_fit_loses_no_measured_point_and_its_interval_holds_the_modulus(sets: dict[int, Set]) -> None:
-    made = sets[13]
-    fit = df.fit(made.start, made.data, free=FREE)
+def test_a_fit_loses_no_measured_point_and_its_interval_holds_the_modulus(
+    sets: dict[int, Set], fits: Callable[[int], xr.Dataset]
+) -> None:
+    fit = fits(13)
     assert fit.attrs["lost_points"] == 0 and fit.attrs["points"] == 75
-    assert within(fit, E, made.truth[E])
+    assert within(fit, E, sets[13].truth[E])
 
 
 def test_steps_along_a_fold_go_on_where_plain_steps_lose_a_point(sets: dict[int, Set]) -> None:
@@ -63,8 +67,8 @@ def test_steps_along_a_fold_go_on_where_plain_steps_lose_a_point(sets: dict[int,
 
 
 @pytest.mark.long
-def test_minima_that_are_not_excluded_lie_within_the_intervals_and_are_named(two_minima: xr.Dataset) -> None:
-    fit = two_minima
+def test_minima_that_are_not_excluded_lie_within_the_intervals_and_are_named(fits: Callable[[int], xr.Dataset]) -> None:
+    fit = fits(7)
     kept = ~fit["minimum_excluded"].values
     assert kept.sum() >= 2 and kept[0]
     assert (fit["minimum_chi2"].values[kept] < fit.attrs["chi2"] + 3.85).all()
@@ -79,15 +83,20 @@ def test_minima_that_are_not_excluded_lie_within_the_intervals_and_are_named(two
     assert "minima not excluded by the data" in report and "interval of 95 %" in report
 
 
-def test_a_fit_says_for_which_spring_constant_and_radius_its_values_hold(two_minima: xr.Dataset) -> None:
-    assert two_minima.attrs["holds_for"] == "cantilever.k = 2.7 N/m, tip.radius = 8 nm"
-    assert "parameters, for cantilever.k = 2.7 N/m, tip.radius = 8 nm" in df.fit_report(two_minima)
+def test_a_fit_says_for_which_spring_constant_and_radius_its_values_hold(fits: Callable[[int], xr.Dataset]) -> None:
+    fit = fits(13)
+    assert fit.attrs["holds_for"] == "cantilever.k = 2.7 N/m, tip.radius = 8 nm"
+    assert "parameters, for cantilever.k = 2.7 N/m, tip.radius = 8 nm" in df.fit_report(fit)
 
 
+# the covariance knows one slope for both sides: how much wider the upper one is than by it, and than the lower one
+@pytest.mark.parametrize(
+    ("number", "wider", "higher"), [(13, 2.5, 3.0), pytest.param(7, 3.0, 5.0, marks=pytest.mark.long)]
+)
 def test_the_interval_of_the_hamaker_constant_follows_chi2_where_the_fold_bends_it(
-    two_minima: xr.Dataset, sets: dict[int, Set]
+    number: int, wider: float, higher: float, sets: dict[int, Set], fits: Callable[[int], xr.Dataset]
 ) -> None:
-    one = two_minima.sel(parameter=H)
+    one = fits(number).sel(parameter=H)
     low, high = float(one["value"] - one["interval_low"]), float(one["interval_high"] - one["value"])
-    assert within(two_minima, H, sets[7].truth[H])
-    assert high > 3.0 * 1.96 * float(one["error"]) and high > 5.0 * low  # the covariance knows one slope for both sides
+    assert within(fits(number), H, sets[number].truth[H])
+    assert high > wider * 1.96 * float(one["error"]) and high > higher * low

@@ -1,9 +1,11 @@
 """Curves of states: what they must agree with is the transient, the identities of docs/theory/identities.md, and each other."""
 
 import collections
+import math
 
 import numpy as np
 import pytest
+from tiers import some_long
 
 import dforce as df
 from dforce.core.errors import ParameterError
@@ -248,28 +250,39 @@ MOMENTS = {
 
 @pytest.fixture(scope="module")
 def detached(case):
-    """Return cases whose second curve is open or closed, and all their states."""
+    """Return cases whose second curve is open or closed, all their states, and how often progress was looked at."""
     short = case.replace(experiment=case.experiment.replace(**SHORT))
     cases = {"open": short, "closed": short.replace("forces", [df.forces.JKR(surface_energy="30 mJ/m^2")])}
-    return {name: (one, df.run(one)) for name, one in cases.items()}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("dforce.runs.LOOKS_A_SECOND", math.inf)  # as in the tests: at each look
+        return {name: (one, *looked_at(one)) for name, one in cases.items()}
 
 
-@pytest.mark.parametrize("moment", MOMENTS)
-@pytest.mark.parametrize("second", ["open", "closed"])
-def test_stopped_curves_go_on_to_the_same_states_bit_for_bit(detached, moment, second, every_look, tmp_path):
-    case, whole = detached[second]
-    part, looks = stopped(case, MOMENTS[moment]), {"whole": [], "rest": []}
+def looked_at(case, resume=None):
+    """Return the branches of a case, and how many looks there were at the progress."""
+    looks = []
+    return df.run(case, lambda *look: looks.append(look), resume), len(looks)
+
+
+STOPS = {f"{moment}, {second}": (moment, second) for second in ("open", "closed") for moment in MOMENTS}
+# what a closed curve has of its own is quick: stops along it, and what is left then
+LATER = [name for name, (moment, second) in STOPS.items() if second == "closed" and "second curve" not in moment]
+
+
+@pytest.mark.parametrize("name", some_long(STOPS, LATER))
+def test_stopped_curves_go_on_to_the_same_states_bit_for_bit(detached, name, every_look, tmp_path):
+    moment, second = STOPS[name]
+    case, whole, looks = detached[second]
+    part = stopped(case, MOMENTS[moment])
     assert part.attrs["interrupted"] == 1
-    df.run(case, lambda *look: looks["whole"].append(look))
-    resume = df.read(df.write(part, tmp_path / "part.nc"))
-    rest = df.run(case, lambda *look: looks["rest"].append(look), resume)
+    rest, looks_at_rest = looked_at(case, df.read(df.write(part, tmp_path / "part.nc")))
     assert_same(rest, whole)
     # a search that is done again takes a dozen; of the points kept only starts and special ones take none by themselves
-    assert len(looks["rest"]) <= len(looks["whole"]) - part.sizes["point"] + 20
+    assert looks_at_rest <= looks - part.sizes["point"] + 20
 
 
 def test_curves_may_be_stopped_again_while_an_old_search_is_done_again(detached, every_look):
-    case, whole = detached["open"]
+    case, whole, _ = detached["open"]
     first = stopped(case, MOMENTS["within the second curve"])
     second = stopped(case, MOMENTS["at the first look"], first)
     assert second.sizes["point"] == first.sizes["point"] > (whole["branch"] == 1).sum()
@@ -277,7 +290,7 @@ def test_curves_may_be_stopped_again_while_an_old_search_is_done_again(detached,
 
 
 def test_a_curve_goes_on_even_where_its_search_finds_it_no_more(detached, every_look, monkeypatch):
-    case, whole = detached["open"]
+    case, whole, _ = detached["open"]
     part = stopped(case, MOMENTS["within the second curve"])
     monkeypatch.setattr(search, "search", lambda *others: iter(()))
     assert_same(df.run(case, resume=part), whole)

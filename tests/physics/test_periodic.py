@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tiers import some_long
 
 import dforce as df
 from dforce.checks.validation.curves import SAME, agreement, both_ways, random_case
@@ -105,19 +106,19 @@ def test_a_jump_is_reported_although_the_point_behind_it_did_not_settle():
     assert curve.jump_zc.values == pytest.approx(patient.jump_zc.values, abs=1e-6 * 14 * NM)
 
 
-SLOW = [
-    {"method": "transient"}, {"integrator": "adaptive"},
-    {"settle": "fixed", "periods": 1500}, {"settle": "fixed", "periods": 400},
-]  # fmt: skip
+SLOW = {
+    "settled": {"method": "transient"}, "adaptive": {"integrator": "adaptive"},
+    "longer": {"settle": "fixed", "periods": 1500}, "not settled": {"settle": "fixed", "periods": 400},
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("settings", SLOW, ids=str)
+@pytest.mark.parametrize("settings", some_long(SLOW, ["adaptive"]))
 def test_a_transient_lists_the_jumps_that_the_orbits_have(settings):
     zc = np.linspace(10.5 * NM, 9 * NM, 16)
     case = df.example("figure-3-air-jump")
     orbits, slow = (
         df.approach(one, zc=zc, direction="both", protocol="stepwise")
-        for one in (case, case.replace("solver", settings))
+        for one in (case, case.replace("solver", SLOW[settings]))
     )
     assert slow.jump_direction.values.tolist() == orbits.jump_direction.values.tolist() == ["approach", "retract"]
     settled = slow.status.values == df.Status.OK

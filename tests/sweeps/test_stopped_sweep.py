@@ -81,9 +81,14 @@ def undisturbed(name: str, method: str) -> xr.Dataset:
 @pytest.mark.parametrize(
     ("name", "method", "points"),
     [
-        ("numbers", "periodic", 0), ("numbers", "periodic", 1), ("numbers", "periodic", 50), ("numbers", "periodic", 185),
-        ("numbers", "transient", 50), ("numbers", "transient", 203),
-        ("a choice", "periodic", 50), ("a choice", "periodic", 150), ("a choice", "periodic", 255),
+        ("numbers", "periodic", 1), ("numbers", "periodic", 185), ("numbers", "transient", 50), ("a choice", "periodic", 150),
+        *(
+            pytest.param(*one, marks=pytest.mark.long)
+            for one in (
+                ("numbers", "periodic", 0), ("numbers", "periodic", 50), ("numbers", "transient", 203),
+                ("a choice", "periodic", 50), ("a choice", "periodic", 255),
+            )
+        ),
     ],
 )  # fmt: skip
 def test_a_stopped_sweep_goes_on_to_the_result_of_one_that_was_not(name, method, points, stopped, tmp_path):

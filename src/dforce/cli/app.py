@@ -30,6 +30,7 @@ from dforce.cli import (
     sweep,
     thermal,
     validate,
+    warm,
 )
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
@@ -86,6 +87,7 @@ COMMANDS = (
     benchmark.benchmark,
     gui.gui,
     validate.validate,
+    warm.warm,
     cache.cache,
     cantilevers.cantilevers,
     materials.materials,
