@@ -113,6 +113,8 @@ class Locked:
         The parameter: "zc" or "frequency".
     zc
         Average distance (m), where the frequency is the parameter.
+    level
+        Ratio of the amplitude to A0 as one more equation, where a drive is held: a set point, with the distance unknown.
     """
 
     def __init__(
@@ -123,6 +125,7 @@ class Locked:
         check_cancelled: CancelCheck,
         along: str = "zc",
         zc: float = 0.0,
+        level: float | None = None,
     ) -> None:
         [tone] = problem.tones
         assert tone.lock is not None
@@ -135,6 +138,8 @@ class Locked:
         self.motion = self.block.size + len(self.block.memory_scale)
         self.free = [name for name in ("frequency", "drive") if name not in self.lock.held]
         self.held = [name for name in ("amplitude", "phase") if name in self.lock.held]
+        self.held += ["amplitude"] if level is not None else []
+        self.level = level or 1.0
         self.numbers = [*self.free, along]
         # what each number is at 0, and its unit
         self.scales = {"zc": (zc, tone.A0), "frequency": (tone.frequency, width * tone.frequency), "drive": (1.0, 1.0)}
@@ -169,7 +174,7 @@ class Locked:
         zc, at, ratio = self.driven(unknowns)
         after, rows = block.driven(zc, before, at, ratio, wanted)
         signal = self.signal(unknowns, rows) * np.exp(1j * self.lock.phase)
-        missed = {"amplitude": np.abs(signal) - 1.0, "phase": np.angle(signal)}
+        missed = {"amplitude": np.abs(signal) - self.level, "phase": np.angle(signal)}
         parts = [after.x - before.x, (after.memory - before.memory) / block.memory_scale]
         return np.concatenate([*parts, *(missed[name][:, None] for name in self.held)], axis=1), after.branch, rows
 
@@ -187,7 +192,7 @@ class Locked:
         missed, after, _ = self.march(
             (unknowns[:, None] + beside).reshape(-1, size), np.repeat(branch, len(beside), axis=0)
         )
-        missed = missed.reshape(count, len(beside), size - 1)
+        missed = missed.reshape(count, len(beside), -1)
         by = np.moveaxis(missed[:, 1 : size + 1] - missed[:, size + 1 :], 1, 2) / (2.0 * BESIDE)
         return missed[:, 0], after[:: len(beside)], by
 
@@ -216,7 +221,8 @@ class Locked:
         going = np.arange(count)
         for _ in range(MOST_MATRICES):
             if matrix is None:
-                missed, after, out.matrix[going, :-1] = self.derived(out.unknowns[going], out.branch[going])
+                missed, after, by = self.derived(out.unknowns[going], out.branch[going])
+                out.matrix[going, : by.shape[1]] = by
             else:
                 out.matrix[:], matrix = matrix, None
                 missed, after, _ = self.march(unknowns, branch)
@@ -371,7 +377,7 @@ def cubic(unknowns: Array, slope: Array, at: Array) -> Array:
 def steps(matrix: Array, missed: Array) -> Array:
     """Return the Newton steps of many states, each in its plane; NaN where there is none."""
     side = np.zeros(matrix.shape[:2])
-    side[:, :-1] = -missed
+    side[:, : missed.shape[1]] = -missed
     with contextlib.suppress(np.linalg.LinAlgError):
         return np.asarray(np.linalg.solve(matrix, side[:, :, None])[:, :, 0])
     out = np.full(side.shape, np.nan)
