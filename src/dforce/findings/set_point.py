@@ -40,7 +40,8 @@ def at_set_point(
     .. math:: A / A_0 = \text{set point}
 
     States of a curve under a lock are solved, with the distance as one more unknown. Any other lies on a straight line between
-    two neighboring points of a curve, but never across a jump or beside a point that did not settle. The result lists its jumps. If the states are not carried from point to point, or have no orbits, a sudden
+    two neighboring points of a curve, but never across a jump or beside a point that did not settle. The result lists its
+    jumps. If the states are not carried from point to point, or have no orbits, a sudden
     step counts as a jump (:func:`dforce.summary`).
 
     Parameters
