@@ -4,8 +4,14 @@ import functools
 
 import pytest
 
+from dforce.gui.document.compute import RECENT
 from dforce.gui.files import file_menu
 from dforce.gui.window import dialogs
+
+
+@pytest.fixture(autouse=True)
+def _no_recent_curves():
+    RECENT.clear()
 
 
 @pytest.fixture

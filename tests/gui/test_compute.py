@@ -12,7 +12,7 @@ import pytest
 import dforce as df
 from dforce.core import log
 from dforce.gui.document import compute
-from dforce.gui.document.compute import Job, Latest, in_thread, live_curve
+from dforce.gui.document.compute import Job, Latest, RecentCurves, in_thread, live_curve
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
 
@@ -320,3 +320,26 @@ def test_time_left_follows_from_the_pace():
     job = Job(df.example("figure-3-air"), done=25, total=100, began=time.monotonic() - 10.0)
     assert job.time_left() == pytest.approx(30.0, abs=1.0)
     assert Job(df.example("figure-3-air"), done=0, total=100).time_left() is None
+
+
+def test_a_curve_of_late_is_given_again_for_the_same_case_alone():
+    case, curves = df.example("figure-3-air"), RecentCurves(10_000_000)
+    curve = df.run(case)
+    curves.keep(case, curve)
+    again = curves.take(df.Case.from_toml(case.to_toml()))
+    assert again is not curve and again.identical(curve)
+    again.attrs["title"] = "changed by whoever has it"
+    assert curves.take(case).identical(curve)
+    for path, value in (("drive.A0", "9 nm"), ("solver.accuracy", 1e-3), ("experiment.zc.points", 50)):
+        assert curves.take(case.replace(path, value)) is None
+
+
+def test_the_curves_that_nobody_asked_for_make_room():
+    cases = [df.example("figure-3-air").replace("drive.A0", f"{size} nm") for size in (8, 9, 10)]
+    curve = df.run(cases[0])
+    curves = RecentCurves(2 * curve.nbytes)
+    for case in cases[:2]:
+        curves.keep(case, curve)
+    curves.take(cases[0])
+    curves.keep(cases[2], curve)
+    assert [curves.take(case) is not None for case in cases] == [True, False, True]

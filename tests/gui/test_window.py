@@ -54,6 +54,19 @@ def test_what_is_typed_goes_to_the_case_and_mistakes_to_their_field(tmp_path):
     asyncio.run(flow())
 
 
+def test_operation_stands_in_the_form_of_the_drive_and_brings_the_fields_of_a_lock(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            form, keys = page.forms, ("operation", "phase_set_point", "signal")
+            unfolded = [key for key in keys if not form._hidden[("drive", key)]]
+            assert unfolded == ["operation"]
+            send(form.shown[("drive", "operation")][2], "typed", {"text": "fm", "unit": ""})
+            assert page.view.document.case().drive.operation == "fm"
+            assert [key for key in keys if not form._hidden[("drive", key)]] == list(keys)
+
+    asyncio.run(flow())
+
+
 @pytest.mark.parametrize("name", ["hysteresis", "figure-6", "resonance-curve"])
 def test_each_field_answers_a_wrong_text_within_a_second_and_takes_the_right_one_back(tmp_path, name):
     async def flow():
@@ -129,7 +142,7 @@ def test_a_new_force_model_appears_by_itself(tmp_path):
 def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_and_then(
     tmp_path, live_as, monkeypatch, every, each
 ):
-    beside, moves = [], iter(range(2, 12))
+    beside, moves = [], iter(range(11, 21))
     result = df.run(df.example("figure-3-air"))
 
     async def flow():
@@ -149,7 +162,7 @@ def test_while_something_is_dragged_what_stands_beside_the_curves_is_shown_now_a
             monkeypatch.setattr("dforce.gui.window.view.BESIDE_EVERY", every)
             view.on_beside.append(lambda: beside.append(view.result.attrs["asked"]))
             drag()
-            await until(lambda: beside and beside[-1] == pytest.approx(11e-9))
+            await until(lambda: beside and beside[-1] == pytest.approx(20e-9))
 
     asyncio.run(flow())
     assert (len(beside) > 1) == each  # else only once the hand rests

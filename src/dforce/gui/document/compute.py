@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 import dforce as df
 from dforce.core.first_answer import early_answers
 from dforce.core.log import listening
+from dforce.core.progress import duration
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,6 +111,49 @@ class Latest(Generic[T]):
 async def in_thread(pool: ThreadPoolExecutor, work: Callable[[], R]) -> R:
     """Do blocking work in a thread."""
     return await asyncio.get_running_loop().run_in_executor(pool, work)
+
+
+class RecentCurves:
+    """The last curves that pages computed, for whoever asks for the same: in a class many people do.
+
+    Parameters
+    ----------
+    most_bytes
+        Of all curves; the ones that nobody has asked for the longest go.
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        self.most_bytes = most_bytes
+        self._curves: collections.OrderedDict[tuple[str, str], xr.Dataset] = collections.OrderedDict()
+        self._lock = threading.Lock()
+
+    def take(self, case: df.Case) -> xr.Dataset | None:
+        """Return the curve of a case, a Dataset of its own; None where it is not known."""
+        with self._lock:
+            curve = self._curves.get(key := _key(case))
+            if curve is None:
+                return None
+            self._curves.move_to_end(key)
+        return curve.copy(deep=False)
+
+    def keep(self, case: df.Case, curve: xr.Dataset) -> None:
+        """Keep the curve of a case."""
+        with self._lock:
+            self._curves[_key(case)] = curve
+            while len(self._curves) > 1 and sum(one.nbytes for one in self._curves.values()) > self.most_bytes:
+                self._curves.popitem(last=False)
+
+    def clear(self) -> None:
+        """Forget all of them."""
+        self._curves.clear()
+
+
+def _key(case: df.Case) -> tuple[str, str]:
+    """Return all that a curve depends on: the text of its case, and the numbers, some of which a file of levers may hold."""
+    return case.to_toml(), repr(case.problem)
+
+
+RECENT = RecentCurves(50_000_000)
 
 
 @dataclass(frozen=True)
@@ -276,10 +320,3 @@ class Job:
                     self.state = "stopped"
             look()
         look()
-
-
-def duration(seconds: float) -> str:
-    """Return a time in words."""
-    if seconds < 90.0:
-        return f"{max(1, round(seconds))} s"
-    return f"{round(seconds / 60.0)} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

@@ -17,7 +17,7 @@ from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.other_figures import force_distance
-from dforce.gui.document.compute import LIVE, Latest, in_thread, live_curve
+from dforce.gui.document.compute import LIVE, RECENT, Latest, Live, in_thread, live_curve
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.document.session import Session
 from dforce.gui.window.shown import DrawnResult, Followed, PagePart, Said, ShownParts, Waiting, WantedResult
@@ -286,7 +286,7 @@ class View:
             late = asyncio.get_running_loop().create_task(self._say_when_late())
             try:
                 say = self._status_from_thread()
-                live = await in_thread(LIVE, lambda: live_curve(case, lambda: self._latest.overtaken, say))
+                live = await in_thread(LIVE, lambda: self._recent_or_live(case, say))
             finally:
                 late.cancel()
             if not live.gave_up:
@@ -305,6 +305,16 @@ class View:
         if not wanted.again:  # the machine may have been busy
             asyncio.get_running_loop().call_later(TRIED_AGAIN, self._try_again, wanted)
         return None
+
+    def _recent_or_live(self, case: df.Case, say: Callable[[str], None]) -> Live:
+        """Return the curve of a case; one that a page has computed of late is not computed again."""
+        recent = RECENT.take(case)
+        if recent is not None:
+            return Live(recent)
+        live = live_curve(case, lambda: self._latest.overtaken, say)
+        if live.result is not None and not live.gave_up:
+            RECENT.keep(case, live.result)
+        return live
 
     def _try_again(self, wanted: WantedResult) -> None:
         """Ask once more for a curve that was given up, if it is still the one that is missing."""
