@@ -40,9 +40,7 @@ if TYPE_CHECKING:
 
 AT_ONCE = 256  # distances whose states are found together: a stop loses no more
 SHRINKS = 0.5  # of the error with half of the samples, at least
-EXACT = (
-    0.1  # of the accuracy: by how much the equation of a mode may be missed, as a share of the drive at the free lock
-)
+EXACT = 0.1  # of the accuracy: error of a mode's equation, as a share of the drive at the free lock
 ROUNDING = 1e-9  # of that drive
 TWICE = 2  # times the samples, with which states are found again: the change is their error
 
