@@ -57,7 +57,7 @@ def element(user, kind):
 
 def send(element, name, args=None):
     """Let the browser's part of an element say something."""
-    for listener in element._event_listeners.values():
+    for listener in [*element._event_listeners.values()]:
         if listener.type == name:
             element._handle_event({"listener_id": listener.id, "args": args})
 

@@ -176,6 +176,24 @@ def test_the_numbers_behind_the_curves_stand_in_a_table_when_asked_for(tmp_path)
     asyncio.run(flow())
 
 
+def test_am_fm_shows_its_frequency_shift_and_what_its_formulas_find(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            case = df.example("am-fm").set("experiment.zc.points=5")
+            page.view.session.document = page.view.session.document.__class__.of(case)
+            result = df.run(case)
+            figure = show(page, result)
+            assert page.plots.shown == Picture("zc", ("frequency_shift", "drive_ratio"))
+            names = [line["name"] for line in figure["data"] if line["meta"] == "frequency_shift"]
+            assert any("tone 2" in name for name in names)
+            page.plots.material.open()
+            rows = dict(page.plots.material.sheet.props["rows"])
+            assert (rows["effective modulus"], rows["true effective modulus"]) == ("59 MPa", "54.9 MPa")
+            assert any("amplitude of tone 2" in row for row in rows)
+
+    asyncio.run(flow())
+
+
 def test_the_table_of_states_has_the_stable_and_the_unstable_apart(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):

@@ -54,6 +54,19 @@ def test_what_is_typed_goes_to_the_case_and_mistakes_to_their_field(tmp_path):
     asyncio.run(flow())
 
 
+def test_operation_stands_in_the_form_of_the_drive_and_brings_the_fields_of_a_lock(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            form, keys = page.forms, ("operation", "phase_set_point", "signal")
+            unfolded = [key for key in keys if not form._hidden[("drive", key)]]
+            assert unfolded == ["operation"]
+            send(form.shown[("drive", "operation")][2], "typed", {"text": "fm", "unit": ""})
+            assert page.view.document.case().drive.operation == "fm"
+            assert [key for key in keys if not form._hidden[("drive", key)]] == list(keys)
+
+    asyncio.run(flow())
+
+
 @pytest.mark.parametrize("name", ["hysteresis", "figure-6", "resonance-curve"])
 def test_each_field_answers_a_wrong_text_within_a_second_and_takes_the_right_one_back(tmp_path, name):
     async def flow():

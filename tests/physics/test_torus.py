@@ -1,6 +1,7 @@
 """The torus of two tones: values of an independent torus balance, exact relations of each tone, and free motion."""
 
 import functools
+import sys
 
 import numpy as np
 import pytest
@@ -129,6 +130,19 @@ def test_formulas_of_am_fm_err_as_the_exact_motion_says(name):
     contact = Contact.paraboloid(ROWS[name][1])
     found = estimate(observed(name), contact).E_eff[0] / ROWS[name][2]
     assert found == pytest.approx(RATIOS[name], abs=0.6 * 10.0 ** -(2 if name == "B4" else 3))
+
+
+@pytest.mark.parametrize(
+    ("f02", "A2", "ratio"), [(282e3, 0.005, 0.6455), (6.5 * 48.9e3, 0.02, 0.909)], ids=["B0", "B0b"]
+)
+def test_formulas_of_am_fm_err_by_harmonics_however_small_the_second_amplitude(monkeypatch, f02, A2, ratio):
+    f0 = np.array([48.9e3, f02])
+    monkeypatch.setattr(sys.modules[__name__], "F0", f0)
+    found = numbers_of(*approached(case(HERTZ, 20e-9, E_EFF).problem, 4.0 * NM, am_fm(4.0, A2), (2048, 32), 1e-9))
+    f, A = (f0 + found["frequency shift"])[:, None], NM * np.array([[4.0], [A2]])
+    seen = Observed(K, np.array(AIR), f0, f, A, found["drive"][:1], np.radians(found["phase"][:1]))
+    E_eff = estimate(seen, Contact.paraboloid(20e-9)).E_eff[0]
+    assert E_eff / E_EFF == pytest.approx(ratio, abs=5e-4 if A2 > 0.01 else 5e-5)
 
 
 def test_what_the_formulas_neglect_is_large_where_they_err_and_small_where_they_hold():

@@ -202,6 +202,7 @@ SPEAKS = {
     "false_dissipation": [
         tapping(over(cantilever__Q=2, drive__operation="fm"), dissipated_energy=1e-18, total_dissipated_energy=0.0),
     ],
+    "sticks": [over(DMT(hamaker=2e-20), cantilever__k=0.01, drive__operation="fm")],
     "found_in_time": [tapping(TWO_LOCKED, mean_deflection=1e-12, settling_periods=1e4)],
     "nominal_sample": [over(sample="polystyrene")],
     "ideal_higher_mode": [over(cantilever={"f0": 71e3, "k": 2.1, "Q": 100, "higher_modes": [{"Q": 300}]})],
@@ -324,6 +325,10 @@ SILENT = {
     "false_dissipation": [
         tapping(over(cantilever__Q=2), dissipated_energy=1e-18, total_dissipated_energy=0.0),
         tapping(over(cantilever__Q=2, drive__operation="fm"), dissipated_energy=1e-18, total_dissipated_energy=1e-18),
+    ],
+    "sticks": [
+        over(DMT(hamaker=2e-20), cantilever__k=0.01), over(DMT(hamaker=2e-20), cantilever__k=10.0, drive__operation="fm"),
+        tapping(over(DMT(hamaker=2e-20), cantilever__k=0.01, drive__operation="fm")),
     ],
     "found_in_time": [
         TWO_LOCKED, tapping(TWO_LOCKED, mean_deflection=1e-12), tapping(CALM, mean_deflection=1e-12, settling_periods=1e4),

@@ -18,6 +18,7 @@ from dforce.cli import (
     examples,
     fit,
     gui,
+    material,
     materials,
     models,
     plan,
@@ -29,6 +30,7 @@ from dforce.cli import (
     sweep,
     thermal,
     validate,
+    warm,
 )
 
 HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
@@ -78,12 +80,14 @@ COMMANDS = (
     thermal.thermal,
     fit.fit,
     reconstruct.reconstruct,
+    material.material,
     models.models,
     examples.examples,
     schema.schema,
     benchmark.benchmark,
     gui.gui,
     validate.validate,
+    warm.warm,
     cache.cache,
     cantilevers.cantilevers,
     materials.materials,

@@ -28,7 +28,7 @@ def fit(
     data: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[DATA]...", show_default=False, help="Files of measured curves; default: the file under [data]."
+            metavar="DATA...", show_default=False, help="Files of measured curves; default: the file under [data]."
         ),
     ] = None,
     output: Annotated[Path | None, option("--output -o", "FIT.nc|FIT.csv", "File for the fit.")] = None,

@@ -233,13 +233,12 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
     model_config = pydantic.ConfigDict(frozen=True, extra="forbid", validate_default=True, ser_json_inf_nan="constants")
 
     title_of: ClassVar[str] = ""  # how messages call this section; the class's name when empty
-    example: ClassVar[
-        Mapping[str, Any]
-    ] = {}  # typical values of the parameters without a default, for forms and checks
-    ways: ClassVar[
-        Mapping[str, tuple[str, ...]]
-    ] = {}  # groups of fields of which a user gives one, by what it is called
-
+    # typical values of the parameters without a default, for forms and checks
+    example: ClassVar[Mapping[str, Any]] = {}
+    # groups of fields of which a user gives one, by what it is called
+    ways: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    # fields that a form always shows, each with those that it also shows once this one is given
+    unfolded: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     hints: ClassVar[Mapping[str, str]] = {}  # what to write in the place of names that other programs use
 
     _quantities: ClassVar[dict[str, ParameterQuantity]] = {}

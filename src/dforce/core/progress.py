@@ -145,3 +145,10 @@ class _NotebookBar:
         words = [self.title, *([f"{done}/{total}", f"{left:.0f} s left"] if done else []), note]
         text = html.escape(", ".join(word for word in words if word))
         self.handle.update(self.html(f"<progress{value}></progress> {text}"))
+
+
+def duration(seconds: float) -> str:
+    """Return a time in words."""
+    if seconds < 90.0:
+        return f"{max(1, round(seconds))} s"
+    return f"{round(seconds / 60.0)} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

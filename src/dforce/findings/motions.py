@@ -114,9 +114,8 @@ def frequency_sweep(dataset: xr.Dataset) -> Iterator[Finding]:
 def _curve(sweep: xr.Dataset, name_along: str, way: str) -> Iterator[Finding]:
     along = sweep[name_along]
     free = free_amplitudes(sweep)
-    shown = measured(sweep)
     for index, tone in enumerate(sweep["tone"].values if "tone" in sweep else ()):
-        one = sweep.sel(tone=tone)
+        one, shown = sweep.sel(tone=tone), measured(sweep, index)
         tag = f", tone {tone}" if sweep.sizes["tone"] > 1 else ""
         if index < len(free):
             label = "amplitude set point" if "amplitude" not in shown else "free amplitude"

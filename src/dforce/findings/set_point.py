@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.case import case_of
 from dforce.core.arrays import AnyArray
 from dforce.core.errors import ParameterError, UnitError, checked, nearest
+from dforce.core.quantities import MOTION
 from dforce.core.units import parse, parse_share
 from dforce.findings.jumps import jumps_of_all
 from dforce.results.curves import by_case, drawable, goes_along, row_of
@@ -37,8 +39,9 @@ def at_set_point(
 
     .. math:: A / A_0 = \text{set point}
 
-    Each state lies on a straight line between two neighboring points of a curve, but never across a jump or beside a point that
-    did not settle. The result lists its jumps. If the states are not carried from point to point, or have no orbits, a sudden
+    States of a curve under a lock are solved, with the distance as one more unknown. Any other lies on a straight line between
+    two neighboring points of a curve, but never across a jump or beside a point that did not settle. The result lists its
+    jumps. If the states are not carried from point to point, or have no orbits, a sudden
     step counts as a jump (:func:`dforce.summary`).
 
     Parameters
@@ -112,6 +115,10 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
             raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
     found = _Crossings.of(result, along, row, over, met, value)
     variables = {name: found.read(result, name) for name in wanted}
+    is_of_one_tone = "held" in result.attrs and result.sizes.get("tone", 1) == 1
+    is_solved = is_of_one_tone and met != "zc" and along == "zc" and not over and MOTION in result
+    if is_solved and len(found.case):
+        variables |= found.solved(result, met, value, variables)
     coords: dict[str, Any] = {name: variables.pop(name) for name in dict.fromkeys((along, "zc")) if name in variables}
     if "virial" in variables:
         dims, virial, _ = variables["virial"]
@@ -329,6 +336,19 @@ class _Crossings:
         out = np.full((len(counts), int(counts.max(initial=0)), *values.shape[1:]), fill, dtype=values.dtype)
         out[self.case, number] = values
         return (*self.over, "crossing"), out.reshape(*self.shape, *out.shape[1:])
+
+    def solved(self, result: xr.Dataset, met: str, value: float, read: Mapping[str, Any]) -> dict[str, Any]:
+        """Return quantities of the states of a lock as they are solved, where `read` has those on straight lines."""
+        from dforce.procedures.locked import at_value  # loads the compiler
+
+        near = {name: self.read(result, name)[1] for name in ("zc", "drive_frequency", "drive_ratio", MOTION)}
+        columns, good = at_value(case_of(result), met, value, near)
+        out = {}
+        for name, (dims, values, attrs) in read.items():
+            if name in columns:
+                values[good] = columns[name][good]
+            out[name] = dims, values, attrs
+        return out
 
     def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], AnyArray, dict[Any, Any]]:
         """Return a quantity of the states, with its dimensions and attributes; an angle goes the shorter way round."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 import pydantic
 
@@ -57,6 +57,8 @@ class Lock:
 
 class Operated(Parameters):
     """How a tone is controlled: its mode of operation, the set point of its phase, and the signal of its lock-in."""
+
+    unfolded: ClassVar[Mapping[str, tuple[str, ...]]] = {"operation": ("phase_set_point", "signal")}
 
     operation: Literal["am", "fm", "ce_fm", "pm"] = pydantic.Field(
         default="am",

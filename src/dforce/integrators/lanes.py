@@ -33,13 +33,11 @@ from dforce.integrators.rk4 import CLOSE, NEAR, TRIES, cut_at_kink
 from dforce.integrators.steps import REACH, STRIDE, step
 from dforce.kernel.linker import apart, by_address, inlined
 from dforce.kernel.vocabulary import (
-    arrived,
     bent,
     coasted,
     column,
     distance,
     drive_between,
-    fluid_mean,
     fluid_size,
     fluid_slopes,
     followed,
@@ -54,7 +52,6 @@ from dforce.kernel.vocabulary import (
     rate_of,
     root_count,
     waves_at,
-    yielding,
 )
 from dforce.observables.interpolant import cubic, cubic_rate
 
@@ -65,41 +62,6 @@ FAR = 1000.0  # times the free amplitude: a motion so much farther from the surf
 def padded(count: int) -> int:
     """Return the number of lanes that hold so many motions."""
     return LANES * ((count + LANES - 1) // LANES)
-
-
-@inlined
-def smooth_step(
-    y: Any, f: float, u0: Any, u1: Any, u2: Any, h: float, t: float, dt: float, memory: Any, latched: Any, p: Any
-) -> Any:
-    """Return the motion one step later under forces that are functions of the motion alone; `f` is theirs at the start."""
-    middle, last = coasted(y, 0.5 * h), coasted(y, h)
-    b1 = free_acceleration(u0, y, p)
-    a1 = forced(b1, f, p)
-    ya = pushed(middle, 0.5 * h, a1)
-    if fluid_size():
-        q1 = fluid_slopes(y, p)
-        ya = followed(ya, y, 0.5 * h, q1)
-    fa = force(distance(middle, p), rate_of(ya, p), t + 0.5 * dt, memory, latched, p)
-    b2 = free_acceleration(u1, ya, p)
-    a2 = forced(b2, fa, p)
-    bend = 0.25 * h * h
-    yb = pushed(bent(middle, bend, a1), 0.5 * h, a2)
-    if fluid_size():
-        q2 = fluid_slopes(ya, p)
-        yb = followed(yb, y, 0.5 * h, q2)
-    db = distance(bent(middle, bend, b1), p) + bend * yielding(p) * f
-    a3 = forced(free_acceleration(u1, yb, p), force(db, rate_of(yb, p), t + 0.5 * dt, memory, latched, p), p)
-    bend = 0.5 * h * h
-    yc = pushed(bent(last, bend, a2), h, a3)
-    if fluid_size():
-        q3 = fluid_slopes(yb, p)
-        yc = followed(yc, y, h, q3)
-    dc = distance(bent(last, bend, b2), p) + bend * yielding(p) * fa
-    a4 = forced(free_acceleration(u2, yc, p), force(dc, rate_of(yc, p), t + dt, memory, latched, p), p)
-    end = arrived(last, h, a1, a2, a3, a4)
-    if fluid_size():
-        end = followed(end, y, h, fluid_mean(q1, q2, q3, fluid_slopes(yc, p)))
-    return end
 
 
 @apart
@@ -141,11 +103,11 @@ def advance_lanes(
         for j in range(size):
             p = parameters_of(numbers, j)
             u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
-            t, dt = seconds(period * TAU + i * h, p), seconds(h, p)
+            t = seconds(period * TAU + i * h, p)
             y = column(here, j)
             f = force(distance(y, p), rate_of(y, p), t, None, None, p)
             here[place, j] = f
-            put_column(there, j, smooth_step(y, f, u0, u1, u2, h, t, dt, None, None, p))
+            put_column(there, j, step(y, f, u0, u1, u2, h, t, None, None, None, None, None, p))
         marked = mark_crossed(here, there, numbers, kinks, h, crossed)
         if marked & BESIDE:
             divide_whole(here, there, numbers, kinks, drive, c0, c1, c2, h, period * TAU + i * h, crossed, room, work)

@@ -15,7 +15,12 @@ from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.listing import Shown, html_table, paragraphs
 
 # folders of the examples, in the order in which they are listed: a question each, and the paper
-FOLDERS = {"states": "Two states and jumps", "safe": "Safe settings", "paper": "Figures and tables of the 2015 paper"}
+FOLDERS = {
+    "states": "Two states and jumps",
+    "safe": "Safe settings",
+    "frequency": "Frequency contrast",
+    "paper": "Figures and tables of the 2015 paper",
+}
 
 
 @dataclass(frozen=True)

@@ -60,9 +60,9 @@ def approach(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     figure = new_figure(figure, 4.4 * (len(tones) + 1), 6.0)
     columns = figure.subfigures(1, len(tones) + 1, squeeze=False)[0]
     axes: list[Axes] = []
-    for tone, column in zip(tones, columns, strict=False):
-        if measured(dataset) != AMPLITUDE_AND_PHASE:
-            shown = [dataset[name].sel(tone=tone) for name in measured(dataset)]
+    for index, (tone, column) in enumerate(zip(tones, columns, strict=False)):
+        if (names := measured(dataset, index)) != AMPLITUDE_AND_PHASE:
+            shown = [dataset[name].sel(tone=tone) for name in names]
             for host, one in zip(column.subplots(len(shown), 1, sharex=True), shown, strict=True):
                 axes += curves(host, [one], dataset, states, states_named=False)
             continue

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,19 +18,20 @@ from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
 from dforce.observables.misfit import GROSS, misfit_each
 from dforce.procedures.found import Found, Layout, dataset
-from dforce.procedures.motion import rows_of
+from dforce.procedures.motion import rows_of, states_of
 from dforce.procedures.statuses import without_failed
 from dforce.results.status import Status, graded
 from dforce.solvers.accuracy import SURE
 from dforce.solvers.locked import Anchor, Locked, LockedStates
 from dforce.solvers.locked_orbits import follow
 from dforce.solvers.sample_counts import MOST_SAMPLES
+from dforce.solvers.transient import never_cancelled
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.case import Case
-    from dforce.core.arrays import Array
+    from dforce.core.arrays import Array, Bools, Indices
     from dforce.experiments.base import CurveExperiment, Place, Progress
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
@@ -39,6 +40,8 @@ if TYPE_CHECKING:
 
 AT_ONCE = 256  # distances whose states are found together: a stop loses no more
 SHRINKS = 0.5  # of the error with half of the samples, at least
+EXACT = 0.1  # of the accuracy: error of a mode's equation, as a share of the drive at the free lock
+ROUNDING = 1e-9  # of that drive
 TWICE = 2  # times the samples, with which states are found again: the change is their error
 
 
@@ -62,7 +65,12 @@ def curve(
             note = f"{plan.name} = {units.show(float(values[0]), 'm' if plan.zc is None else 'Hz', 4)}"
             at = (values - offset) / unit
             first = begun(locked, float(at[0])) if last is None else last
-            if first is None:
+            there = total - 1 - np.arange(some.start, some.stop)  # the same values on the way there
+            if len(plan.visits[0]) > 1 and some.start >= total // 2 and _leads_back(locked, kept, there):
+                kept.keep(
+                    (0, some), {name: array[0, there] for name, array in kept.arrays.items()}, kept.status[0, there]
+                )
+            elif first is None:
                 kept.status[0, some] = Status.NO_STATE
             else:
                 found, jumps, last = follow(locked, first, at)
@@ -75,6 +83,11 @@ def curve(
     data = data if plan.zc is None else data.assign_coords(zc=plan.zc)
     data.attrs |= attributes(locked) | {"protocol": "quasi_static"}
     return data.assign_attrs(interrupted=1) if stop.came else data
+
+
+def _leads_back(locked: Locked, kept: Found, there: Indices) -> bool:
+    """Return whether a curve without jumps and memory leads back through the states that were found on the way there."""
+    return locked.block.is_smooth and not kept.jumps[0] and bool((kept.status[0, there] != Status.NO_STATE).all())
 
 
 def attributes(locked: Locked) -> dict[str, Any]:
@@ -111,6 +124,35 @@ def at_distance(
     return found, there, locked.motions(state.unknowns, state.branch)
 
 
+def at_value(case: Case, name: str, value: float, near: Mapping[str, Array]) -> tuple[dict[str, Array], Bools]:
+    """Return the locked states at which a quantity has a value, and where one was found: the distance is an unknown.
+
+    Parameters
+    ----------
+    name
+        "amplitude_ratio", or "frequency_shift" (Hz).
+    near
+        Guesses: "zc", "drive_frequency", "drive_ratio" and the motion, states first.
+    """
+    experiment: Any = case.experiment
+    level = None if name == "frequency_shift" else value
+    locked = Locked(case.problem, case.solver, experiment.harmonics, never_cancelled, level=level)
+    at = {"zc": near["zc"], "frequency": near["drive_frequency"][:, 0], "drive": near["drive_ratio"][:, 0]}
+    if level is None:
+        at["frequency"] = np.full(len(at["zc"]), locked.reference + value)
+    unknowns = np.zeros((len(at["zc"]), len(locked.weights)))
+    for place, one in enumerate(locked.numbers, start=locked.motion):
+        offset, unit = locked.scales[one]
+        unknowns[:, place] = (at[one] - offset) / unit
+    start = states_of(near[MOTION], locked.block.batch.example, *_units(locked, unknowns))
+    unknowns[:, : locked.motion] = np.concatenate([start.x, start.memory / locked.block.memory_scale], axis=1)
+    across = np.zeros(unknowns.shape)
+    across[:, locked.motion if level is None else -1] = 1.0
+    found = locked.newton(unknowns, np.round(start.branch), across=across)
+    columns, _ = observed(locked, found)
+    return columns | {"zc": locked.number(found.unknowns, "zc")}, found.good
+
+
 def begun(locked: Locked, at: float) -> Anchor | None:
     """Return a state from which a curve is followed; None where there is none.
 
@@ -142,7 +184,12 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     there = np.flatnonzero(found.good)
     if not len(there):
         return {}, became
-    states, accuracy = found.take(there), locked.block.settings.accuracy
+    states, accuracy, example = found.take(there), locked.block.settings.accuracy, locked.block.batch.example
+    exact = max(EXACT, ROUNDING / (accuracy or 1.0))
+
+    def drive(some: LockedStates) -> Array:
+        return locked.number(some.unknowns, "drive")
+
     # errors are shares of what the free lock has: at the frequency found the same drive may hardly move a free lever
     at_free_lock = np.full(len(there), locked.reference), np.ones(len(there))
     numbers, tones = locked.block.tables_driven(locked.number(states.unknowns, "zc"), *at_free_lock)
@@ -153,7 +200,10 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
         some = states.take(left)
         finer = measured(locked, some, times)
         coarser = {name: value[left] for name, value in values.items()}
-        apart = deviations(locked.block.batch.example, numbers[left], tones[left], coarser, finer).max(axis=1)
+        apart = deviations(example, numbers[left], tones[left], coarser, finer).max(axis=1)
+        apart = np.maximum(
+            apart, misfit_each(example, finer, *tables(locked, some.unknowns)) * drive(some) * SURE / exact
+        )
         better = apart < SHRINKS * error[left]  # else the rest is rounding
         left = left[better]
         error[left] = apart[better]
@@ -164,7 +214,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
         if accuracy is None:
             break
         left = left[error[left] > SURE * accuracy]
-    good = misfit_each(locked.block.batch.example, values, *tables(locked, states)) <= GROSS
+    good = misfit_each(example, values, *tables(locked, states.unknowns)) <= GROSS
     became[there] = np.where(good, graded(error, accuracy), Status.UNRESOLVED)
     for whole, part in zip(found, states, strict=True):
         whole[there] = part
@@ -178,16 +228,16 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     return without_failed(out, became), became
 
 
-def tables(locked: Locked, states: LockedStates) -> tuple[Array, Array]:
+def tables(locked: Locked, unknowns: Array) -> tuple[Array, Array]:
     """Return the kernel's parameters and tone tables of states."""
-    return locked.block.tables_driven(*locked.driven(states.unknowns))
+    return locked.block.tables_driven(*locked.driven(unknowns))
 
 
 def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Array]:
     """Return the observables of states, which are moved to where they are with so many times the samples."""
     rows = locked.measured(states, times)
     even = weights(locked.block.frequencies, locked.block.common)
-    return finish_each(locked.block.batch.example, locked.block.harmonics, rows, even, *tables(locked, states))
+    return finish_each(locked.block.batch.example, locked.block.harmonics, rows, even, *tables(locked, states.unknowns))
 
 
 def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str, Array]) -> dict[str, Array]:
@@ -211,9 +261,15 @@ def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str,
 
 def _motions(locked: Locked, states: LockedStates) -> dict[str, Array]:
     """Return the motions of states in SI."""
-    example, at = locked.block.batch.example, locked.number(states.unknowns, "frequency")
+    rows = rows_of(
+        locked.motions(states.unknowns, states.branch), *_units(locked, states.unknowns), locked.block.batch.example
+    )
+    return {MOTION: rows, REPEATS: np.full(len(rows), 1.0)}
+
+
+def _units(locked: Locked, unknowns: Array) -> tuple[Array, Array]:
+    """Return the units of the numbers of scaled motions, and what of them is the base's."""
+    example, at = locked.block.batch.example, locked.number(unknowns, "frequency")
     length = np.full(len(at), locked.length)
-    scales = kernel.units_of(example, length, 2.0 * math.pi * at * length)
-    base = kernel.base_in_motion(example, tables(locked, states)[1])
-    rows = rows_of(locked.motions(states.unknowns, states.branch), scales, base, example)
-    return {MOTION: rows, REPEATS: np.full(len(at), 1.0)}
+    base = kernel.base_in_motion(example, tables(locked, unknowns)[1])
+    return kernel.units_of(example, length, 2.0 * math.pi * at * length), base

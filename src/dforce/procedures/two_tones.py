@@ -12,6 +12,7 @@ from dforce.core.quantities import MOTION
 from dforce.core.stopping import until_stopped
 from dforce.engine.laws import laws_of
 from dforce.engine.over_points import force_over
+from dforce.instrument.operation import HELD
 from dforce.observables import measure
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
@@ -265,7 +266,8 @@ def curve(
         report_progress(total, total, "")
     reference = [tone.frequency for tone in case.problem.tones]
     data = dataset(Layout([plan], plan.coords), [kept], case.problem)
-    data.attrs |= {"protocol": "quasi_static", "reference_frequency": reference, "phases": list(COARSE)}
+    held = ", ".join(" ".join(tone.lock.held if tone.lock else HELD["am"]) for tone in case.problem.tones)
+    data.attrs |= {"protocol": "quasi_static", "reference_frequency": reference, "phases": list(COARSE), "held": held}
     return data.assign_attrs(interrupted=1) if stop.came else data
 
 

@@ -53,10 +53,10 @@ AMPLITUDE_AND_PHASE, DENSITIES = ("amplitude", "phase"), ("spectral_density", "f
 LOCKED = {"frequency": "frequency_shift", "drive": "drive_ratio", "amplitude": "amplitude", "phase": "phase"}
 
 
-def measured(dataset: xr.Dataset) -> tuple[str, ...]:
+def measured(dataset: xr.Dataset, tone: int = 0) -> tuple[str, ...]:
     """Return the names of the two numbers of a tone that a result measures: those that no controller and no drive holds."""
-    held = str(dataset.attrs.get("held", "drive frequency")).split()
-    return tuple(name for number, name in LOCKED.items() if number not in held)
+    held = str(dataset.attrs.get("held", "drive frequency")).split(", ")[tone:][:1] or ["drive frequency"]
+    return tuple(name for number, name in LOCKED.items() if number not in held[0].split())
 
 
 OF_CURVES = (

@@ -36,7 +36,7 @@ class Status(enum.IntEnum):
     BROKEN = 7, "these cases ended with an error; see `notes`"
     NO_STATE = (
         8,
-        "the locked state ended before this point, at a fold or because the drive is too weak; this point has no result",
+        "the locked state ended before this point: a fold, a tip that sticks, or too weak a drive; this point has no result",
     )
 
     @property

@@ -30,12 +30,12 @@ from dforce.solvers.transient import CancelCheck
 BESIDE = 1e-6  # of the unknowns' units: neighbors that give derivatives
 FOUND, FLOOR = 1e-9, 1e-8  # Newton step of a state that is found; of one where rounding lets no step be smaller
 ROUGH = 1e-5  # Newton step of a state that is a guess for others
-NEAR = 1e-7  # Newton step behind which the next one, with the same derivatives, is smaller than that
+NEAR = 0.3  # of the accuracy: Newton step behind which the next one, with the same derivatives, is much smaller
 FARTHEST = 0.3  # of the free amplitude: longest Newton step
 CONTRACTS = 0.3  # of the step before: the next one, or the derivatives are worked out again
 MOST_MATRICES, MOST_STEPS = 6, 8  # of a search, and with the same derivatives
 FIRST, LARGEST, SMALLEST = 0.1, 0.5, 1e-4  # of the free amplitude: steps along the distance
-AIMED, ASTRAY = 0.05, 0.2  # how far from its prediction a state should be, and may be
+AIMED, ASTRAY = 0.003, 0.2  # how far from its prediction a state should be, and may be
 SHRINK, GROWTH = 0.25, 2.5
 FAR = (
     0.0,
@@ -113,6 +113,8 @@ class Locked:
         The parameter: "zc" or "frequency".
     zc
         Average distance (m), where the frequency is the parameter.
+    level
+        Ratio of the amplitude to A0 as one more equation, where a drive is held: a set point, with the distance unknown.
     """
 
     def __init__(
@@ -123,6 +125,7 @@ class Locked:
         check_cancelled: CancelCheck,
         along: str = "zc",
         zc: float = 0.0,
+        level: float | None = None,
     ) -> None:
         [tone] = problem.tones
         assert tone.lock is not None
@@ -135,12 +138,14 @@ class Locked:
         self.motion = self.block.size + len(self.block.memory_scale)
         self.free = [name for name in ("frequency", "drive") if name not in self.lock.held]
         self.held = [name for name in ("amplitude", "phase") if name in self.lock.held]
+        self.held += ["amplitude"] if level is not None else []
+        self.level = level or 1.0
         self.numbers = [*self.free, along]
         # what each number is at 0, and its unit
         self.scales = {"zc": (zc, tone.A0), "frequency": (tone.frequency, width * tone.frequency), "drive": (1.0, 1.0)}
         self.weights = np.array([1.0] * self.motion + [width] * len(self.free) + [1.0 if along == "zc" else width])
         self.found = min(FOUND, 0.01 * (settings.accuracy or 1.0))
-        self.near = NEAR / FOUND * self.found
+        self.near = NEAR * (settings.accuracy or ROUGH)
         self._direction = 0.0
 
     def finer(self, times: int) -> Block:
@@ -169,7 +174,7 @@ class Locked:
         zc, at, ratio = self.driven(unknowns)
         after, rows = block.driven(zc, before, at, ratio, wanted)
         signal = self.signal(unknowns, rows) * np.exp(1j * self.lock.phase)
-        missed = {"amplitude": np.abs(signal) - 1.0, "phase": np.angle(signal)}
+        missed = {"amplitude": np.abs(signal) - self.level, "phase": np.angle(signal)}
         parts = [after.x - before.x, (after.memory - before.memory) / block.memory_scale]
         return np.concatenate([*parts, *(missed[name][:, None] for name in self.held)], axis=1), after.branch, rows
 
@@ -187,7 +192,7 @@ class Locked:
         missed, after, _ = self.march(
             (unknowns[:, None] + beside).reshape(-1, size), np.repeat(branch, len(beside), axis=0)
         )
-        missed = missed.reshape(count, len(beside), size - 1)
+        missed = missed.reshape(count, len(beside), -1)
         by = np.moveaxis(missed[:, 1 : size + 1] - missed[:, size + 1 :], 1, 2) / (2.0 * BESIDE)
         return missed[:, 0], after[:: len(beside)], by
 
@@ -216,7 +221,8 @@ class Locked:
         going = np.arange(count)
         for _ in range(MOST_MATRICES):
             if matrix is None:
-                missed, after, out.matrix[going, :-1] = self.derived(out.unknowns[going], out.branch[going])
+                missed, after, by = self.derived(out.unknowns[going], out.branch[going])
+                out.matrix[going, : by.shape[1]] = by
             else:
                 out.matrix[:], matrix = matrix, None
                 missed, after, _ = self.march(unknowns, branch)
@@ -307,7 +313,11 @@ class Locked:
             left = abs(stop - last.at)
             length = left if step > 0.7 * left else step
             to = stop if length == left else last.at + math.copysign(length, stop - last.at)
-            predicted = cubic(anchors[-2:], to) if len(anchors) > 1 else last.unknowns + (to - last.at) * last.slope
+            predicted = last.unknowns + (to - last.at) * last.slope
+            if len(anchors) > 1:
+                known = zip(*anchors[-2:], strict=True)
+                unknowns, _, _, slope = (np.array(part)[:, None] for part in known)
+                [predicted] = cubic(unknowns, slope, np.array([to]))
             found = self.newton(predicted[None], last.branch[None], enough=ROUGH)
             astray = float(np.abs((found.unknowns[0] - predicted) * self.weights).max())
             if not (found.good[0] and astray < ASTRAY and self.is_stable(found)[0]):
@@ -323,13 +333,14 @@ class Locked:
         """Find the states at values between anchors; each guess is a cubic through the nearest two."""
         if len(anchors) == 1:
             anchors = [*anchors, anchors[0]._replace(unknowns=anchors[0].unknowns + SMALLEST * anchors[0].slope)]
-        sign = 1.0 if anchors[-1].at > anchors[0].at else -1.0
-        places = sign * np.array([one.at for one in anchors])
-        after = np.clip(np.searchsorted(places, sign * at), 1, len(anchors) - 1)
-        guess = np.array([cubic(anchors[i - 1 : i + 1], to) for i, to in zip(after.tolist(), at.tolist(), strict=True)])
-        matrix, branch = (np.array([getattr(one, name) for one in anchors]) for name in ("matrix", "branch"))
-        share = ((sign * at - places[after - 1]) / (places[after] - places[after - 1]))[:, None, None]
-        found = self.newton(guess, branch[after - 1], (1.0 - share) * matrix[after - 1] + share * matrix[after])
+        unknowns, branch, matrix, slope = (np.array(part) for part in zip(*anchors, strict=True))
+        sign = math.copysign(1.0, anchors[-1].at - anchors[0].at)
+        after = np.clip(np.searchsorted(sign * unknowns[:, -1], sign * at), 1, len(anchors) - 1)
+        pair = np.stack([after - 1, after])
+        guess = cubic(unknowns[pair], slope[pair], at)
+        share = ((at - unknowns[after - 1, -1]) / (unknowns[after, -1] - unknowns[after - 1, -1]))[:, None, None]
+        mean = (1.0 - share) * matrix[after - 1] + share * matrix[after]
+        found = self.newton(guess, branch[after - 1], mean, enough=self.near)
         astray = np.abs((found.unknowns - guess) * self.weights).max(axis=1)
         found.good[:] &= (astray < ASTRAY) & self.is_stable(found)
         for i in np.flatnonzero(~found.good).tolist():  # a guess between anchors led astray: go there by steps
@@ -352,20 +363,21 @@ class Locked:
         return self.march(found.unknowns, found.branch, times, ALL)[2]
 
 
-def cubic(pair: list[Anchor], at: float) -> Array:
-    """Return the unknowns at a value, on the cubic with the values and the slopes of two states."""
-    first, second = pair
-    span = second.at - first.at
-    t = (at - first.at) / span
-    out = first.unknowns + t * t * (3.0 - 2.0 * t) * (second.unknowns - first.unknowns)
-    out += span * t * (1.0 - t) * ((1.0 - t) * first.slope - t * second.slope)
-    out[-1] = at
+def cubic(unknowns: Array, slope: Array, at: Array) -> Array:
+    """Return the unknowns at values, on the cubics with the values and the slopes of two states each, (2, values, size)."""
+    first, second = unknowns
+    span = second[:, -1:] - first[:, -1:]
+    t = (at[:, None] - first[:, -1:]) / span
+    out = first + t * t * (3.0 - 2.0 * t) * (second - first)
+    out += span * t * (1.0 - t) * ((1.0 - t) * slope[0] - t * slope[1])
+    out[:, -1] = at
     return np.asarray(out)
 
 
 def steps(matrix: Array, missed: Array) -> Array:
     """Return the Newton steps of many states, each in its plane; NaN where there is none."""
-    side = -np.pad(missed, ((0, 0), (0, 1)))
+    side = np.zeros(matrix.shape[:2])
+    side[:, : missed.shape[1]] = -missed
     with contextlib.suppress(np.linalg.LinAlgError):
         return np.asarray(np.linalg.solve(matrix, side[:, :, None])[:, :, 0])
     out = np.full(side.shape, np.nan)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from dforce.results.status import Status
 from dforce.validity._advice import Advice, percent, shown
 from dforce.validity._evidence import Evidence
 
 PULL = 0.05  # of the indentation, or of a0 where that is less: by which harmonics move the turning point
 FALSE = 0.1  # of the energy that a mode loses: what harmonics take to the medium
 OFF = 0.1  # of the width of the resonance: distance of the free lock from f0
+LONG, STEPS = 100.0, 200  # distances, in units of a0, at which the attraction is looked at
 DERIVED = "the Fourier components of the equation of motion of a mode"
 
 
@@ -83,6 +85,28 @@ def false_dissipation(seen: Evidence) -> Advice | None:
     )
 
 
+def sticks(seen: Evidence) -> Advice | None:
+    """Compare the largest attraction with the force of the spring at full amplitude, where a locked state ended."""
+    [tone, *others], status = seen.problem.tones, seen.array("status")
+    if tone.lock is None or others or (status is not None and not (status == Status.NO_STATE).any()):
+        return None
+    laws = [(one.law_function(), one.values()) for one in seen.problem.forces if one.leading() == ("d", "rate", "t")]
+    distances = seen.problem.a0 * np.geomspace(1.0, LONG, STEPS)
+    pull = -min(sum(law(d, 0.0, 0.0, *values) for law, values in laws) for d in distances.tolist())
+    spring = seen.problem.modes[tone.mode].k * tone.A0
+    if pull <= spring:
+        return None
+    return Advice(
+        "sticks",
+        pull,
+        spring,
+        f"The largest attraction, {shown(pull, 'N')}, exceeds the force of the spring at full amplitude, {shown(spring, 'N')}: "
+        "near the sample the tip may stick, and the locked state ends. Choose a stiffer lever or a larger amplitude.",
+        "F. J. Giessibl, Phys. Rev. B 56, 16010 (1997): condition against a jump to contact",
+        (seen.of_mode(tone.mode, "k"), seen.of_tone(0, "A0")),
+    )
+
+
 def found_in_time(seen: Evidence) -> Advice | None:
     """Count the points of two tones that controllers found in time, as no torus did."""
     settling, count = seen.values("settling_periods"), seen.values("mean_deflection").size
@@ -99,4 +123,4 @@ def found_in_time(seen: Evidence) -> Advice | None:
     )
 
 
-PIECES = (free_lock, harmonics_pull, false_dissipation, found_in_time)
+PIECES = (free_lock, harmonics_pull, false_dissipation, sticks, found_in_time)

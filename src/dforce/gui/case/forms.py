@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from nicegui import ui
@@ -49,6 +50,7 @@ class Forms:
         self.frame = ui.element("div").classes("df-form")
         self._folds: list[ui.element] = []  # those that are open around what is being made
         self._hidden: dict[Path, tuple[ui.element, ...]] = {}  # the folds around each field
+        self._unfolding: set[Path] = set()  # fields that others appear with
         self._build()
         view.on_show.append(self.show)
         view.on_said.append(self.said)
@@ -157,6 +159,7 @@ class Forms:
             label = f"{str(path[-1]).capitalize()} given as"
             self._choice(path, label, words, way, lambda new: self._take_way(path, model, way, new))
             hidden = {key for name, keys in model.ways.items() if name != way for key in keys}
+        self._unfolding |= {(*path, key) for key in model.unfolded}
         folded = [field for field in self._unused(path, model) if field.key not in hidden]
         if len(folded) == 1 or len(folded) == len(fields(model)) - len(hidden):  # nothing is gained by a fold
             folded = []
@@ -173,9 +176,10 @@ class Forms:
                     self._field((*path, field.key), field)
 
     def _unused(self, path: Path, model: type[Parameters]) -> list[Field]:
-        """Return the empty fields that need no value."""
-        given = self.view.document.value(path) or {}
-        return [field for field in fields(model) if not field.required and field.key not in given]
+        """Return the empty fields that need no value, but those that are always shown."""
+        given, shown = self.view.document.value(path) or {}, {*model.unfolded}
+        shown |= {key for first, others in model.unfolded.items() if first in given for key in others}
+        return [field for field in fields(model) if not field.required and field.key not in shown.union(given)]
 
     def _way(self, path: Path, model: type[Parameters]) -> str:
         given = self.view.document.value(path) or {}
@@ -239,7 +243,8 @@ class Forms:
         elif shape.kind == "choice":
             words = {word: spaced(word) for word in shape.words}
             chosen = str(self.view.document.value(path) or field.default)
-            entry = self._choice(path, field.label, words, chosen, lambda new: self._put(path, new), field.help)
+            take = partial(self._put, path, anew=path in self._unfolding)
+            entry = self._choice(path, field.label, words, chosen, take, field.help)
             self._register(path, field, shape, entry)
         elif path[0] == "forces" and field.key == "law":
             self._register(path, field, shape, OwnLaw(self.view, path, field))
@@ -312,8 +317,8 @@ class Forms:
             if entry.props["path"] == name:
                 self._typed(path, field, shape, text, unit)
 
-    def _put(self, path: Path, value: object, name: str = "") -> None:
-        self.view.edit(self.view.document.put(path, value), name=name)
+    def _put(self, path: Path, value: object, name: str = "", anew: bool = False) -> None:
+        self.view.edit(self.view.document.put(path, value), anew=anew, name=name)
 
     def _choice(
         self, path: Path, label: str, words: Mapping[str, str], chosen: str, take: Callable[[str], None], help: str = ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from nicegui import ui
@@ -17,6 +18,10 @@ from dforce.gui.curves.panel import Panel, Scene
 from dforce.results.curves import Line
 from dforce.results.kinds import is_kind
 from dforce.results.significance import along, is_none
+from dforce.validity import advice_in
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_ROWS = 1000
 DIGITS = 6
@@ -112,35 +117,59 @@ def _text(value: float) -> str:
 
 
 class FitNumbers(Panel):
-    """The table, a column for each spectrum that is drawn."""
+    """The table of what thermal spectra say, a column for each that is drawn."""
 
     title = "Thermal tune"
+    name = "numbers of the fit"
 
     def suits(self, scene: Scene) -> bool:
-        """Return whether a thermal spectrum is drawn."""
-        return bool(_spectra(scene))
+        """Return whether such a result is drawn."""
+        return bool(self._drawn(scene))
 
     def make(self) -> None:
         """Make the table, in the container that is open."""
         self.sheet = NumbersTable().classes("df-fit-numbers")
-        self.sheet.props["label"] = "numbers of the fit"
+        self.sheet.props["label"] = self.name
 
     def show(self, scene: Scene | None = None) -> None:
-        """Show what the thermal spectra among the results that are drawn say, a column each."""
-        spectra = [] if scene is None else _spectra(scene)
-        if not spectra:
+        """Show what is found in the results that are drawn."""
+        drawn = [] if scene is None else self._drawn(scene)
+        if not drawn:
             return
-        found = [{one.label: one.text for one in df.summary(layer.result)} for layer in spectra]
+        found = [self.found(layer.result) for layer in drawn]
         labels = dict.fromkeys(label for texts in found for label in texts)
         self.sheet.props.update(
-            heads=["", *(layer.name for layer in spectra)] if len(spectra) > 1 else [],
+            heads=["", *(layer.name for layer in drawn)] if len(drawn) > 1 else [],
             rows=[[label, *(texts.get(label, "–") for texts in found)] for label in labels],
         )
         self.sheet.update()
 
+    def _drawn(self, scene: Scene) -> list[Layer]:
+        return [layer for layer in scene.layers if scene.picture is not None and self.tells(layer.result)]
 
-def _spectra(scene: Scene) -> list[Layer]:
-    """Return the thermal spectra of a scene."""
-    if scene.picture is None:
-        return []
-    return [layer for layer in scene.layers if is_kind(layer.result, "thermal_spectrum")]
+    def tells(self, result: xr.Dataset) -> bool:
+        """Return whether numbers are found in a result."""
+        return is_kind(result, "thermal_spectrum")
+
+    def found(self, result: xr.Dataset) -> dict[str, str]:
+        """Return the numbers found in a result as texts by their labels."""
+        return {one.label: one.text for one in df.summary(result)}
+
+
+class Material(FitNumbers):
+    """The table of modulus and viscosity by the formulas of AM-FM, beside the true values."""
+
+    title = "Material"
+    name = "modulus and viscosity"
+
+    def tells(self, result: xr.Dataset) -> bool:
+        """Return whether a result is a curve of two tones with a lock."""
+        return is_kind(result, "approach") and "mean_stiffness" in result and result.sizes["tone"] == 2
+
+    def found(self, result: xr.Dataset) -> dict[str, str]:
+        """Return what the formulas find, and what they neglect."""
+        try:
+            found = df.material(result)
+        except df.ParameterError as error:  # a tip without a radius
+            return {str(error): ""}
+        return super().found(found) | {piece.finding: "" for piece in advice_in(found)}

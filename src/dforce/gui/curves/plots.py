@@ -21,7 +21,7 @@ from dforce.gui.curves.advice import AdvicePanel
 from dforce.gui.curves.chart import Chart, ring, unit_of
 from dforce.gui.curves.kept import Differences, KeptResults
 from dforce.gui.curves.motion import MotionPanel
-from dforce.gui.curves.numbers import FitNumbers, Numbers
+from dforce.gui.curves.numbers import FitNumbers, Material, Numbers
 from dforce.gui.curves.panel import Pane, Scene
 from dforce.gui.curves.setpoint import SetPoint
 from dforce.gui.curves.states import CoexistingStates, StatesPanel, with_states
@@ -90,6 +90,7 @@ class Plots:
             self.picker.on("own", self._own)
             self.kept = KeptResults(view)
         self.set_point, self.fit_numbers, self.motion = SetPoint(view), FitNumbers(view), MotionPanel(view)
+        self.material = Material(view)
         self.measured, self.explorer, self.numbers = MeasuredCurve(view), Explorer(view), Numbers(view)
         self.reconstruction, self.differences = Reconstruction(view, self.measured.beside), Differences(view)
         with ui.element("div").classes("df-stage") as self.stage:
@@ -105,6 +106,7 @@ class Plots:
         panels = (
             self.set_point,
             self.fit_numbers,
+            self.material,
             self.measured,
             self.reconstruction,
             self.explorer,
@@ -117,7 +119,13 @@ class Plots:
         self.pane = Pane(view, panels)
         view.compose = self.compose
         view.picture = lambda: self.shown
-        for element in (self.set_point.element, self.fit_numbers.sheet, self.numbers.sheet, self.differences.element):
+        for element in (
+            self.set_point.element,
+            self.fit_numbers.sheet,
+            self.material.sheet,
+            self.numbers.sheet,
+            self.differences.element,
+        ):
             view.shown.mark(PagePart.BESIDE, partial(dim, element))
         view.on_beside.append(self.beside)
         view.on_anew.append(self.redraw)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 import dforce as df
 from dforce.core.first_answer import early_answers
 from dforce.core.log import listening
+from dforce.core.progress import duration
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -328,10 +329,3 @@ class Job:
                     self.state = "stopped"
             look()
         look()
-
-
-def duration(seconds: float) -> str:
-    """Return a time in words."""
-    if seconds < 90.0:
-        return f"{max(1, round(seconds))} s"
-    return f"{round(seconds / 60.0)} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"

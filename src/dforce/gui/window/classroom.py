@@ -10,7 +10,7 @@ from nicegui import app, ui
 from starlette.requests import Request
 
 from dforce.core.errors import shorten
-from dforce.gui.document.compute import duration
+from dforce.core.progress import duration
 from dforce.gui.document.session import Session
 from dforce.gui.window.address import to_link
 from dforce.gui.window.security import GUEST, Limits

@@ -75,9 +75,9 @@ QUESTIONS = (
     Question(
         "bimodal",
         "Bimodal contrast",
-        "Phase of the second mode",
+        "Phase or frequency of the second mode",
         "figure-6",
-        also=("figure-6", "figure-7-low", "figure-7-high"),
+        also=("figure-6", "figure-7-low", "figure-7-high", "am-fm", "fm-afm"),
     ),
     Question(
         "thermal",

@@ -1,0 +1,39 @@
+"""`dforce warm`: compiles ahead, for a class, an image of a cluster, or a computer that is soon offline."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated
+
+import typer
+
+import dforce as df
+from dforce.cli._names import complete_cases
+from dforce.cli._terminal import DONE, say
+from dforce.core.progress import duration
+
+
+def warm(
+    cases: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="CASE...",
+            autocompletion=complete_cases,
+            show_default=False,
+            help="Case files (.toml), results, or names of examples; left out: all examples.",
+        ),
+    ] = None,
+) -> int:
+    """Compile ahead what cases need, by a run of each: later runs start at once."""
+    known = {name: df.load_case(name) for name in cases or df.examples()}  # a name that is wrong is told before any run
+    begun = time.monotonic()
+    for count, (name, case) in enumerate(known.items(), 1):
+        start = time.monotonic()
+        df.run(case)
+        now = time.monotonic()
+        left = (now - begun) / count * (len(known) - count)
+        rest = f", about {duration(left)} left" if count < len(known) else ""
+        say(f"{name}: ready after {duration(now - start)} ({count} of {len(known)}{rest})")
+    kept = df.kernel_cache()
+    typer.echo(f"{kept.folder}\n{kept.kernels} kernels, {kept.size / 1e6:.1f} MB")
+    return DONE

@@ -1,0 +1,33 @@
+"""`dforce warm`: compiles ahead what cases need."""
+
+import synthetic
+from typer.testing import CliRunner
+
+import dforce as df
+from dforce.cli.app import app
+
+
+def test_each_case_is_run_once_and_the_folder_is_told(workdir, run_as, monkeypatch):
+    ran = []
+    run_as(lambda case, **_: ran.append(case.title))
+    monkeypatch.setenv("DFORCE_CACHE_DIR", str(workdir / "cache"))
+    (workdir / "mine.toml").write_text(synthetic.CASE, encoding="utf-8")
+    done = CliRunner().invoke(app, ["warm", "mine.toml", "figure-3-air"])
+    assert done.exit_code == 0 and done.stdout == f"{workdir / 'cache'}\n0 kernels, 0.0 MB\n"
+    assert ran == [df.load_case("mine.toml").title, df.example("figure-3-air").title]
+    first, second = done.stderr.splitlines()
+    assert first.startswith("mine.toml: ready after 1 s (1 of 2, about ") and second.endswith("(2 of 2)")
+
+
+def test_all_examples_are_run_where_no_case_is_named(run_as):
+    ran = []
+    run_as(lambda case, **_: ran.append(case.title))
+    assert CliRunner().invoke(app, ["warm"]).exit_code == 0
+    assert ran == [example.title for example in map(df.example, df.examples())]
+
+
+def test_a_name_that_is_wrong_is_told_before_anything_is_run(run_as):
+    ran = []
+    run_as(lambda case, **_: ran.append(case))
+    done = CliRunner().invoke(app, ["warm", "figure-3-air", "figure-3-vacuum"])
+    assert done.exit_code == 2 and "figure-3-vacuum" in done.stderr and not ran
