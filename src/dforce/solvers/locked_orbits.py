@@ -24,7 +24,7 @@ from dforce.solvers.stability import CRITICAL, STABLE, UNSTABLE
 FARTHEST = 100.0  # free amplitudes
 LARGEST = 0.1  # of the curve's unit: step through a fold
 BEFORE = 0.01  # of it: where the way through a fold begins
-MOST = 150  # points on this way
+MOST = 300  # points on this way
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,8 @@ class LockedRange(ParameterRange):
     def on_curve(self, found: LockedStates) -> LockedOrbit:
         """Return the only state as an orbit."""
         locked, (unknowns, branch, matrix, _) = self.locked, found
-        missed, _, rows = locked.march(unknowns, branch, wanted=ALL)
+        missed, _, matrix[:, :-1] = locked.derived(unknowns, branch)  # where it is, not where it was guessed
+        _, _, rows = locked.march(unknowns, branch, wanted=ALL)
         states = locked.motions(unknowns, branch)
         return LockedOrbit(
             unknowns[0] * locked.weights,
