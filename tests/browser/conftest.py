@@ -8,6 +8,7 @@ import urllib.parse
 import pytest
 from served import Window, chromium, served
 
+import dforce as df
 from dforce.gui.window.server import find_browser
 
 WAIT = 60_000  # ms; generous, so that a loaded machine is not taken for a defect
@@ -49,7 +50,8 @@ class Visitor:
     """
 
     def __init__(self, browser):
-        context = browser.new_context(accept_downloads=True)
+        # nothing moves by itself: what is drawn sixty times a second costs more than all that is looked at
+        context = browser.new_context(accept_downloads=True, reduced_motion="reduce")
         context.set_default_timeout(WAIT)
         context.on("request", lambda request: self._request(request.url))
         context.on("weberror", lambda error: self.wrong.append(f"error in the page: {error.error}"))
@@ -129,8 +131,12 @@ def lasting(browser, free, server):
 
 @pytest.fixture
 def window(lasting):
-    """Give the page that the tests of a module share, showing the first example."""
+    """Give the page that the tests of a module share, showing an example as it was opened."""
     window, visitor = lasting
-    window.start()
+    case = df.example("figure-3-air")
+    if window.holds(case):
+        window.shows(case)
+    else:
+        window.start("figure-3-air")
     yield window
     visitor.check()

@@ -46,6 +46,13 @@ def test_fm_fm_curve_passes_the_values_of_an_independent_balance():
     assert found.phase.values[0] == pytest.approx(90.0, abs=0.1)
 
 
+def test_set_point_of_am_fm_lies_on_its_curve():
+    curve = df.run(df.example("am-fm"))
+    met = df.at_set_point(curve, 0.8)
+    zc = np.interp(0.8, *(curve.sortby("zc")[name].values for name in ("amplitude_ratio", "zc")))
+    assert met.sizes["crossing"] == 1 and met["zc"].item() == pytest.approx(zc, abs=1e-12)
+
+
 def test_torus_is_the_motion_that_stays_in_time_without_controllers(am_fm):
     tones = [{"A0": 7.351847e-9}, {"A0": 0.1e-9, "frequency": float(am_fm.drive_frequency[1])}]
     free = case(tones).problem.tones[1].force

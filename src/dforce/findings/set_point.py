@@ -115,7 +115,8 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
             raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
     found = _Crossings.of(result, along, row, over, met, value)
     variables = {name: found.read(result, name) for name in wanted}
-    is_solved = "held" in result.attrs and met != "zc" and along == "zc" and not over and MOTION in result
+    is_of_one_tone = "held" in result.attrs and result.sizes.get("tone", 1) == 1
+    is_solved = is_of_one_tone and met != "zc" and along == "zc" and not over and MOTION in result
     if is_solved and len(found.case):
         variables |= found.solved(result, met, value, variables)
     coords: dict[str, Any] = {name: variables.pop(name) for name in dict.fromkeys((along, "zc")) if name in variables}
