@@ -143,7 +143,7 @@ class Locked:
         self.numbers = [*self.free, along]
         # what each number is at 0, and its unit
         self.scales = {"zc": (zc, tone.A0), "frequency": (tone.frequency, width * tone.frequency), "drive": (1.0, 1.0)}
-        self.weights = np.array([1.0] * self.motion + [width] * len(self.free) + [1.0 if along == "zc" else width])
+        self.weights = np.array([1.0] * self.motion + [width] * len(self.free) + [1.0])
         self.found = min(FOUND, 0.01 * (settings.accuracy or 1.0))
         self.near = NEAR * (settings.accuracy or ROUGH)
         self._direction = 0.0
