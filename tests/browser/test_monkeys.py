@@ -11,7 +11,7 @@ from served import served
 
 import dforce as df
 
-SECONDS = 30.0
+SECONDS, LEAST = 30.0, 20  # and things done in them; on a busy machine they take longer
 SOON = 800  # ms; what moves away or is covered meanwhile is left
 THINGS = "button, [role=tab], [role=menuitem], [role=option], [role=switch], select, input:not([type=file]), textarea, summary"
 TEXTS = (
@@ -108,9 +108,8 @@ def test_whatever_one_presses_nothing_breaks(visit, server, tmp_path, seed):
     quiet = len(server.said)
     monkey = Monkey(window.page, seed, tmp_path)
     until = time.monotonic() + SECONDS
-    while time.monotonic() < until:
+    while time.monotonic() < until or len(monkey.done) < LEAST:
         monkey.act()
-    assert len(monkey.done) > 20
     assert server.said[quiet:] == [], "\n".join(monkey.done)
     window.page.reload()
     window.start()

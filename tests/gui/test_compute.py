@@ -343,3 +343,28 @@ def test_the_curves_that_nobody_asked_for_make_room():
     curves.take(cases[0])
     curves.keep(cases[2], curve)
     assert [curves.take(case) is not None for case in cases] == [True, False, True]
+
+
+def test_when_a_page_is_gone_nothing_more_is_done_for_it():
+    begun: list[int] = []
+
+    async def flow():
+        gate = asyncio.Event()
+
+        async def work(thing):
+            begun.append(thing)
+            await gate.wait()
+            begun.append(-thing)
+
+        latest = Latest(work)
+        latest.ask(1)
+        await asyncio.sleep(0)
+        latest.ask(2)
+        latest.end()
+        latest.ask(3)
+        gate.set()
+        await asyncio.sleep(0.05)
+        assert not latest.busy
+
+    asyncio.run(flow())
+    assert begun == [1]

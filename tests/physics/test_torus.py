@@ -18,9 +18,9 @@ AIR, WATER = (100.0, 200.0), (2.0, 5.0)
 MODES = np.eye(2)
 
 
-def case(forces, radius, E_eff, Q=AIR):
+def case(forces, radius, E_eff, Q=AIR, f0=F0):
     return df.Case(
-        cantilever={"modes": [{"f0": f0, "k": k, "Q": q} for f0, k, q in zip(F0, K, Q, strict=True)]},
+        cantilever={"modes": [{"f0": f, "k": k, "Q": q} for f, k, q in zip(f0, K, Q, strict=True)]},
         drive={"tones": [{"A0": "5 nm"}, {"A0": "0.1 nm"}]},
         tip={"radius": radius},
         sample={"youngs_modulus": 0.91 * E_eff, "poisson_ratio": 0.3},
@@ -129,6 +129,19 @@ def test_formulas_of_am_fm_err_as_the_exact_motion_says(name):
     contact = Contact.paraboloid(ROWS[name][1])
     found = estimate(observed(name), contact).E_eff[0] / ROWS[name][2]
     assert found == pytest.approx(RATIOS[name], abs=0.6 * 10.0 ** -(2 if name == "B4" else 3))
+
+
+@pytest.mark.parametrize(
+    ("f02", "A2", "ratio"), [(282e3, 0.005, 0.6455), (6.5 * 48.9e3, 0.02, 0.909)], ids=["B0", "B0b"]
+)
+def test_formulas_of_am_fm_err_by_harmonics_however_small_the_second_amplitude(f02, A2, ratio):
+    f0 = np.array([F0[0], f02])
+    problem = case(HERTZ, 20e-9, E_EFF, f0=f0).problem
+    found = numbers_of(*approached(problem, 4.0 * NM, am_fm(4.0, A2), (2048, 32), 1e-9))
+    f, A = (F0 + found["frequency shift"])[:, None], NM * np.array([[4.0], [A2]])
+    seen = Observed(K, np.array(AIR), f0, f, A, found["drive"][:1], np.radians(found["phase"][:1]))
+    E_eff = estimate(seen, Contact.paraboloid(20e-9)).E_eff[0]
+    assert E_eff / E_EFF == pytest.approx(ratio, abs=5e-4 if A2 > 0.01 else 5e-5)
 
 
 def test_what_the_formulas_neglect_is_large_where_they_err_and_small_where_they_hold():

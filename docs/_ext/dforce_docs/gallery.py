@@ -18,6 +18,7 @@ TUTORIALS = (
     "your_own_force.py",
     "why_the_phase_jumps.py",
     "bimodal_contrast.py",
+    "from_a_shift_to_a_modulus.py",
     "soft_sample_in_liquid.py",
     "phase_in_liquid.py",
     "gentle_on_soft_samples.py",

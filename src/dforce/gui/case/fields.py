@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
+from dforce.core.notation import first_sentence
 from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.core.units import show
 
@@ -174,8 +175,8 @@ def _part(part: Any, quantity: ParameterQuantity | None, alone: bool) -> list[Sh
             return [Shape("tables", label="list", model=inner)]
         return [Shape("numbers", label="list of values")] if quantity is not None else [Shape("texts")]
     if _is_parameters(part):
-        keys = ", ".join(part.keys())
-        return [Shape("table", label=spaced(keys), model=part)]
+        first, more = list(part.keys())[:2], len(part.keys()) > 2
+        return [Shape("table", label=spaced(", ".join(first)) + " ..." * more, model=part)]
     if quantity is not None:
         return [Shape("quantity", label="one value")]
     return [Shape({bool: "switch", int: "whole", float: "number"}.get(part, "text"))]
@@ -195,6 +196,11 @@ def name_of(model: type[Parameters]) -> str:
     """Return the name of a class as words: its title, or else its name, such as "Generalized Maxwell"."""
     title = str(getattr(model, "title", ""))
     return title or re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", model.__name__)
+
+
+def first_line(model: type[Parameters]) -> str:
+    """Return the first sentence of a class's documentation."""
+    return first_sentence(model.__doc__ or "")
 
 
 def carried(given: Mapping[str, object], model: type[Parameters], keys: tuple[str, ...]) -> dict[str, Any]:

@@ -10,11 +10,10 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
-from dforce.core.notation import first_sentence
 from dforce.forces import grouped
 from dforce.forces.custom import NAMES_IN_LAW
 from dforce.gui.case.entry import LONGEST
-from dforce.gui.case.fields import name_of
+from dforce.gui.case.fields import first_line, name_of
 from dforce.gui.case.words import in_words, plain
 from dforce.gui.curves.other_figures import force_distance
 from dforce.gui.document.compute import LIVE, Latest, in_thread
@@ -48,7 +47,7 @@ def choose_force(take: Callable[[str], None]) -> None:
 
 
 def _item(model: type[df.forces.Force]) -> dict[str, str]:
-    return {"name": model.name, "title": name_of(model), "text": plain(first_sentence(model.__doc__ or ""))}
+    return {"name": model.name, "title": name_of(model), "text": plain(first_line(model))}
 
 
 class OwnLaw(ui.element, component="own_law.js"):

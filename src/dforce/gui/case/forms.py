@@ -13,12 +13,12 @@ from nicegui.elements.mixins.text_element import TextElement
 
 import dforce as df
 from dforce.core.errors import shorten
-from dforce.core.notation import first_sentence, html_symbol
+from dforce.core.notation import html_symbol
 from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS
 from dforce.gui.case import values
 from dforce.gui.case.entry import Caption, Companion, Entry, button, heading
-from dforce.gui.case.fields import Field, Shape, carried, fields, name_of, spaced, start_of
+from dforce.gui.case.fields import Field, Shape, carried, fields, first_line, name_of, spaced, start_of
 from dforce.gui.case.forces import OwnLaw, choose_force
 from dforce.gui.case.sliders import toggle
 from dforce.gui.case.values import check, read, shown, units_of
@@ -89,9 +89,7 @@ class Forms:
             for companion in self.companions:
                 companion.clear()
             self._build()
-            changed = [*self.shown]
-        else:
-            changed = [path for path in self.shown if self._refresh(path)]
+        changed = [path for path in self.shown if self._refresh(path) or anew]
         for companion in self.companions:
             companion.show()
         self._mark(changed)  # a field's own mistake is seen at once, that of the case when it has been looked at
@@ -400,8 +398,3 @@ class Forms:
         except df.DForceError:  # an instrument that is not yet right suggests nothing
             suggested = {}
         self.view.edit(document.choose(("experiment",), old, new, {"kind": new, **suggested}), anew=True)
-
-
-def first_line(model: type[Parameters]) -> str:
-    """Return the first sentence of a class's documentation."""
-    return first_sentence(model.__doc__ or "")

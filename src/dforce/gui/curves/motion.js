@@ -61,8 +61,8 @@ export default {
           <p v-if="trace.name === 'force' && motion.parts.length" class="df-tick-text"><span v-for="(part, n) in motion.parts"
               :key="part.name" class="df-part-name" :data-part="n">{{ part.name }} {{ digits(part.values[now]) }} {{ motion.forceUnit }}</span></p>
         </figure>
-        <p class="df-tick-text">Shaded: in contact. Apex, indentation and arrow (the force on the tip, at most
-          {{ digits(motion.peak) }} {{ motion.forceUnit }}) are to scale; dashed: the tip at rest.</p>
+        <p class="df-tick-text">Shaded: in contact. Dashed: the tip at rest. Arrow: the force on the tip, at most
+          {{ digits(motion.peak) }} {{ motion.forceUnit }}. All is to scale.</p>
       </template>
     </section>`,
   props: { places: { default: () => [] }, note: { default: "" }, error: { default: "" }, motion: { default: null }, state: { default: "" },

@@ -17,7 +17,7 @@ from dforce.gui.curves.chart import unit_of
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.other_figures import LEAST_PART
 from dforce.gui.curves.panel import Panel, Scene
-from dforce.gui.document.compute import LIVE, Latest, in_thread
+from dforce.gui.document.compute import LIVE, in_thread
 from dforce.gui.window.shown import PagePart
 from dforce.results.curves import pictures_of
 from dforce.results.dataset import reader_unit
@@ -60,7 +60,7 @@ class MotionPanel(Panel):
         self.shown = self.view.shown
         self.element = Drawing()
         self.spot: Spot | None = None
-        self._latest = Latest(self._compute)
+        self._latest = self.view.latest(self._compute)
         self.shown.mark(PagePart.MOTION, self._stand)
 
     def suits(self, scene: Scene) -> bool:

@@ -21,7 +21,7 @@ from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.curves.setpoint import cell_of, nones_of, of_quantity
-from dforce.gui.document.compute import LIVE, Latest, in_thread
+from dforce.gui.document.compute import LIVE, in_thread
 from dforce.gui.window.view import View
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of
 
@@ -51,7 +51,7 @@ class CoexistingStates:
     def __init__(self, view: View) -> None:
         self.view = view
         self.found: FoundStates | None = None
-        self._latest = Latest(self._find)
+        self._latest = view.latest(self._find)
         view.on_beside.append(self._ask)
 
     def of(self, curve: DrawnResult | None) -> xr.Dataset | None:

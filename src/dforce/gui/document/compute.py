@@ -80,9 +80,12 @@ class Latest(Generic[T]):
         self.work = work
         self.wanted: T | None = None
         self.task: asyncio.Task[None] | None = None
+        self.ended = False
 
     def ask(self, thing: T) -> None:
         """Ask for a thing; it is begun when what is under way is done."""
+        if self.ended:
+            return
         self.wanted = thing
         if not self.busy:
             self.task = asyncio.get_running_loop().create_task(self._serve())
@@ -101,6 +104,12 @@ class Latest(Generic[T]):
         """Wait until nothing is under way, so long at most."""
         if self.task is not None and not self.task.done() and seconds > 0.0:
             await asyncio.wait({self.task}, timeout=seconds)
+
+    def end(self) -> None:
+        """Do nothing more: the page that it is done for is gone."""
+        self.wanted, self.ended = None, True
+        if self.task is not None:
+            self.task.cancel()
 
     async def _serve(self) -> None:
         while self.wanted is not None:

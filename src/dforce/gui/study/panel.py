@@ -20,7 +20,7 @@ from dforce.gui.case.values import ParameterRow
 from dforce.gui.case.words import KEY, in_words, with_labels
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.panel import Panel, Scene
-from dforce.gui.document.compute import LIVE, Latest, in_thread
+from dforce.gui.document.compute import LIVE, in_thread
 from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT, path_of
 from dforce.gui.document.session import LOOKED_EVERY
 from dforce.gui.study import explore, pictures
@@ -74,7 +74,7 @@ class Explorer(Panel):
         self.seen = 0
         self._looked_at: xr.Dataset | None = None
         self.on_stage: Callable[[], None] = lambda: None  # called when its chart may take the stage, or leave it
-        self._latest = Latest(self._draw)
+        self._latest = view.latest(self._draw)
 
     def stage(self) -> None:
         """Make the chart, in the container that is open."""

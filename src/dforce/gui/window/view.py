@@ -98,10 +98,11 @@ class View:
         self.slow: tuple[Any, float] = (None, 0.0)  # experiment and solver too slow for a live curve, and when that was
         self.said, self._told = Said(), ""
         self._drawing = asyncio.Lock()
-        self._latest = Latest(self._safely(self._follow))
-        self._beside = Latest(self._safely(self._show_beside))
+        self._works: list[Latest[Any]] = []
+        self._latest = self.latest(self._safely(self._follow))
+        self._beside = self.latest(self._safely(self._show_beside))
         self._beside_at = -BESIDE_EVERY
-        self._advising = Latest(self._safely(self._advise))
+        self._advising = self.latest(self._safely(self._advise))
 
     @property
     def document(self) -> Document:
@@ -140,10 +141,18 @@ class View:
         self.show_job()
         self.show_unkept()
 
+    def latest(self, work: Callable[[T], Awaitable[None]]) -> Latest[T]:
+        """Return what does the newest of the things asked for, as long as the page is there."""
+        made = Latest(work)
+        self._works.append(made)
+        return made
+
     def end(self) -> None:
         """Let go of the session when the page is gone."""
         if self in self.session.views:
             self.session.views.remove(self)
+        for work in self._works:
+            work.end()
         self.shown.end()
 
     def edit(self, document: Document, name: str = "", anew: bool = False) -> None:
