@@ -7,12 +7,12 @@ import dforce as df
 from dforce.cli.app import app
 
 
-def test_each_case_is_run_once_and_the_folder_is_told(workdir, run_as, monkeypatch):
+def test_each_case_is_run_once_and_the_folder_is_told(workdir, run_as):
     ran = []
     run_as(lambda case, **_: ran.append(case.title))
-    monkeypatch.setenv("DFORCE_CACHE_DIR", str(workdir / "cache"))
     (workdir / "mine.toml").write_text(synthetic.CASE, encoding="utf-8")
-    done = CliRunner().invoke(app, ["warm", "mine.toml", "figure-3-air"])
+    environment = {"DFORCE_CACHE_DIR": str(workdir / "cache")}
+    done = CliRunner().invoke(app, ["warm", "mine.toml", "figure-3-air"], env=environment)
     assert done.exit_code == 0 and done.stdout == f"{workdir / 'cache'}\n0 kernels, 0.0 MB\n"
     assert ran == [df.load_case("mine.toml").title, df.example("figure-3-air").title]
     first, second = done.stderr.splitlines()

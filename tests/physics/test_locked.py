@@ -491,6 +491,7 @@ def test_a_sweep_in_phase_modulation_passes_the_phase_of_fm_at_its_frequency_and
         asked.replace("drive.operation", "pm"), zc="9.5 nm", frequency=[48.5e3, found, 49.5e3], direction="up"
     )
     assert (sweep["status"].values == 0).all()
+    np.testing.assert_allclose(sweep["drive_frequency"].values[:, 0], sweep["frequency"].values, rtol=1e-12)
     assert float(sweep["phase"].values[1, 0]) == pytest.approx(90.0, abs=1e-4)
     assert float(sweep["drive_force"].values[1, 0]) == pytest.approx(float(fm["drive_force"].values[0, 0]), rel=1e-6)
     np.testing.assert_allclose(sweep["amplitude"].values, 10e-9, rtol=1e-7)  # a thousandth of the accuracy

@@ -26,9 +26,7 @@ ACCENTS = {
     "tilde": "\N{COMBINING TILDE}",
     "hat": "\N{COMBINING CIRCUMFLEX ACCENT}",
 }
-FUNCTIONS = (
-    "sin", "cos", "tan", "sinh", "cosh", "tanh", "coth", "arctan", "arccos", "exp", "ln", "log", "max", "min",
-)  # fmt: skip
+FUNCTIONS = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "coth", "arctan", "arccos", "exp", "ln", "log", "max", "min")
 UPRIGHT = ("mathrm", "text", "operatorname", "mathit")
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")

@@ -21,14 +21,7 @@ HELD = {
     "ce_fm": ("drive", "phase"),
     "pm": ("amplitude", "frequency"),
 }
-BESIDE = (
-    0.01,
-    0.03,
-    0.1,
-    0.3,
-    0.6,
-    0.9,
-)  # of the way to 0 and 180 degrees: lags of the mode alone around the free lock
+BESIDE = (0.01, 0.03, 0.1, 0.3, 0.6, 0.9)  # of the way to 0 and 180 degrees: lags around the free lock
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ ROUGH = 1e-5  # Newton step of a state that is a guess for others
 NEAR = 0.3  # of the accuracy: Newton step behind which the next one, with the same derivatives, is much smaller
 FARTHEST = 0.3  # of the free amplitude: longest Newton step
 CONTRACTS = 0.3  # of the step before: the next one, or the derivatives are worked out again
-MOST_MATRICES, MOST_STEPS = 6, 8  # of a search, and with the same derivatives
+MOST_MATRICES, MOST_STEPS = 6, 8  # of a search; of states that are moved to more samples
 FIRST, LARGEST, SMALLEST = 0.1, 0.5, 1e-4  # of the free amplitude: steps along the distance
 AIMED, ASTRAY = 0.003, 0.2  # how far from its prediction a state should be, and may be
 SHRINK, GROWTH = 0.25, 2.5
@@ -143,7 +143,7 @@ class Locked:
         self.numbers = [*self.free, along]
         # what each number is at 0, and its unit
         self.scales = {"zc": (zc, tone.A0), "frequency": (tone.frequency, width * tone.frequency), "drive": (1.0, 1.0)}
-        self.weights = np.array([1.0] * self.motion + [width] * len(self.free) + [1.0 if along == "zc" else width])
+        self.weights = np.array([1.0] * self.motion + [width] * len(self.free) + [1.0])
         self.found = min(FOUND, 0.01 * (settings.accuracy or 1.0))
         self.near = NEAR * (settings.accuracy or ROUGH)
         self._direction = 0.0
@@ -213,42 +213,33 @@ class Locked:
         enough
             Newton step of a state that is found.
         """
-        enough = enough or self.found
-        count, size = unknowns.shape
-        normal = np.tile(np.eye(1, size, size - 1), (count, 1)) if across is None else across
-        given = np.concatenate([np.full((count, size - 1, size), np.nan), normal[:, None]], axis=1)
-        out = LockedStates(unknowns.copy(), branch.copy(), given, np.zeros(count, bool))
-        going = np.arange(count)
-        for _ in range(MOST_MATRICES):
-            if matrix is None:
-                missed, after, by = self.derived(out.unknowns[going], out.branch[going])
-                out.matrix[going, : by.shape[1]] = by
-            else:
-                out.matrix[:], matrix = matrix, None
-                missed, after, _ = self.march(unknowns, branch)
-            before, left, turned = np.full(len(going), np.inf), going, np.arange(len(going))
-            again = []
-            for _ in range(MOST_STEPS):
-                step = steps(out.matrix[left], missed)
-                length, far = np.abs(step).max(axis=1), np.abs(step * self.weights).max(axis=1)
-                share = np.minimum(1.0, FARTHEST / np.maximum(far, 1e-300))
-                fine = np.isfinite(length)
-                out.unknowns[left[fine]] += (share[:, None] * step)[fine]
-                same = (after == out.branch[left]).all(axis=1)
-                out.branch[left] = after
-                done = same & ((length < enough) | ((length < FLOOR) & (length > 0.5 * before[turned])))
-                slow = fine & ~done & ((share < 1.0) | (length > CONTRACTS * before[turned]))
-                out.good[left[done]] = True
-                again.append(left[slow])
-                before[turned] = length
-                keep = fine & ~done & ~slow
-                left, turned = left[keep], turned[keep]
-                if not len(left):
-                    break
-                missed, after, _ = self.march(out.unknowns[left], out.branch[left])
-            going = np.concatenate([*again, left])
-            if not len(going):
-                break
+        enough, (count, size), rows = enough or self.found, unknowns.shape, self.motion + len(self.held)
+        out = LockedStates(
+            unknowns.copy(), branch.copy(), np.full((count, size, size), np.nan), np.zeros(count, dtype=bool)
+        )
+        out.matrix[:, -1] = np.eye(1, size, size - 1) if across is None else across
+        if matrix is not None:
+            out.matrix[:] = matrix
+        going, before, stale, matrices = np.arange(count), np.full(count, np.inf), np.full(count, matrix is None), 0
+        while len(going) and matrices < MOST_MATRICES:
+            which = going[~stale[going]]
+            if len(which):
+                missed, after, _ = self.march(out.unknowns[which], out.branch[which])
+            else:  # derivatives are worked out together
+                which, matrices, before[going] = going, matrices + 1, np.inf
+                missed, after, out.matrix[which, :rows] = self.derived(out.unknowns[which], out.branch[which])
+            step = steps(out.matrix[which], missed)
+            length, far = np.abs(step).max(axis=1), np.abs(step * self.weights).max(axis=1)
+            share = np.minimum(1.0, FARTHEST / np.maximum(far, 1e-300))
+            fine = np.isfinite(length)
+            out.unknowns[which[fine]] += (share[:, None] * step)[fine]
+            same = (after == out.branch[which]).all(axis=1)
+            out.branch[which] = after
+            done = same & ((length < enough) | ((length < FLOOR) & (length > 0.5 * before[which])))
+            out.good[which[done]] = True
+            stale[which] = (share < 1.0) | (length > CONTRACTS * before[which])
+            before[which] = np.where(fine, length, -1.0)
+            going = going[~out.good[going] & (before[going] >= 0.0)]
         return out
 
     def left_free(self, found: LockedStates) -> Array:

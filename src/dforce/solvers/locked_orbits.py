@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from dforce import kernel
 from dforce.core.arrays import Array
 from dforce.observables import measure
 from dforce.problem import Problem
@@ -21,17 +20,16 @@ from dforce.solvers.orbit import FOLD, Orbit, ParameterRange
 from dforce.solvers.period_map import ALL
 from dforce.solvers.points import StateJump
 from dforce.solvers.stability import CRITICAL, STABLE, UNSTABLE
-from dforce.solvers.states import States
 
 FARTHEST = 100.0  # free amplitudes
 LARGEST = 0.1  # of the curve's unit: step through a fold
 BEFORE = 0.01  # of it: where the way through a fold begins
-MOST = 150  # points on this way
+MOST = 300  # points on this way
 
 
 @dataclass(frozen=True)
 class LockedOrbit(Orbit):
-    """A locked state on a curve; its monodromy is that of what ideal controllers leave free.
+    """A locked state on a curve; it keeps its motion scaled, and its monodromy is that of what ideal controllers leave free.
 
     Attributes
     ----------
@@ -89,20 +87,14 @@ class LockedRange(ParameterRange):
     def on_curve(self, found: LockedStates) -> LockedOrbit:
         """Return the only state as an orbit."""
         locked, (unknowns, branch, matrix, _) = self.locked, found
-        missed, _, rows = locked.march(unknowns, branch, wanted=ALL)
+        missed, _, matrix[:, :-1] = locked.derived(unknowns, branch)  # where it is, not where it was guessed
+        _, _, rows = locked.march(unknowns, branch, wanted=ALL)
         states = locked.motions(unknowns, branch)
-        scales = kernel.units_of(
-            locked.block.batch.example,
-            *(
-                np.array([locked.length]) * factor
-                for factor in (1.0, 2.0 * np.pi * locked.number(unknowns, "frequency")[0])
-            ),
-        )
         return LockedOrbit(
             unknowns[0] * locked.weights,
             states,
             float(locked.number(unknowns, locked.numbers[-1])[0]),
-            States(states.x * scales, states.memory, states.branch),
+            states,
             locked.left_free(found)[0],
             np.empty(0),
             rows[0],
