@@ -75,7 +75,7 @@ TAPPING = [{"A0": 7.351847e-9}, {"A0": "0.1 nm", "operation": "fm"}]
 
 @pytest.mark.long
 def test_controllers_in_time_find_the_torus(am_fm):
-    one = AM_FM.replace("solver.integrator", "engine")
+    one = AM_FM.replace("solver.integrator", "engine").replace("solver.accuracy", 1e-6)
     start = one.problem.unlocked, np.ones(2), None
     found, became = InTime(one.problem, one.solver, lambda: None, 8e-9, *start).at(4e-9)
     assert became == df.Status.OK
