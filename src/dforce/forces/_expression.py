@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.syntax import expression_tree
 from dforce.forces._exponential import exponential
 
 MOTION = {"d": "d", "z": "z", "indentation": "indentation", "velocity": "rate", "t": "t"}
@@ -157,7 +158,7 @@ def _parsed(text: str) -> ast.expr:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Python has advice on style
-            tree = ast.parse(" ".join(text.split()), mode="eval").body
+            tree = expression_tree(" ".join(text.split()))
     except SyntaxError as error:
         if re.search(r"(?<![<>=!:])=(?!=)", text):
             raise ParameterError("has an '='; write only the right side of the equation") from None

@@ -20,6 +20,7 @@ import numpy as np
 
 from dforce.core.arrays import AnyArray
 from dforce.core.errors import ForceError
+from dforce.core.syntax import expression_tree, syntax_tree
 from dforce.kernel import vocabulary
 from dforce.kernel.specialize import fold
 
@@ -240,7 +241,7 @@ def parse_function(function: Callable[..., Any]) -> ast.FunctionDef:
         source = textwrap.dedent(inspect.getsource(function))
     except (OSError, TypeError):
         raise ForceError(f"the source of '{function.__qualname__}' cannot be read; define it in a file") from None
-    nodes = list(ast.walk(ast.parse(source)))
+    nodes = list(ast.walk(syntax_tree(source)))
     found = [node for node in nodes if isinstance(node, ast.FunctionDef)]
     if not found or any(isinstance(node, ast.Lambda | ast.Nonlocal | ast.Global) for node in nodes):
         raise ForceError(f"'{function.__qualname__}' must be a plain function without lambda, global or nonlocal")
@@ -306,11 +307,7 @@ class _Source:
 
 
 _read = functools.lru_cache(maxsize=1024)(_Source)
-
-
-@functools.lru_cache(maxsize=4096)
-def _expression(text: str) -> ast.expr:
-    return ast.parse(text, mode="eval").body
+_expression = functools.lru_cache(maxsize=4096)(expression_tree)
 
 
 class _Renamer(ast.NodeTransformer):
