@@ -130,13 +130,13 @@ def served(folder: Path, *arguments: str) -> Iterator[Server]:
 
 
 @contextlib.contextmanager
-def chromium() -> Iterator[Any]:
-    """Give a browser without a screen, which Playwright drives."""
+def chromium(*flags: str) -> Iterator[Any]:
+    """Give a browser without a screen, which Playwright drives, with more flags on its command line."""
     from playwright.sync_api import sync_playwright
 
     sandbox = ("--no-sandbox",) if hasattr(os, "geteuid") and os.geteuid() == 0 else ()
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=find_browser(), args=[*FLAGS, *sandbox])
+        browser = playwright.chromium.launch(executable_path=find_browser(), args=[*FLAGS, *flags, *sandbox])
         try:
             yield browser
         finally:

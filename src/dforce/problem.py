@@ -14,8 +14,7 @@ import numpy as np
 
 from dforce.core import units
 from dforce.core.arrays import Complexes
-from dforce.core.errors import ForceError, ParameterError, checked, nearest
-from dforce.core.parameters import Parameters
+from dforce.core.errors import ParameterError
 from dforce.forces import Force, refuse_double_counting
 from dforce.instrument import (
     BaseMotion,
@@ -32,10 +31,10 @@ from dforce.instrument import (
     Sample,
     Tip,
     ToneNumbers,
-    effective_modulus,
     heights_of,
 )
 from dforce.instrument.operation import free_lock
+from dforce.instrument.shared import instrument_values, with_values
 
 SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
 
@@ -118,7 +117,7 @@ class Problem:
         refuse_double_counting(chosen)
         _refuse_extremes(modes, tones, values)
         _refuse_wide_band(noise, tones)
-        bound = [_bound(force, values) for force in chosen]
+        bound = [with_values(force, values) for force in chosen]
         places = sorted(range(len(bound)), key=lambda place: _rank(bound[place]))
         numbers = ReadoutNumbers(tuple(readout.weights(len(modes), tone.mode) for tone in tones), readout.sees_base)
         problem = cls(
@@ -317,67 +316,9 @@ class Problem:
         return dataclasses.replace(there, tones=(*there.tones[:tone], stronger, *there.tones[tone + 1 :]))
 
 
-def instrument_values(
-    modes: tuple[ModeNumbers, ...], tip: Tip, sample: Sample, contact: Contact, medium: Medium
-) -> dict[str, float | None]:
-    """Return the SI values that forces may share, by path; None where the user gave none.
-
-    The cantilever's are those of mode 1. A tip without a Young's modulus is rigid: its modulus is infinite.
-    """
-    sections: dict[str, Parameters] = {"tip": tip, "sample": sample, "contact": contact, "medium": medium}
-    values: dict[str, float | None] = {
-        f"{section}.{name}": getattr(given, name) for section, given in sections.items() for name in given.quantities()
-    }
-    values |= {f"cantilever.{name}": getattr(modes[0], name) for name in ("f0", "k", "Q")}
-    values["contact.E_eff"] = effective_modulus(tip, sample)
-    if tip.youngs_modulus is None:
-        values["tip.youngs_modulus"] = math.inf
-    return values
-
-
-DERIVED = {
-    "contact.E_eff": ("tip.youngs_modulus", "tip.poisson_ratio", "sample.youngs_modulus", "sample.poisson_ratio")
-}  # what :func:`instrument_values` makes of values that a user gives
-
-
-@checked
-def values_used(models: Iterable[type[Force]]) -> frozenset[str]:
-    """Return the paths of the instrument's values that force models read, such as ``tip.radius``."""
-    paths = {path for model in models for path in model.shared_fields().values()}
-    return frozenset(given for path in paths for given in DERIVED.get(path, (path,)))
-
-
-def _bound(force: Force, values: Mapping[str, float | None]) -> Force:
-    """Return the force with the instrument's values, or say what is missing and where it goes."""
-    paths = list(force.shared_fields().values())
-    for path in paths:
-        if path not in values:
-            hint = nearest(path, values)
-            raise ForceError(f"{force.name} takes '{path}' from the instrument, but it has no such value{hint}")
-    try:
-        return force.bind(values)
-    except ParameterError as error:
-        for path in paths:
-            if values[path] is None and f"{path}, which is missing" in str(error):
-                raise ParameterError(_missing(force.name, path)) from None
-        raise
-    except ArithmeticError:
-        raise ParameterError(
-            f"{force.name} cannot be computed with these values: one is too small or too large"
-        ) from None
-
-
 def _rank(force: Force) -> tuple[str, ...]:
     """Return what a force is sorted by: its name and its text, but no number, which a sweep may change."""
     return (force.name, *(value for _, value in force if isinstance(value, str)))
-
-
-def _missing(name: str, path: str) -> str:
-    wanted = "sample.youngs_modulus" if path == "contact.E_eff" else path
-    section, key = wanted.split(".")
-    if section == "medium":
-        return f'{name} needs {wanted}, which is missing; write medium = "water" or {key} under [medium]'
-    return f"{name} needs {wanted}, which is missing; write {key} under [{section}]"
 
 
 def _refuse_unknown_fluid(

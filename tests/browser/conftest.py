@@ -29,7 +29,8 @@ def browser():
         if os.environ.get("CI"):
             pytest.fail(missing)
         pytest.skip(missing)
-    with chromium() as started:
+    # no page stays for so long that it pays to compile its scripts once more, to quicker code
+    with chromium("--js-flags=--no-opt,--no-maglev") as started:
         yield started
 
 

@@ -13,7 +13,8 @@ from dforce import forces, library
 from dforce.core.errors import ForceError, ParameterError
 from dforce.core.parameters import shared
 from dforce.instrument import Beam, Cantilever, Contact, Drive, Medium, Mode, Sample, Tip, Tone, effective_modulus
-from dforce.problem import Instrument, Problem, instrument_values
+from dforce.instrument.shared import instrument_values
+from dforce.problem import Instrument, Problem
 
 SILICON = {
     "youngs_modulus": "169 GPa",

@@ -5,6 +5,7 @@ import pytest
 
 import dforce as df
 from dforce.procedures.in_time import InTime
+from dforce.procedures.two_tones import TwoTones
 
 LEVER = {"modes": [{"f0": 48.9e3, "k": 0.9, "Q": 100.0}, {"f0": 282e3, "k": 28.0, "Q": 200.0}]}
 
@@ -74,7 +75,7 @@ TAPPING = [{"A0": 7.351847e-9}, {"A0": "0.1 nm", "operation": "fm"}]
 
 @pytest.mark.long
 def test_controllers_in_time_find_the_torus(am_fm):
-    one = AM_FM.replace("solver.integrator", "engine")
+    one = AM_FM.replace("solver.integrator", "engine").replace("solver.accuracy", 1e-6)
     start = one.problem.unlocked, np.ones(2), None
     found, became = InTime(one.problem, one.solver, lambda: None, 8e-9, *start).at(4e-9)
     assert became == df.Status.OK
@@ -82,6 +83,33 @@ def test_controllers_in_time_find_the_torus(am_fm):
     assert found["mode_phase"] == pytest.approx([33.06728, 90.0], abs=1e-3)
     for name in ("mode_amplitude", "drive_ratio", "virial", "mean_deflection"):
         assert found[name] == pytest.approx(am_fm[name].values, rel=2e-4), name
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(6))
+def test_controllers_in_time_find_the_tori_of_random_cases(seed):
+    draw = np.random.default_rng(seed).uniform
+    modes = [
+        {"f0": 48.9e3, "k": 0.9 * draw(0.7, 3.0), "Q": draw(20, 150)},
+        {"f0": 48.9e3 * draw(5.6, 6.7), "k": 28.0 * draw(0.7, 3.0), "Q": draw(40, 250)},
+    ]
+    first = {"A0": draw(3e-9, 8e-9)} | ({"operation": "fm"} if seed % 2 else {})
+    second = {"A0": draw(0.02, 0.04) * first["A0"], "operation": "fm", "phase_set_point": draw(1.3, 1.7)}
+    viscous = [df.forces.KelvinVoigt(viscosity=draw(1.0, 30.0))] if seed % 3 else []
+    one = AM_FM.replace(cantilever={"modes": modes}, drive={"tones": [first, second]}, tip={"radius": draw(2e-9, 9e-9)})
+    one = one.replace("sample.youngs_modulus", 10.0 ** draw(7.5, 9.0)).replace(forces=[df.forces.Hertz(), *viscous])
+    zc = draw(0.75, 0.95) * first["A0"]
+    torus, became = TwoTones(one.problem, one.solver, lambda: None).at(zc)
+    assert became == df.Status.OK and "settling_periods" not in torus
+    one = one.replace("solver.integrator", "engine")
+    found, became = InTime(one.problem, one.solver, lambda: None, 2.0 * zc, one.problem.unlocked, np.ones(2), None).at(
+        zc
+    )
+    assert became == df.Status.OK
+    for name in ("frequency_shift", "amplitude", "drive_force", "virial", "mean_deflection"):
+        scale = np.abs(torus[name]).max() if name == "frequency_shift" else np.abs(torus[name])
+        assert np.all(np.abs(found[name] - torus[name]) < 5e-4 * scale), name
+    assert found["phase"] == pytest.approx(torus["phase"], abs=0.02)
 
 
 @pytest.mark.parametrize(

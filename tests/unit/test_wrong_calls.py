@@ -122,7 +122,7 @@ CALLS = {
     "core.units:usual_unit": {"unit": "m"},
     "checks.validation:validate": {},
     "checks.validation:validation_page": {"result": {}},
-    "problem:values_used": {"models": [df.forces.Hertz]},
+    "instrument.shared:values_used": {"models": [df.forces.Hertz]},
     "core.files:write_whole": {"path": "whole.txt", "content": b"whole"},
     "write": {"dataset": CURVE, "path": "x.nc"},
     "plot.amplitude_phase": {"dataset": CURVE},

@@ -13,10 +13,8 @@ from sphinx.util.docutils import SphinxDirective
 
 from dforce.core.quantities import (
     DRIFTING,
-    FITS,
     JUMPS,
     MATERIAL,
-    MEASURED,
     NOISES,
     OBSERVABLES,
     RECONSTRUCTED,
@@ -24,6 +22,7 @@ from dforce.core.quantities import (
     Observable,
     Quantity,
 )
+from dforce.inverse.quantities import FITS, MEASURED
 from dforce_docs.declared import list_table
 
 KNOWN = {**OBSERVABLES, **DRIFTING, **TRACES, **NOISES, **JUMPS, **RECONSTRUCTED, **MEASURED, **FITS, **MATERIAL}

@@ -11,9 +11,10 @@ import numpy as np
 from dforce.core import units
 from dforce.core.arrays import Array, Texts
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
-from dforce.core.quantities import AXES, MEASURED, OBSERVABLES
+from dforce.core.quantities import AXES, OBSERVABLES
 from dforce.inverse import placing
 from dforce.inverse.heights import height_error, sensor_noise, walk_of
+from dforce.inverse.quantities import MEASURED
 from dforce.inverse.readers import READERS
 from dforce.inverse.table import RETRACT, Column, MeasuredTable, Reader, segment_of
 from dforce.inverse.words import MEANINGS

@@ -110,7 +110,8 @@ def _controlled(plan: Dwell, problem: Problem, settings: SolverSettings, check_c
     engine.place(plan.zc)
     start = initial_motion(engine, plan.start)
     followed = follow(engine, [plan.zc], start, [loops], check_cancelled)
-    steady = measured(problem, engine, followed, followed.ratio[-1], settings.measured_periods, check_cancelled)
+    motion, rows = observe(engine, followed.motion, settings.measured_periods, check_cancelled)
+    steady = measured(problem, engine, followed._replace(motion=motion), followed.ratio[-1], rows)
     found = Found.of([steady], [engine.problem])
     if found.status not in NOT_RECORDED:
         found.arrays[MOTION] = in_si(States.of(steady.motion), engine.problem)[None]

@@ -13,9 +13,9 @@ from dforce.observables.finish import finish
 from dforce.procedures.locked import of_locks
 from dforce.procedures.statuses import status_of, without_failed
 from dforce.results.status import Status
-from dforce.solvers.controlled import Controllers, Followed, follow, window_over
+from dforce.solvers.controlled import Controllers, Followed, follow
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion
-from dforce.solvers.transient import Steady, observe
+from dforce.solvers.transient import Steady
 
 if TYPE_CHECKING:
     from dforce.core.arrays import Array
@@ -64,26 +64,17 @@ class InTime:
         loops = [Controllers.of(tone) for tone in self.problem.tones]
         followed = follow(self.integrator, way, self.motion, loops, self.check_cancelled)
         self.zc, self.ratio, self.motion = zc, self.ratio * followed.ratio[-1], followed.motion
-        periods = window_over(followed.frequency[-1])
-        found = measured(self.problem, self.integrator, followed, self.ratio, periods, self.check_cancelled)
+        found = measured(self.problem, self.integrator, followed, self.ratio, followed.rows)
         became = status_of(found, self.integrator.problem)
         return without_failed(found.values, became), became
 
 
-def measured(
-    problem: Problem,
-    integrator: Integrator,
-    followed: Followed,
-    ratio: Array,
-    periods: int,
-    check_cancelled: CancelCheck,
-) -> Steady:
-    """Return what is measured over periods without controllers; `ratio` are the drives as multiples of the free lock's."""
-    motion, rows = observe(integrator, followed.motion, periods, check_cancelled)
+def measured(problem: Problem, integrator: Integrator, followed: Followed, ratio: Array, rows: Array) -> Steady:
+    """Return the observables of rows measured in the end; `ratio` are the drives as multiples of the free lock's."""
     frequency = followed.frequency[-1:]
-    even = weights(frequency[0].tolist(), periods)
+    even = weights(frequency[0].tolist(), len(rows))
     values = finish(integrator.problem, integrator.scales, integrator.harmonics, rows, even)
     each = {name: np.asarray(value)[None] for name, value in values.items()}
     values |= {name: value[0] for name, value in of_locks(problem, frequency, ratio[None], each).items()}
     values["settling_periods"] = float(followed.periods)
-    return Steady(values, motion, followed.settled, repeats=True)
+    return Steady(values, followed.motion, followed.settled, repeats=True)

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from dforce import kernel
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, Bools, Complexes
 from dforce.instrument.drive import ToneNumbers
 from dforce.observables.averaging import SHORTEST, weights, window_length
 from dforce.observables.finish import held_signals
@@ -33,7 +33,9 @@ FILTERED = 5.0  # times the larger bandwidth of the controllers: that of the low
 LONGEST = 60.0  # response times of the slowest controller or lever: then the loops are given up
 RESPONSE = 0.3  # of an error, which a controller corrects in a window over several tones
 WIDEST = 4096  # periods of such a window
+FAST = 16  # periods after which controllers of the first tone act: its motion at constant drive may be unstable
 SPAN = 12  # windows in which errors that are noise change their signs, so that half of their sum or more cancels
+NOISE = 10.0  # times the accuracy: largest noise, which is averaged over so many windows
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,8 @@ class Followed(NamedTuple):
         Whether all loops came to rest.
     periods
         Of the first tone until then.
+    rows
+        What was measured in each period of the last window, see ``observables``.
     """
 
     frequency: Array
@@ -91,6 +95,7 @@ class Followed(NamedTuple):
     motion: Motion
     settled: bool
     periods: int
+    rows: Array
 
 
 def follow(
@@ -102,10 +107,10 @@ def follow(
 ) -> Followed:
     """Follow a motion along average distances (m), and at the last one until all loops have settled.
 
-    The controllers act after each period of one tone, or each window over several, in which their beats cancel; there is a
-    distance for each. Errors of phase (rad) and amplitude (as a share), and their changes, are below `settle_tolerance` for a
-    response time of the slowest loop in the end, or noise below `accuracy`. The integrator starts from its problem, and is left
-    with the last frequencies and drives, and with the phases of the tones at the end.
+    The controllers act after each period of one tone, or each window over several, in which their beats cancel, those of the
+    first tone more often; there is a distance for each. In the end errors of phase (rad) and amplitude (as a share), and their
+    changes, are below `settle_tolerance` for a response time of the slowest loop, or small noise. The integrator starts from
+    its problem, and is left with the last frequencies and drives, and with the phases of the tones at the end.
     """
     problem, settings = integrator.problem, integrator.settings
     tones, modes = problem.tones, [problem.modes[tone.mode] for tone in problem.tones]
@@ -115,47 +120,75 @@ def follow(
     set_amplitude = np.array([one.amplitude or tone.A0 for one, tone in zip(loops, tones, strict=True)])
     pole = np.array([math.pi * mode.f0 / mode.Q for mode in modes])
     unit = set_amplitude * [mode.k / mode.Q / tone.force for mode, tone in zip(modes, tones, strict=True)]
+    several, fast = len(tones) > 1, np.arange(len(tones)) == 0
     omega = middle = 2.0 * math.pi * np.array([tone.frequency for tone in tones])
     ratio = push = np.ones(len(tones))
     turned, read = np.array([tone.phase for tone in tones]), np.zeros(len(tones), complex)
     motion, stages = start, [read] * loops[0].order
     rows: list[tuple[Array, ...]] = []
+    recent: list[Array] = []
     errors: list[tuple[Array, ...]] = []
     calm = age = 0.0
     periods = 0
+
+    def correct(read: Complexes, period: float, who: Bools) -> tuple[Array, Array]:
+        """Let controllers of some tones act on what their lock-ins read, and return the errors."""
+        nonlocal middle, push, omega, ratio
+        b, a = np.where(who, held * (RESPONSE / period if several else rates), 0.0)
+        e = np.where(held[0], -np.angle(read) - set_phase, 0.0)
+        short = np.where(held[1], 1.0 - np.abs(read) / set_amplitude, 0.0)
+        middle, push = middle - b * pole * e * period, push + unit * a * short * period
+        omega, ratio = np.where(who, middle - b * e, omega), np.where(who, push + unit * a / pole * short, ratio)
+        return e, short
+
     while calm < 1.0 and age < LONGEST and motion.is_finite:
         check_cancelled()
-        before, units, window = read, _units(integrator.problem), window_over(omega)
-        period = 2.0 * math.pi * window / omega[0]
-        integrator.take(_driven(problem, omega, ratio, turned))
-        integrator.place(way[min(len(rows), len(way) - 1)])
-        there = tuple((np.array(motion.y) * units / _units(integrator.problem)).tolist())
-        motion, measured = integrator.observe(Motion(there, motion.memory, motion.latched, 0), window)
-        turned, periods = turned + omega * period, periods + window
-        mean = weights(omega.tolist(), window) @ measured
-        base = kernel.base_of(integrator.tones)[None]
-        read = held_signals(problem, mean[None], base, [one.of_mode for one in loops])[0] * tones[0].A0
-        b, a = held * (rates if len(tones) == 1 else RESPONSE / period)
-        for k in range(len(stages)):
-            corner = FILTERED * max(*b, *a) / math.sqrt(2.0 ** (1.0 / len(stages)) - 1.0)
-            stages[k] = stages[k] - math.expm1(-corner * period) * (read - stages[k])
-            read = stages[k]
-        rows.append((omega / (2.0 * math.pi), ratio, np.abs(read), -np.angle(read)))
-        e = np.where(held[0], rows[-1][3] - set_phase, 0.0)
-        short = np.where(held[1], 1.0 - rows[-1][2] / set_amplitude, 0.0)
-        middle, push = middle - b * pole * e * period, push + unit * a * short * period
-        omega, ratio = middle - b * e, push + unit * a / pole * short
-        change, slowest = (read - before) / set_amplitude, min(rate for rate in (*b, *a, *pole) if rate)
+        before, window = read, window_over(omega)
+        parts: list[Array] = []
+        acting: list[tuple[Array, Array]] = []
+        part = FAST if several and held[:, 0].any() else window
+        for _ in range(window // part):
+            units, period = _units(integrator.problem), 2.0 * math.pi * part / omega[0]
+            integrator.take(_driven(problem, omega, ratio, turned))
+            integrator.place(way[min(len(rows), len(way) - 1)])
+            there = tuple((np.array(motion.y) * units / _units(integrator.problem)).tolist())
+            motion, measured = integrator.observe(Motion(there, motion.memory, motion.latched, 0), part)
+            parts, acting, turned = [*parts, measured], [*acting, (omega, ratio)], turned + omega * period
+            read = _read(integrator, measured, loops, weights(omega.tolist(), part))
+            for k in range(len(stages)):
+                corner = FILTERED * (held * rates).max() / math.sqrt(2.0 ** (1.0 / len(stages)) - 1.0)
+                stages[k] = stages[k] - math.expm1(-corner * period) * (read - stages[k])
+                read = stages[k]
+            e, short = correct(read, period, fast)
+        mean_omega, mean_ratio = np.mean(acting, axis=0)
+        measured, period = np.concatenate(parts), 2.0 * math.pi * window / mean_omega[0]
+        if several:
+            read = _read(integrator, measured, loops, weights(mean_omega.tolist(), window))
+            e, short = correct(read, period, ~fast)
+        rows.append((mean_omega / (2.0 * math.pi), mean_ratio, np.abs(read), -np.angle(read)))
+        change, periods = (read - before) / set_amplitude, periods + window
+        acts = held * (RESPONSE / period if several else rates)
+        slowest = min(rate for rate in (*acts.ravel(), *pole) if rate)
         errors = [*errors[1 - SPAN :], (e, short, change.real, change.imag)]
+        recent = [*recent[1 - SPAN :], measured]
         age, there_long = age + period * slowest, len(rows) >= len(way)
         calm = calm + period * slowest if there_long and np.abs(errors[-1]).max() < settings.settle_tolerance else 0.0
-        if len(rows) >= len(way) + SPAN and _is_noise(np.array(errors), settings.accuracy or 0.0):
+        if several and len(rows) >= len(way) + SPAN and _is_noise(np.array(errors), settings.accuracy or 0.0):
+            measured = np.concatenate(recent)
+            rows[-1] = tuple(np.mean(rows[-SPAN:], axis=0))
             break
     integrator.take(_driven(problem, 2.0 * math.pi * rows[-1][0], rows[-1][1], turned))
     integrator.place(way[-1])
     settled = age < LONGEST and motion.is_finite
     frequency, drive, amplitude, phase = np.array(rows).swapaxes(0, 1)
-    return Followed(frequency, drive, amplitude, phase, replace(motion, period=0), settled, periods)
+    return Followed(frequency, drive, amplitude, phase, replace(motion, period=0), settled, periods, measured)
+
+
+def _read(integrator: Integrator, rows: Array, loops: Sequence[Controllers], each: Array) -> Complexes:
+    """Return what the lock-in of each tone reads (m) over periods with these weights, relative to the drives."""
+    base, of_mode = kernel.base_of(integrator.tones)[None], [one.of_mode for one in loops]
+    found = held_signals(integrator.problem, (each @ rows)[None], base, of_mode)[0]
+    return np.asarray(found * integrator.problem.tones[0].A0)
 
 
 def window_over(omega: Array) -> int:
@@ -163,13 +196,13 @@ def window_over(omega: Array) -> int:
     if len(omega) == 1:
         return 1
     least = window_length(omega.tolist())
-    return min(least * math.ceil(SHORTEST / least), WIDEST)
+    return min(FAST * math.ceil(max(least, SHORTEST) / FAST), WIDEST)
 
 
-def _is_noise(errors: Array, most: float) -> bool:
-    """Return whether errors, (windows, ...), are small and change their signs."""
-    size = np.abs(errors)
-    return bool(size.max() < most and (np.abs(errors.sum(axis=0)) <= 0.5 * size.sum(axis=0)).all())
+def _is_noise(errors: Array, accuracy: float) -> bool:
+    """Return whether errors, (windows, ...), are below an accuracy, or small with changing signs."""
+    size, changes = np.abs(errors), (np.abs(errors.sum(axis=0)) <= 0.5 * np.abs(errors).sum(axis=0)).all()
+    return bool(size.max() < (NOISE if changes else 1.0) * accuracy)
 
 
 def _units(problem: Problem) -> Array:

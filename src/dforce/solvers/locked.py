@@ -3,7 +3,8 @@
 The equations are those of a periodic orbit, bordered by a row for each number that is held: the motion (with the forces'
 memory) repeats after a common period, and the lock-in reads the amplitude and the phase of the set points. The unknowns are the
 motion and those of frequency and drive that are not held. Unlike the orbit's own matrix, the bordered one is regular at the
-folds of amplitude modulation, so a curve passes through bistable ranges without a jump.
+folds of amplitude modulation, so a curve passes through bistable ranges without a jump. The parameter along which states are
+followed counts to the unknowns, and each state is sought in a plane: that of a constant parameter, or one across the curve.
 """
 
 from __future__ import annotations
@@ -37,17 +38,7 @@ MOST_MATRICES, MOST_STEPS = 6, 8  # of a search; of states that are moved to mor
 FIRST, LARGEST, SMALLEST = 0.1, 0.5, 1e-4  # of the free amplitude: steps along the distance
 AIMED, ASTRAY = 0.003, 0.2  # how far from its prediction a state should be, and may be
 SHRINK, GROWTH = 0.25, 2.5
-FAR = (
-    0.0,
-    0.25,
-    0.5,
-    1.0,
-    2.0,
-    4.0,
-    8.0,
-    16.0,
-    32.0,
-)  # free amplitudes above the first distance: where a curve may begin
+FAR = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # free amplitudes above the first distance
 
 
 class LockedStates(NamedTuple):

@@ -17,7 +17,7 @@ from dforce.gui.case.fields import Field, Shape, fields
 from dforce.gui.case.words import label_of
 from dforce.gui.document import bounds
 from dforce.gui.document.document import Document, Path
-from dforce.problem import values_used
+from dforce.instrument.shared import values_used
 
 NEEDED = "this needs a value"
 # numbers that stay texts, as :func:`read` says

@@ -11,9 +11,9 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import value_at
-from dforce.core import quantities
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
+from dforce.core.quantities import AXES, OBSERVABLES
 from dforce.experiments import Approach
 from dforce.inverse.fitting.advice import advice_on
 from dforce.inverse.fitting.certainty import known_products
@@ -24,6 +24,7 @@ from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.typed import with_unit
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
 from dforce.inverse.fitting.wald_wolfowitz import runs_test
+from dforce.inverse.quantities import FITS
 from dforce.results.provenance import provenance
 from dforce.validity import advice_in, attributes
 
@@ -67,7 +68,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         coords["profiled"] = list(found.profiles)
     out = xr.Dataset(variables, coords)
     for name, variable in out.variables.items():
-        row = quantities.FITS.get(str(name)) or quantities.OBSERVABLES.get(str(name)) or quantities.AXES.get(str(name))
+        row = FITS.get(str(name)) or OBSERVABLES.get(str(name)) or AXES.get(str(name))
         if row is not None and name != "branch":
             variable.attrs.update(row.words)
     out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in found.data.attrs.items()}

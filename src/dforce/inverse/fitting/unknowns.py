@@ -18,8 +18,8 @@ from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.parameters import ParameterQuantity
 from dforce.findings.finding import DEGREE
+from dforce.instrument.shared import values_used
 from dforce.inverse.fitting.typed import number_of, value_and_error, with_unit
-from dforce.problem import values_used
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
 LOG_STEP, LENGTH_STEP = 1e-5, 1e-6  # of the logarithm, and of the free amplitude: differences that give derivatives
