@@ -25,7 +25,7 @@ def slider(window, path):
 
 def drag(window, handle, stop, steps=25):
     """Drag a slider from where it is to a share of its length, as a hand does."""
-    handle.scroll_into_view_if_needed()
+    handle.hover()  # waits until the form stands still
     box = handle.bounding_box()
     low, high, value = (float(handle.evaluate(f"(one) => one.{name}")) for name in ("min", "max", "valueAsNumber"))
     middle = box["y"] + box["height"] / 2
