@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import itertools
+import urllib.parse
 
 import pytest
 from playwright.sync_api import expect
+
+from dforce.gui.document.document import Document
+from dforce.gui.window.address import from_link
 
 RANGES = """() => {
     const layout = document.querySelector(".df-main .df-plot")._fullLayout;
     return ["xaxis", "yaxis", "yaxis2"].map((one) => layout[one].range);
 }"""
+
+
+def typed_in(link):
+    """Return the drive of a link's case as text, nothing where there is no link."""
+    text = urllib.parse.urlsplit(link).fragment
+    return str(from_link(text, Document.first()).table["drive"]) if text else ""
 
 
 def number_of(window, meta, name):
@@ -103,8 +113,8 @@ def test_a_slider_plays_and_stops(window):
 def test_a_link_opens_the_case_for_another_person(window, visit):
     window.start("figure-4-soft")
     window.type("drive.A0", "8.5")
-    window.page.wait_for_function("() => location.hash.length > 100")
-    window.page.wait_for_timeout(1500)  # until the address has followed
+    while "8.5" not in typed_in(window.page.url):  # the address follows what is typed
+        window.page.wait_for_timeout(50)
     link = window.page.url
     other = visit()
     with other.redrawn():
