@@ -78,7 +78,8 @@ class Visitor:
         self.page.mouse.move(0, 0)
         self.page.goto(f"{self.server.home}/favicon.ico")
         self.page.evaluate("() => [localStorage, sessionStorage].forEach((one) => one.clear())")
-        self.page.wait_for_load_state("networkidle")  # the server would refuse what is still asked for without its cookie
+        # the server would refuse what is still asked for without its cookie
+        self.page.wait_for_load_state("networkidle")
         self.page.context.clear_cookies()
         return True
 
