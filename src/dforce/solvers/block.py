@@ -448,7 +448,7 @@ class Block:
                 np.empty((count, size, size)),
                 np.zeros(count, np.int64),
                 np.zeros(count, np.int64),
-                self.most_periods(which[part]),
+                20 * self.most_periods(which[part]),
                 np.full(count, GOING, np.int64),
             )
             model, drive, room = self.model(which[part]), self.drive(1), self._room(count, size + 1)

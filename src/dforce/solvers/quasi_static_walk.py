@@ -286,27 +286,18 @@ class Walk:
         return bool(len(doubled))
 
     def _note_jump(self, case: int, end: End, landed: Landing | None) -> None:
-        """Note a change of state that is sudden; `landed` is None where the motion does not repeat, or has to be waited for.
-
-        Beside a fold a motion is so slow that it seems to have settled: what repeats, and is no orbit, is waited for.
-        """
+        """Note a change of state that is sudden; where the motion landed on no orbit (`landed` is None), it is waited for."""
         block, value = self.block, float(self.at[case])
         if not np.isfinite(self.state.x[case]).all():
             return
         # measured anew: beside a fold Newton's method may find no stable orbit from the last one itself
         first = self._amplitude(case, end.last, end.value, end.cycles)
-        if landed is not None:
-            after = amplitude_of(block, case, value, landed.rows)
-            sudden = bool(np.abs(landed.x - end.edge).max() > SUDDEN)
-        else:
-            settling = steady(block.integrator(case, value), self.state.motion(case), block.check_cancelled)
-            self.state.put(np.array([case]), States.of(settling.motion))
-            after = float(settling.values["amplitude"][0])
-            sudden = abs(after - first) > SUDDEN * block.batch.length[case]
-            if settling.repeats or not settling.settled:
-                self.left[case], sudden = Left(end, first, value), False
-        if sudden:
-            self.jumps[case].append(StateJump(end.place, first, after, value > end.value))
+        if landed is None:
+            self.left[case] = Left(end, first, value)
+        elif np.abs(landed.x - end.edge).max() > SUDDEN:
+            self.jumps[case].append(
+                StateJump(end.place, first, amplitude_of(block, case, value, landed.rows), value > end.value)
+            )
             self.ends[case] = 0
 
     def _amplitude(self, case: int, motion: Motion, value: float, cycles: int) -> float:

@@ -15,6 +15,7 @@ from dforce.solvers.states import States
 ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
 AWAY, MOST_AWAY = 0.1, 60  # of the free amplitude: so far a motion has left; decay times for that, at most
+AT_REST, STAYS = 1e-9, 20  # of the free amplitude, and quarters of a decay time: what gets no farther so long does not leave
 MOST_GHOSTS = 20  # retries behind the ghost of a saddle-node: a slow passage that looks settled
 
 
@@ -96,13 +97,17 @@ def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: f
 
 
 def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -> States:
-    """Return motions once they have left the neighborhood of the states that ended."""
+    """Return motions once they have left the neighborhood of the states that ended, or no longer get farther from them."""
     state, going = start.copy(), np.arange(len(cases))
     spans = np.maximum(1, block.decay(cases) // 4)
+    farthest, nearer = np.zeros(len(cases)), np.zeros(len(cases), np.int64)
     for _ in range(4 * MOST_AWAY):
         after = later(block, cases[going], state.take(going), at[going], spans[going])
         state.put(going, after)
-        going = going[(apart(after.x, last.x[going]) < AWAY) & np.isfinite(after.x).all(axis=1)]
+        far = apart(after.x, last.x[going])
+        nearer[going] = np.where(far > farthest[going] + AT_REST, 0, nearer[going] + 1)
+        farthest[going] = np.maximum(farthest[going], far)
+        going = going[(far < AWAY) & (nearer[going] < STAYS) & np.isfinite(after.x).all(axis=1)]
         if not len(going):
             break
     return state

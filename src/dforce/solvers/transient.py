@@ -132,7 +132,7 @@ def settle(
     most = settings.max_periods or max(LEAST_MOST, DECAY_TIMES * decay, LEAST_SPANS * span)
     size = np.array([tone.A0 for tone in problem.tones]) / integrator.scales.length
     mean = weights(frequencies, window)
-    before, change_before, drift = None, math.inf, math.inf
+    before, change_before, drift, first = None, math.inf, math.inf, list[complex]()
     start = motion.period
     while motion.period - start < most:
         motion, c = march(integrator, motion, min(span, most - (motion.period - start)), check_cancelled, window)
@@ -141,6 +141,7 @@ def settle(
         if len(c) < window:
             break
         now = mean @ c
+        first.append(now[0])
         if before is not None:
             change = float(np.max(np.abs(now - before) / size))
             ratio = min(change / change_before, 0.999) if change_before > 0.0 else 0.0
@@ -149,6 +150,8 @@ def settle(
                 return motion, True, drift
             change_before = change
         before = now
+        if _wanders(np.array(first[-LATE:])):
+            break
     return motion, False, drift
 
 
@@ -199,10 +202,17 @@ def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift
                     return False, rows[:count], drift
                 cycles = min(math.ceil(count / (n * window)), len(c) // n)
                 return True, rows[: cycles * n * window], miss
-        calms = _range(c[len(c) // 2 :]) < CALMS * _range(c[: len(c) // 2])
-        if np.abs(np.diff(c)).sum() > WANDERS * size and not calms:
+        if _wanders(c):
             return True, rows, size
     return False, rows[:count], drift
+
+
+def _wanders(c: AnyArray) -> bool:
+    """Say whether complex amplitudes, one after the other, move to and fro and do not come to rest."""
+    if len(c) < LATE:
+        return False
+    calms = _range(c[len(c) // 2 :]) < CALMS * _range(c[: len(c) // 2])
+    return not calms and float(np.abs(np.diff(c)).sum()) > WANDERS * float(np.abs(c - c[0]).max())
 
 
 def _range(c: AnyArray) -> float:
