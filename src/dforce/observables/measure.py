@@ -332,12 +332,6 @@ def sort_steps(
 ) -> None:
     """Write distance, velocity and force in the middle of each step, and how the force is to be averaged over it."""
     points = d.shape[0] - 1
-    if latch_count():  # any step may hold a switch
-        for i in range(points):
-            # the sums over flat steps take these times nothing, and fresh memory may hold what is no number
-            kind[i], d_middle[i], v_middle[i], middle[i] = CUTS, 0.0, 0.0, 0.0
-        mark_kinks(d, kinks, kind)
-        return
     near = p[4]
     for kink in kinks:
         near = max(near, kink)
@@ -350,6 +344,9 @@ def sort_steps(
         whole = v0 * v1 > 0.0 and not (d0 - p[4]) * (d1 - p[4]) < 0.0
         d_middle[i], v_middle[i], middle[i] = dm, vm, fm
         kind[i] = (FLAT if flat and outside else STEEP) if whole else CUTS
+    for k in range(block.shape[1] - 1 - latch_count(), block.shape[1] - 1):
+        for i in range(points):
+            kind[i] = kind[i] if block[i, k] == block[i + 1, k] else CUTS
     mark_kinks(d, kinks, kind)
 
 
