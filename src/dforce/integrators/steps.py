@@ -42,7 +42,7 @@ from dforce.kernel.vocabulary import (
 )
 from dforce.observables.interpolant import cubic, cubic_rate
 
-PARTS = 8  # of a step beside such a kink
+PARTS = 4  # of a step beside such a kink
 REACH = 2.0  # steps from it, within which steps are divided
 # second difference of the force over a part, as a share of the forces there, from which on it counts as a spike, and from
 # which on fully; and the same for what it changes in the velocity, of omega A0, where Q is below UNDAMPED: a lever of a higher

@@ -15,7 +15,10 @@ from dforce.solvers.states import States
 ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
 SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
 AWAY, MOST_AWAY = 0.1, 60  # of the free amplitude: so far a motion has left; decay times for that, at most
-AT_REST, STAYS = 1e-9, 20  # of the free amplitude, and quarters of a decay time: what gets no farther so long does not leave
+AT_REST, STAYS = (
+    1e-9,
+    20,
+)  # of the free amplitude, and quarters of a decay time: what gets no farther so long does not leave
 MOST_GHOSTS = 20  # retries behind the ghost of a saddle-node: a slow passage that looks settled
 
 
