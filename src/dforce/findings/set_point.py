@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.case import case_of
-from dforce.core.arrays import AnyArray
+from dforce.case import cases_of, has_parameters
+from dforce.core.arrays import AnyArray, Bools
 from dforce.core.errors import ParameterError, UnitError, checked, nearest
-from dforce.core.quantities import MOTION
+from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.units import parse, parse_share
 from dforce.findings.jumps import jumps_of_all
 from dforce.results.curves import by_case, drawable, goes_along, row_of
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RATIO, SHIFT = "amplitude_ratio", "frequency_shift"
+STRAY = 1e-3  # of the amplitude: how far a solved state may lie beyond the points next to it
 HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
 
 
@@ -114,11 +115,11 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
         if name not in known:
             raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
     found = _Crossings.of(result, along, row, over, met, value)
-    variables = {name: found.read(result, name) for name in wanted}
-    is_of_one_tone = "held" in result.attrs and result.sizes.get("tone", 1) == 1
-    is_solved = is_of_one_tone and met != "zc" and along == "zc" and not over and MOTION in result
-    if is_solved and len(found.case):
-        variables |= found.solved(result, met, value, variables)
+    values = {name: found.read(result, name) for name in wanted}
+    columns, solved = found.solved(result, met, value)
+    for name in wanted.keys() & columns.keys():
+        values[name][solved] = columns[name][solved]
+    variables = {name: found.laid_out(result, name, one) for name, one in values.items()}
     coords: dict[str, Any] = {name: variables.pop(name) for name in dict.fromkeys((along, "zc")) if name in variables}
     if "virial" in variables:
         dims, virial, _ = variables["virial"]
@@ -129,6 +130,7 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
     if "stable" in result:
         stable = result["stable"].values.astype(bool)
         coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
+    coords["solved"] = found.table(solved, False)
     if over:
         coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
     return xr.Dataset(variables, coords, {"along": along})
@@ -337,30 +339,49 @@ class _Crossings:
         out[self.case, number] = values
         return (*self.over, "crossing"), out.reshape(*self.shape, *out.shape[1:])
 
-    def solved(self, result: xr.Dataset, met: str, value: float, read: Mapping[str, Any]) -> dict[str, Any]:
-        """Return quantities of the states of a lock as they are solved, where `read` has those on straight lines."""
-        from dforce.procedures.locked import at_value  # loads the compiler
+    def solved(self, result: xr.Dataset, met: str, value: float) -> tuple[dict[str, AnyArray], Bools]:
+        """Return quantities of the states as they are solved with the distance unknown, and which of them are."""
+        from dforce.procedures import locked, operating  # load the compiler
 
-        near = {name: self.read(result, name)[1] for name in ("zc", "drive_frequency", "drive_ratio", MOTION)}
-        columns, good = at_value(case_of(result), met, value, near)
-        out = {}
-        for name, (dims, values, attrs) in read.items():
-            if name in columns:
-                values[good] = columns[name][good]
-            out[name] = dims, values, attrs
-        return out
+        nothing, is_locked = np.zeros(len(self.case), dtype=bool), "held" in result.attrs
+        needed = ["zc", MOTION, REPEATS, *(("drive_frequency", "drive_ratio") if is_locked else ())]
+        several = is_locked and result.sizes.get("tone", 1) > 1
+        known = {str(name) for name, one in result.variables.items() if self.row in one.dims}
+        is_known = has_parameters(result) and known.issuperset(needed)
+        if not (len(self.case) and met in (RATIO, SHIFT) and is_known) or several:
+            return {}, nothing
+        numbers, which = np.unique(self.case, return_inverse=True)
+        places = [dict(zip(self.over, np.unravel_index(number, self.shape), strict=True)) for number in numbers]
+        try:
+            cases = list(cases_of(result, places))
+        except ParameterError:  # the case of a version that knew other keys
+            return {}, nothing
+        solve = locked.at_value if is_locked else operating.at_value
+        near = {name: self.read(result, name) for name in needed}
+        columns, good = solve(cases, which, met, value, near)
+        zc = by_case(result, "zc", self.row, self.over)
+        before, after = (zc[self.case, self.way, place] for place in (self.before, self.after))
+        room = np.abs(after - before) + STRAY * columns["amplitude"][:, 0]
+        with np.errstate(invalid="ignore"):
+            return columns, good & (np.abs(columns["zc"] - near["zc"]) <= room)
 
-    def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], AnyArray, dict[Any, Any]]:
-        """Return a quantity of the states, with its dimensions and attributes; an angle goes the shorter way round."""
+    def read(self, result: xr.Dataset, name: str) -> AnyArray:
+        """Return a quantity on the straight lines between points; an angle goes the shorter way round."""
         values = by_case(result, name, self.row, self.over)
         before, after = (values[self.case, self.way, place] for place in (self.before, self.after))
         share = self.share.reshape(-1, *[1] * (before.ndim - 1))
         found = (1.0 - share) * before + share * after
-        variable = result.variables[name]
-        if variable.attrs.get("units") == "degree":
+        if result.variables[name].attrs.get("units") == "degree":
             highest, change = HIGHEST.get(name, 270.0), after - before
             short = before + share * (180.0 - (180.0 - change) % 360.0)
             found = np.where(np.abs(change) > 180.0, highest - (highest - short) % 360.0, found)
-        dims, table = self.table(found, np.nan)
+        return np.asarray(found)
+
+    def laid_out(
+        self, result: xr.Dataset, name: str, values: AnyArray
+    ) -> tuple[tuple[str, ...], AnyArray, dict[Any, Any]]:
+        """Return values of a quantity over the parameters and `crossing`, with their dimensions and attributes."""
+        dims, table = self.table(values, np.nan)
+        variable = result.variables[name]
         own = (str(dim) for dim in variable.dims if dim not in (self.row, "direction", *self.over))
         return (*dims, *own), table, dict(variable.attrs)

@@ -124,16 +124,31 @@ def at_distance(
     return found, there, locked.motions(state.unknowns, state.branch)
 
 
-def at_value(case: Case, name: str, value: float, near: Mapping[str, Array]) -> tuple[dict[str, Array], Bools]:
-    """Return the locked states at which a quantity has a value, and where one was found: the distance is an unknown.
+def at_value(
+    cases: Sequence[Case], which: Indices, name: str, value: float, near: Mapping[str, Array]
+) -> tuple[dict[str, Array], Bools]:
+    """Return the locked states of cases at which a quantity has a value, and where one was found.
 
     Parameters
     ----------
+    which
+        Number of the case of each state.
     name
         "amplitude_ratio", or "frequency_shift" (Hz).
     near
         Guesses: "zc", "drive_frequency", "drive_ratio" and the motion, states first.
     """
+    out: dict[str, Array] = {}
+    good = np.zeros(len(which), dtype=bool)
+    for number, case in enumerate(cases):
+        some = np.flatnonzero(which == number)
+        columns, good[some] = _at_value(case, name, value, {key: one[some] for key, one in near.items()})
+        for key, one in columns.items():
+            out.setdefault(key, np.full((len(which), *one.shape[1:]), np.nan))[some] = one
+    return out, good
+
+
+def _at_value(case: Case, name: str, value: float, near: Mapping[str, Array]) -> tuple[dict[str, Array], Bools]:
     experiment: Any = case.experiment
     level = None if name == "frequency_shift" else value
     locked = Locked(case.problem, case.solver, experiment.harmonics, never_cancelled, level=level)
