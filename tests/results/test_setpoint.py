@@ -48,9 +48,8 @@ def test_the_motion_at_the_distance_found_has_the_amplitude_and_the_force_said(s
     state = df.at_set_point(result("figure-3-air"), set_point).isel(crossing=0)
     on_the_way = [zc for zc in case.experiment.distances() if zc > float(state["zc"])]
     there = df.approach(case, zc=[*on_the_way, float(state["zc"])], direction="approach").isel(zc=-1)
-    # a straight line between points 0.05 nm apart
-    assert float(there["amplitude_ratio"]) == pytest.approx(set_point, abs=1e-4)
-    assert float(there["min_force"]) == pytest.approx(float(state["min_force"]), rel=1e-2)
+    assert float(there["amplitude_ratio"]) == pytest.approx(set_point, abs=1e-8)
+    assert float(there["min_force"]) == pytest.approx(float(state["min_force"]), rel=1e-6)
 
 
 def test_every_state_at_the_set_point_is_listed_with_its_regime_and_stability():

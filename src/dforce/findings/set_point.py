@@ -40,10 +40,11 @@ def at_set_point(
 
     .. math:: A / A_0 = \text{set point}
 
-    States of a curve under a lock are solved, with the distance as one more unknown. Any other lies on a straight line between
-    two neighboring points of a curve, but never across a jump or beside a point that did not settle. The result lists its
-    jumps. If the states are not carried from point to point, or have no orbits, a sudden
-    step counts as a jump (:func:`dforce.summary`).
+    A state along the distance is solved from two neighboring points of a curve, with the distance as one more unknown; then
+    `solved` is True. Motions found in time, unstable states, curves along other parameters and two locked tones are read on a
+    straight line between the points. No state is sought across a jump or beside a point that did not settle. The result lists
+    its jumps. If the states are not carried from point to point, or have no orbits, a sudden step counts as a jump
+    (:func:`dforce.summary`).
 
     Parameters
     ----------
@@ -59,8 +60,8 @@ def at_set_point(
     Returns
     -------
     xarray.Dataset
-        The quantities over `crossing`, with the coordinate of the curve, and `direction` and `stable` if the curve has them. If
-        the result contains the virial, also `regime` (:func:`regime`). For a sweep its parameters come first; cases with fewer
+        The quantities over `crossing`, with the coordinate of the curve, `solved`, and `direction` and `stable` if the curve has
+        them. If the result contains the virial, also `regime` (:func:`regime`). For a sweep its parameters come first; cases with fewer
         states end in NaN (and empty words).
 
     Raises
@@ -359,6 +360,8 @@ class _Crossings:
         solve = locked.at_value if is_locked else operating.at_value
         near = {name: self.read(result, name) for name in needed}
         columns, good = solve(cases, which, met, value, near)
+        if not good.any():
+            return {}, nothing
         zc = by_case(result, "zc", self.row, self.over)
         before, after = (zc[self.case, self.way, place] for place in (self.before, self.after))
         room = np.abs(after - before) + STRAY * columns["amplitude"][:, 0]

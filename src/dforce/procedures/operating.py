@@ -123,6 +123,8 @@ def at_value(
     common = np.array([common_period([tone.frequency for tone in problem.tones]) or 0 for problem in problems])
     good = np.asarray((np.round(near[REPEATS]) == common[which]) & (settings.method == "periodic"))
     some = np.flatnonzero(good)
+    if not len(some):
+        return {}, good
     wanted = Wanted([problems[i] for i in which[some]], np.full(len(some), value), near["zc"][some], near[MOTION][some])
     found = solve(wanted, settings, experiment.harmonics, never_cancelled)
     good[some] = found.found
