@@ -60,9 +60,9 @@ def at_set_point(
     Returns
     -------
     xarray.Dataset
-        The quantities over `crossing`, with the coordinate of the curve, `solved`, and `direction` and `stable` if the curve has
-        them. If the result contains the virial, also `regime` (:func:`regime`). For a sweep its parameters come first; cases with fewer
-        states end in NaN (and empty words).
+        The quantities over `crossing`, with the coordinate of the curve, `solved`, and `direction` and `stable` if the curve
+        has them. If the result contains the virial, also `regime` (:func:`regime`). For a sweep its parameters come first;
+        cases with fewer states end in NaN (and empty words).
 
     Raises
     ------
