@@ -144,3 +144,15 @@ def test_a_sweep_has_the_same_states_alone_together_and_from_its_curves(name, tm
                 np.testing.assert_array_equal(other[quantity].values[i, :count], wanted, err_msg=quantity)
             if quantity != "error_estimate":  # a single curve looks ahead, which leaves other roundings
                 np.testing.assert_allclose(single[quantity].values, wanted, rtol=1e-6, atol=1e-15, err_msg=quantity)
+
+
+def test_a_sweep_of_locked_curves_has_the_states_of_each():
+    drive = {"A0": "12 nm", "operation": "ce_fm"}
+    asked, path = CASES["viscous"][0].replace("drive", drive).set("experiment.zc.points=8"), "sample.youngs_modulus"
+    moduli = [30e6, 60e6]
+    states = df.sweep(asked, over={path: moduli}, at_set_point=0.9, quantities=["peak_force"])
+    for i, modulus in enumerate(moduli):
+        alone = df.at_set_point(df.run(asked.replace(path, modulus)), 0.9)
+        assert alone["solved"].all() and states["solved"].values[i].all()
+        np.testing.assert_allclose(states["zc"].values[i], alone["zc"], rtol=1e-9)
+        np.testing.assert_allclose(states["peak_force"].values[i], alone["peak_force"], rtol=1e-9)

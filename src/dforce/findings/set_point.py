@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.case import cases_of, has_parameters
-from dforce.core.arrays import AnyArray, Bools
 from dforce.core.errors import ParameterError, UnitError, checked, nearest
-from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.units import parse, parse_share
-from dforce.findings.jumps import jumps_of_all
-from dforce.results.curves import by_case, drawable, goes_along, row_of
+from dforce.findings.crossings import RATIO, SHIFT, Crossings
+from dforce.results.curves import drawable, goes_along, row_of
 from dforce.results.dataset import COLUMN_DIMS
 from dforce.results.kinds import swept
 from dforce.results.significance import ERRORS, is_none
@@ -23,10 +20,6 @@ from dforce.results.status import check_computed, repeats
 
 if TYPE_CHECKING:
     import xarray as xr
-
-RATIO, SHIFT = "amplitude_ratio", "frequency_shift"
-STRAY = 1e-3  # of the amplitude: how far a solved state may lie beyond the points next to it
-HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
 
 
 @checked
@@ -115,7 +108,7 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
     for name in wanted:
         if name not in known:
             raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
-    found = _Crossings.of(result, along, row, over, met, value)
+    found = Crossings.of(result, along, row, over, met, value)
     values = {name: found.read(result, name) for name in wanted}
     columns, solved = found.solved(result, met, value)
     for name in wanted.keys() & columns.keys():
@@ -276,115 +269,3 @@ def why_none(curve: xr.Dataset, set_point: float) -> str:
         f"No state at {share}: A/A0 on this curve is {100.0 * low:.3g} to {100.0 * high:.3g} %. "
         f"Let experiment.zc {end}."
     )
-
-
-@dataclass(frozen=True)
-class _Crossings:
-    """Where curves meet the value of a quantity, such as a set point.
-
-    Attributes
-    ----------
-    row, over, shape
-        The dimension of the curves' points; those of a sweep's parameters, and their sizes.
-    case, way
-        Number of the case, and of the direction, of each state.
-    before, after, share
-        The points before and after it, and how far between them it lies.
-    """
-
-    row: str
-    over: Sequence[str]
-    shape: tuple[int, ...]
-    case: AnyArray
-    way: AnyArray
-    before: AnyArray
-    after: AnyArray
-    share: AnyArray
-
-    @classmethod
-    def of(cls, result: xr.Dataset, along: str, row: str, over: Sequence[str], met: str, value: float) -> _Crossings:
-        """Find the states at which the quantity `met` has a value."""
-        of_branches = "branch" in result
-        above, status = (by_case(result, name, row, over) for name in (met, "status"))
-        above = above[..., 0] if above.ndim > status.ndim else above  # of several tones the first
-        above = np.where(repeats(status), above - value, np.nan)
-        x = result.variables[along].values
-        order = np.arange(len(x)) if of_branches else np.argsort(x, kind="stable")
-        sorted_ = above[..., order]
-        apart = np.zeros(
-            (*above.shape[:2], len(x)), dtype=bool
-        )  # whether a point and the next are no neighbors; the last
-        apart[..., -1] = True
-        if of_branches:
-            apart[..., :-1] = np.diff(result["branch"].values) != 0
-        else:
-            place = np.argsort(order)
-            for number, direction, jumps in jumps_of_all(result, along):
-                for jump in jumps:
-                    low, high = sorted((place[jump.before], place[jump.after]))
-                    apart[number, direction, low:high] = True
-        beyond = np.append(sorted_[..., 1:], np.full((*above.shape[:2], 1), np.nan), axis=-1)
-        crossed = (sorted_ == 0.0) | ((sorted_ * beyond < 0.0) & ~apart)
-        case, way, first = np.nonzero(crossed)
-        here, there = sorted_[crossed], beyond[crossed]
-        between = here != 0.0
-        share = np.divide(here, here - there, out=np.zeros(len(here)), where=between)
-        shape = tuple(result.sizes[name] for name in over)
-        return cls(row, over, shape, case, way, order[first], order[first + between], share)
-
-    def table(self, values: AnyArray, fill: object) -> tuple[tuple[str, ...], AnyArray]:
-        """Return values of the states over the parameters and `crossing`, with their dimensions."""
-        counts = np.bincount(self.case, minlength=int(np.prod(self.shape)))
-        number = np.arange(len(self.case)) - np.repeat(np.cumsum(counts) - counts, counts)
-        out = np.full((len(counts), int(counts.max(initial=0)), *values.shape[1:]), fill, dtype=values.dtype)
-        out[self.case, number] = values
-        return (*self.over, "crossing"), out.reshape(*self.shape, *out.shape[1:])
-
-    def solved(self, result: xr.Dataset, met: str, value: float) -> tuple[dict[str, AnyArray], Bools]:
-        """Return quantities of the states as they are solved with the distance unknown, and which of them are."""
-        from dforce.procedures import locked, operating  # load the compiler
-
-        nothing, is_locked = np.zeros(len(self.case), dtype=bool), "held" in result.attrs
-        needed = ["zc", MOTION, REPEATS, *(("drive_frequency", "drive_ratio") if is_locked else ())]
-        several = is_locked and result.sizes.get("tone", 1) > 1
-        known = {str(name) for name, one in result.variables.items() if self.row in one.dims}
-        is_known = has_parameters(result) and known.issuperset(needed)
-        if not (len(self.case) and met in (RATIO, SHIFT) and is_known) or several:
-            return {}, nothing
-        numbers, which = np.unique(self.case, return_inverse=True)
-        places = [dict(zip(self.over, np.unravel_index(number, self.shape), strict=True)) for number in numbers]
-        try:
-            cases = list(cases_of(result, places))
-        except ParameterError:  # the case of a version that knew other keys
-            return {}, nothing
-        solve = locked.at_value if is_locked else operating.at_value
-        near = {name: self.read(result, name) for name in needed}
-        columns, good = solve(cases, which, met, value, near)
-        if not good.any():
-            return {}, nothing
-        zc = by_case(result, "zc", self.row, self.over)
-        before, after = (zc[self.case, self.way, place] for place in (self.before, self.after))
-        room = np.abs(after - before) + STRAY * columns["amplitude"][:, 0]
-        with np.errstate(invalid="ignore"):
-            return columns, good & (np.abs(columns["zc"] - near["zc"]) <= room)
-
-    def read(self, result: xr.Dataset, name: str) -> AnyArray:
-        """Return a quantity on the straight lines between points; an angle goes the shorter way round."""
-        values = by_case(result, name, self.row, self.over)
-        before, after = (values[self.case, self.way, place] for place in (self.before, self.after))
-        share = self.share.reshape(-1, *[1] * (before.ndim - 1))
-        found = (1.0 - share) * before + share * after
-        if result.variables[name].attrs.get("units") == "degree":
-            highest, change = HIGHEST.get(name, 270.0), after - before
-            short = before + share * (180.0 - (180.0 - change) % 360.0)
-            found = np.where(np.abs(change) > 180.0, highest - (highest - short) % 360.0, found)
-        return np.asarray(found)
-
-    def laid_out(
-        self, result: xr.Dataset, name: str, values: AnyArray
-    ) -> tuple[tuple[str, ...], AnyArray, dict[Any, Any]]:
-        """Return values of a quantity over the parameters and `crossing`, with their dimensions and attributes."""
-        dims, table = self.table(values, np.nan)
-        variable = result.variables[name]
-        own = (str(dim) for dim in variable.dims if dim not in (self.row, "direction", *self.over))
-        return (*dims, *own), table, dict(variable.attrs)

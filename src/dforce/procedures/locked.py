@@ -125,26 +125,24 @@ def at_distance(
 
 
 def at_value(
-    cases: Sequence[Case], which: Indices, name: str, value: float, near: Mapping[str, Array]
+    cases: Sequence[Case], name: str, value: float, near: Mapping[str, Array]
 ) -> tuple[dict[str, Array], Bools]:
-    """Return the locked states of cases at which a quantity has a value, and where one was found.
+    """Return the locked states, a case for each, at which a quantity has a value, and where one was found.
 
     Parameters
     ----------
-    which
-        Number of the case of each state.
     name
         "amplitude_ratio", or "frequency_shift" (Hz).
     near
         Guesses: "zc", "drive_frequency", "drive_ratio" and the motion, states first.
     """
     out: dict[str, Array] = {}
-    good = np.zeros(len(which), dtype=bool)
-    for number, case in enumerate(cases):
-        some = np.flatnonzero(which == number)
+    good = np.zeros(len(cases), dtype=bool)
+    for case in {id(case): case for case in cases}.values():
+        some = np.flatnonzero([one is case for one in cases])
         columns, good[some] = _at_value(case, name, value, {key: one[some] for key, one in near.items()})
         for key, one in columns.items():
-            out.setdefault(key, np.full((len(which), *one.shape[1:]), np.nan))[some] = one
+            out.setdefault(key, np.full((len(cases), *one.shape[1:]), np.nan))[some] = one
     return out, good
 
 
@@ -165,7 +163,8 @@ def _at_value(case: Case, name: str, value: float, near: Mapping[str, Array]) ->
     across[:, locked.motion if level is None else -1] = 1.0
     found = locked.newton(unknowns, np.round(start.branch), across=across)
     columns, _ = observed(locked, found)
-    return columns | {"zc": locked.number(found.unknowns, "zc")}, found.good
+    zc = locked.number(found.unknowns, "zc")
+    return columns | {"zc": zc, "zc_ratio": zc / locked.length}, found.good
 
 
 def begun(locked: Locked, at: float) -> Anchor | None:

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from dforce.core.arrays import Array, Bools, Indices
+from dforce.core.arrays import Array, Bools
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.observables.averaging import common_period, weights
 from dforce.observables.finish import finish_each
@@ -106,33 +106,30 @@ def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, check_cancel
 
 
 def at_value(
-    cases: Sequence[Case], which: Indices, _name: str, value: float, near: Mapping[str, Array]
+    cases: Sequence[Case], _name: str, value: float, near: Mapping[str, Array]
 ) -> tuple[dict[str, Array], Bools]:
-    """Return the states of curves of cases at an amplitude ratio, and where one was found.
+    """Return the stable states of curves, a case for each, at an amplitude ratio, and where one was found.
 
     Parameters
     ----------
-    which
-        Number of the case of each state.
     near
-        Guesses of the stable orbits: "zc", the motion in SI, and the periods after which it repeats, states first.
+        Guesses: "zc", the motion in SI, and the periods after which it repeats, states first.
     """
-    problems = [case.problem for case in cases]
-    experiment: Any = cases[0].experiment
-    settings = cases[0].solver
-    common = np.array([common_period([tone.frequency for tone in problem.tones]) or 0 for problem in problems])
-    good = np.asarray((np.round(near[REPEATS]) == common[which]) & (settings.method == "periodic"))
+    problems, experiment, count = [case.problem for case in cases], cast(Any, cases[0].experiment), len(cases)
+    common = [common_period([tone.frequency for tone in problem.tones]) for problem in problems]
+    good = np.array(
+        [period == repeats for period, repeats in zip(common, np.round(near[REPEATS]).tolist(), strict=True)]
+    )
     some = np.flatnonzero(good)
-    if not len(some):
-        return {}, good
-    wanted = Wanted([problems[i] for i in which[some]], np.full(len(some), value), near["zc"][some], near[MOTION][some])
-    found = solve(wanted, settings, experiment.harmonics, never_cancelled)
+    wanted = Wanted([problems[i] for i in some], np.full(len(some), value), near["zc"][some], near[MOTION][some])
+    found = solve(wanted, cases[0].solver, experiment.harmonics, never_cancelled)
     good[some] = found.found
-    found.columns["zc"], found.columns["zc_ratio"] = found.zc, found.zc / [one.tones[0].A0 for one in wanted.problems]
-    columns = {name: np.full((len(which), *values.shape[1:]), np.nan) for name, values in found.columns.items()}
-    for name, values in found.columns.items():
-        columns[name][some] = values
-    return columns, good
+    length = np.array([problem.tones[0].A0 for problem in wanted.problems])
+    out = {}
+    for name, values in (found.columns | {"zc": found.zc, "zc_ratio": found.zc / length}).items():
+        out[name] = np.full((count, *values.shape[1:]), np.nan)
+        out[name][some] = values
+    return out, good
 
 
 class _Search:
