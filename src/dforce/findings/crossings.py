@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 RATIO, SHIFT = "amplitude_ratio", "frequency_shift"
 GUESSES = ("zc", "drive_frequency", "drive_ratio", MOTION, REPEATS)  # of a solved state, as far as a result has them
+MOST_RECENT = 32  # curves and set points whose states are remembered
+_RECENT: dict[Any, tuple[dict[str, AnyArray], Bools]] = {}
 STRAY = 1e-3  # of the amplitude: how far a solved state may lie beyond the points next to it
 HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
 
@@ -91,19 +93,40 @@ class Crossings:
 
     def solved(self, result: xr.Dataset, met: str, value: float) -> tuple[dict[str, AnyArray], Bools]:
         """Return quantities of the states as they are solved with the distance unknown, and which of them are."""
-        columns: dict[str, AnyArray] = {}
-        solved = np.zeros(len(self.case), dtype=bool)
+        nothing: tuple[dict[str, AnyArray], Bools] = {}, np.zeros(len(self.case), dtype=bool)
         known = {name for name in GUESSES if name in result and self.row in result[name].dims}
         if not len(self.case) or met not in (RATIO, SHIFT) or not known >= {"zc", MOTION, REPEATS}:
-            return columns, solved
+            return nothing
+        near = {name: self.read(result, name) for name in sorted(known)}
+        if not has_parameters(result):
+            return nothing
+        if self.over:
+            return self._solve(result, met, value, near)
+        # of one curve the same states are asked for again and again: by summary, table and picture
+        place = [str(one.values) for one in result.coords.values() if not one.dims]
+        arrays = [one.tobytes() for one in (*near.values(), self.before, self.after)]
+        key = result.attrs.get("case"), met, value, *place, *arrays
+        found = _RECENT.get(key)
+        if found is None:
+            found = self._solve(result, met, value, near)
+            while len(_RECENT) >= MOST_RECENT:
+                _RECENT.pop(next(iter(_RECENT)), None)
+            _RECENT[key] = found
+        return found
+
+    def _solve(
+        self, result: xr.Dataset, met: str, value: float, near: Mapping[str, AnyArray]
+    ) -> tuple[dict[str, AnyArray], Bools]:
+        """Return quantities of the states that are found near guesses, and which of them are."""
+        columns: dict[str, AnyArray] = {}
+        solved = np.zeros(len(self.case), dtype=bool)
         numbers, which = np.unique(self.case, return_inverse=True)
         places = [dict(zip(self.over, np.unravel_index(number, self.shape), strict=True)) for number in numbers]
         try:
-            cases = list(cases_of(result, places)) if has_parameters(result) else []
+            cases = list(cases_of(result, places))
         except ParameterError:  # the case of a version that knew other keys
             return columns, solved
-        ways = [_way_to_solve(case, known) for case in cases]
-        near = {name: self.read(result, name) for name in known}
+        ways = [_way_to_solve(case, near) for case in cases]
         zc = by_case(result, "zc", self.row, self.over)
         apart = np.abs(zc[self.case, self.way, self.after] - zc[self.case, self.way, self.before])
         for way in dict.fromkeys(filter(None, ways)):
