@@ -95,7 +95,7 @@ class Crossings:
         """Return quantities of the states as they are solved with the distance unknown, and which of them are."""
         nothing: tuple[dict[str, AnyArray], Bools] = {}, np.zeros(len(self.case), dtype=bool)
         known = {name for name in GUESSES if name in result and self.row in result[name].dims}
-        if not len(self.case) or met not in (RATIO, SHIFT) or not known >= {"zc", MOTION, REPEATS}:
+        if not len(self.case) or met not in (RATIO, SHIFT) or not known >= {"zc", MOTION}:
             return nothing
         near = {name: self.read(result, name) for name in sorted(known)}
         if not has_parameters(result):
@@ -166,9 +166,10 @@ class Crossings:
 
 def _way_to_solve(case: Case, known: Collection[str]) -> Any:
     """Return the function that solves states of curves of a case from guesses of some quantities; None where there is none."""
-    from dforce.procedures import locked, operating  # load the compiler
+    from dforce.procedures import locked, operating, two_tones  # load the compiler
 
-    if not case.problem.is_locked:
-        return operating.at_value if case.solver.method == "periodic" else None
-    is_one = len(case.problem.tones) == 1 and set(known) == set(GUESSES)
-    return locked.at_value if is_one else None
+    if case.problem.is_locked and len(case.problem.tones) > 1:
+        return two_tones.at_value
+    if case.problem.is_locked:
+        return locked.at_value if set(known) == set(GUESSES) else None
+    return operating.at_value if case.solver.method == "periodic" and REPEATS in known else None
