@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tiers import some_long
 
 import dforce as df
 from dforce.solvers.controlled import Controllers, follow
@@ -42,7 +43,7 @@ ROWS = {
 }
 
 
-@pytest.mark.parametrize("name", ROWS)
+@pytest.mark.parametrize("name", some_long(ROWS, ["S2a"]))
 def test_loops_lead_to_the_locked_state_of_an_independent_solver(name):
     f0, Q, A0, forces, E_eff, zc, divisor, (shift, digits), drive, amplitude = ROWS[name]
     one = problem(f0, Q, A0, forces, E_eff)
