@@ -308,7 +308,7 @@ class Window:
 
     def holds(self, case: df.Case) -> bool:
         """Return whether a case is there under its own title, without a mistake: who edits it changes the title."""
-        wrong = self.page.locator(".df-error, .df-banner.wrong").count()
+        wrong = self.page.locator(".df-error, .df-banner.wrong:not(.hidden)").count()
         return self.page.get_by_label("title of the case").input_value() == case.title and not wrong
 
     def start(self, name: str = "figure-3-air") -> df.Case:

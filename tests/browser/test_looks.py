@@ -24,7 +24,7 @@ def test_axe_finds_nothing_in_any_tab(window, theme):
     page.mouse.move(0, 300)
     page.get_by_role("tooltip").wait_for(state="detached")
     assert violations(page) == []
-    for tab in TABS:
+    for tab in TABS[1:]:  # the first is part of the page
         window.tab(tab)
         page.get_by_role("tab", name=tab, selected=True).wait_for()
         assert violations(page, within=".df-pane") == [], tab
