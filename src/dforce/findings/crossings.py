@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 RATIO, SHIFT = "amplitude_ratio", "frequency_shift"
 GUESSES = ("zc", "drive_frequency", "drive_ratio", MOTION, REPEATS)  # of a solved state, as far as a result has them
+MOST_RECENT = 32  # curves and set points whose states are remembered
+_RECENT: dict[Any, tuple[dict[str, AnyArray], Bools]] = {}
 STRAY = 1e-3  # of the amplitude: how far a solved state may lie beyond the points next to it
 HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
 
@@ -91,19 +93,40 @@ class Crossings:
 
     def solved(self, result: xr.Dataset, met: str, value: float) -> tuple[dict[str, AnyArray], Bools]:
         """Return quantities of the states as they are solved with the distance unknown, and which of them are."""
+        nothing: tuple[dict[str, AnyArray], Bools] = {}, np.zeros(len(self.case), dtype=bool)
+        known = {name for name in GUESSES if name in result and self.row in result[name].dims}
+        if not len(self.case) or met not in (RATIO, SHIFT) or not known >= {"zc", MOTION}:
+            return nothing
+        near = {name: self.read(result, name) for name in sorted(known)}
+        if not has_parameters(result):
+            return nothing
+        if self.over:
+            return self._solve(result, met, value, near)
+        # of one curve the same states are asked for again and again: by summary, table and picture
+        place = [str(one.values) for one in result.coords.values() if not one.dims]
+        arrays = [one.tobytes() for one in (*near.values(), self.before, self.after)]
+        key = result.attrs.get("case"), met, value, *place, *arrays
+        found = _RECENT.get(key)
+        if found is None:
+            found = self._solve(result, met, value, near)
+            while len(_RECENT) >= MOST_RECENT:
+                _RECENT.pop(next(iter(_RECENT)), None)
+            _RECENT[key] = found
+        return found
+
+    def _solve(
+        self, result: xr.Dataset, met: str, value: float, near: Mapping[str, AnyArray]
+    ) -> tuple[dict[str, AnyArray], Bools]:
+        """Return quantities of the states that are found near guesses, and which of them are."""
         columns: dict[str, AnyArray] = {}
         solved = np.zeros(len(self.case), dtype=bool)
-        known = {name for name in GUESSES if name in result and self.row in result[name].dims}
-        if not len(self.case) or met not in (RATIO, SHIFT) or not known >= {"zc", MOTION, REPEATS}:
-            return columns, solved
         numbers, which = np.unique(self.case, return_inverse=True)
         places = [dict(zip(self.over, np.unravel_index(number, self.shape), strict=True)) for number in numbers]
         try:
-            cases = list(cases_of(result, places)) if has_parameters(result) else []
+            cases = list(cases_of(result, places))
         except ParameterError:  # the case of a version that knew other keys
             return columns, solved
-        ways = [_way_to_solve(case, known) for case in cases]
-        near = {name: self.read(result, name) for name in known}
+        ways = [_way_to_solve(case, near) for case in cases]
         zc = by_case(result, "zc", self.row, self.over)
         apart = np.abs(zc[self.case, self.way, self.after] - zc[self.case, self.way, self.before])
         for way in dict.fromkeys(filter(None, ways)):
@@ -143,9 +166,10 @@ class Crossings:
 
 def _way_to_solve(case: Case, known: Collection[str]) -> Any:
     """Return the function that solves states of curves of a case from guesses of some quantities; None where there is none."""
-    from dforce.procedures import locked, operating  # load the compiler
+    from dforce.procedures import locked, operating, two_tones  # load the compiler
 
-    if not case.problem.is_locked:
-        return operating.at_value if case.solver.method == "periodic" else None
-    is_one = len(case.problem.tones) == 1 and set(known) == set(GUESSES)
-    return locked.at_value if is_one else None
+    if case.problem.is_locked and len(case.problem.tones) > 1:
+        return two_tones.at_value
+    if case.problem.is_locked:
+        return locked.at_value if set(known) == set(GUESSES) else None
+    return operating.at_value if case.solver.method == "periodic" and REPEATS in known else None

@@ -34,8 +34,8 @@ def at_set_point(
     .. math:: A / A_0 = \text{set point}
 
     A state along the distance is solved from two neighboring points of a curve, with the distance as one more unknown; then
-    `solved` is True. Motions found in time, unstable states, curves along other parameters and two locked tones are read on a
-    straight line between the points. No state is sought across a jump or beside a point that did not settle. The result lists
+    `solved` is True. Motions found in time, unstable states and curves along other parameters are read on a straight line
+    between the points. No state is sought across a jump or beside a point that did not settle. The result lists
     its jumps. If the states are not carried from point to point, or have no orbits, a sudden step counts as a jump
     (:func:`dforce.summary`).
 
