@@ -127,7 +127,14 @@ def test_controllers_in_time_find_the_tori_of_random_cases(seed):
 @pytest.mark.parametrize(
     "change",
     [
-        {"forces": [df.forces.JKR(surface_energy="10 mJ/m^2")], "drive": {"tones": TAPPING}, "tip": {"radius": 2e-9}},
+        pytest.param(
+            {
+                "forces": [df.forces.JKR(surface_energy="10 mJ/m^2")],
+                "drive": {"tones": TAPPING},
+                "tip": {"radius": 2e-9},
+            },
+            marks=pytest.mark.long,
+        ),
         {"drive": {"excitation": "base", "tones": [TAPPING[0], TAPPING[1] | {"lag": "180 deg"}]}},
     ],
     ids=["branches", "base"],
