@@ -33,6 +33,7 @@ from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, CancelCheck, never
 ABREAST = 64  # problems solved in one call: their samples stay in the cache
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 LOOKS = 64  # leaps in one call, for the same reason
+LEAPT = 20  # times the periods after which motions are given up that leaps may lead over: each costs three or four
 
 __all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block"]
 
@@ -448,7 +449,7 @@ class Block:
                 np.empty((count, size, size)),
                 np.zeros(count, np.int64),
                 np.zeros(count, np.int64),
-                20 * self.most_periods(which[part]),
+                self.most_periods(which[part]) * (1 if self.settings.max_periods else LEAPT),
                 np.full(count, GOING, np.int64),
             )
             model, drive, room = self.model(which[part]), self.drive(1), self._room(count, size + 1)
