@@ -302,6 +302,26 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
 
 
 @compiled
+def part(lanes: Any, i: int, k: int, u: Any) -> None:
+    """Write the deviation of each part at the start of an interval, from the path: results depend on no cut into calls."""
+    for r in range(lanes.split.shape[1]):
+        total = 0.0
+        for c in range(lanes.split.shape[2]):
+            total += lanes.split[i, r, c] * (lanes.path[i, k, c] - lanes.still[i, k, c])
+        u[r // 2, r % 2, 0] = total
+
+
+@compiled
+def unite(lanes: Any, i: int, k: int, u: Any) -> None:
+    """Write the path at the end of an interval."""
+    for c in range(lanes.whole.shape[1]):
+        total = lanes.still[i, k, c]
+        for r in range(lanes.whole.shape[2]):
+            total += lanes.whole[i, c, r] * u[r // 2, r % 2, 0]
+        lanes.path[i, k, c] = total
+
+
+@compiled
 def take_sample(lane: Any, laws: Any, sample: Any) -> None:
     """Write memory, branches and force where the lane is."""
     states = lane.memory.shape[1]
@@ -315,10 +335,11 @@ def take_sample(lane: Any, laws: Any, sample: Any) -> None:
 @compiled
 def advance(lanes: Any, laws: Any) -> None:
     """Advance each lane over all intervals."""
-    modes, sampled = lanes.deviation.shape[1], lanes.samples.shape[1] > 0
+    sampled = lanes.samples.shape[1] > 0
     for i in range(lanes.numbers.shape[0]):
         lane, good = lane_of(lanes, i), True
         for k in range(lanes.phases.shape[0]):
+            part(lanes, i, k, lane.u)
             begin_interval(lane, lanes.begin[k], lanes.phases[k])
             if sampled and k == 0:
                 change_latches(lane, laws, lane.state[D0], lane.state[V0])
@@ -326,11 +347,7 @@ def advance(lanes: Any, laws: Any) -> None:
             good = march(lane, laws, lanes.span, lanes.sums[i, k], lanes.count[i])
             if not good:
                 break
-            for n in range(modes):  # rounded as where a new call begins: results depend on no cut into calls
-                for part in range(2):
-                    free = lanes.still[i, k + 1, 2 * n + part]
-                    lanes.path[i, k + 1, 2 * n + part] = free + lane.u[n, part, 0]
-                    lane.u[n, part, 0] = lanes.path[i, k + 1, 2 * n + part] - free
+            unite(lanes, i, k + 1, lane.u)
             if sampled:
                 take_sample(lane, laws, lanes.samples[i, k + 1])
         if not good:

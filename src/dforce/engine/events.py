@@ -175,4 +175,5 @@ def salt(lane: Any, jump: float, v: float) -> None:
         for n in range(lane.u.shape[0]):
             moved += lane.u[n, 0, k]
         for n in range(lane.u.shape[0]):
+            lane.u[n, 0, k] -= lane.mode[n, 4] * jump * moved / v
             lane.u[n, 1, k] -= lane.mode[n, 3] * jump * moved / v

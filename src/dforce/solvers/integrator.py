@@ -284,10 +284,6 @@ class Engine(Integrator):
         from dforce.engine.marching import Marcher  # loads the compiler
 
         super().take(problem)
-        if problem.late_fluid:
-            raise ParameterError(
-                'solver.integrator = "engine" takes no fluid with a memory; write integrator = "adaptive" for it'
-            )
         self._marcher = Marcher.of(problem)
         self._limits = (self.settings.relative_tolerance, math.inf, HARMONIC * self.settings.relative_tolerance)
         self._places = np.unique(np.append(self.kinks, problem.a0))
