@@ -63,7 +63,7 @@ SOLVERS = [
     {"case": df.example("figure-6"), "direction": "approach", "settle": "fixed", "periods": 51},
     {"case": df.example("table-1-bimodal"), "direction": "approach", "settle": "fixed", "periods": 51},
     {"integrator": "rk4", "direction": "approach", "settle": "fixed", "periods": 50},
-    {"integrator": "adaptive"},
+    {"integrator": "engine", "method": "transient"},
     {"integrator": "lsoda", "direction": "approach", "settle": "fixed", "periods": 50},
     pytest.param({"integrator": "lsoda", "direction": "approach"}, marks=pytest.mark.long),
 ]

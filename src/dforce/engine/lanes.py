@@ -43,7 +43,7 @@ class Lanes(NamedTuple):
     parts, split, whole
         The parts of the modes, see :class:`dforce.engine.parts.Parts`.
     tones
-        Frequency ratio of each tone, real and imaginary part of the free motion of the tip and of the base's, (lanes, tones, 5).
+        Frequency ratio of each tone, free motion of the tip and motion of the base (real, imaginary), (lanes, tones, 5).
     span, begin, phases
         Length of the intervals over which sums are taken (scaled time), the scaled time at the start of each, (intervals,), and
         the phase of each tone then, (intervals, tones).
@@ -165,7 +165,12 @@ def carved(room: Any, at: int, shape: Any) -> Any:
 @compiled
 def lane_of(lanes: Any, i: int) -> Lane:
     """Return one motion with room to advance it."""
-    numbers, tones, modes, states = unowned(lanes.numbers[i]), lanes.tones[i], lanes.deviation.shape[1], lanes.scale.shape[0]
+    numbers, tones, modes, states = (
+        unowned(lanes.numbers[i]),
+        lanes.tones[i],
+        lanes.deviation.shape[1],
+        lanes.scale.shape[0],
+    )
     q, pairs = lanes.deviation.shape[3], unowned(lanes.pairs)
     tones_count, pair_count = tones.shape[0], pairs.shape[0]
     room = np.zeros(  # as many numbers as all parts below have

@@ -53,15 +53,17 @@ def parts_of(numbers: Array, modes: int, late: int) -> Parts:
         for n in range(modes):
             first = 2 * modes + late * n
             own = [2 * n, 2 * n + 1, *range(first, first + late)]
-            parts[i, n], split[i, n][:, own], whole[i, own, n] = _with_memory(lever[i, n], *memory[i, n], 2 * each)
+            parts[i, n], split[i, n][:, own], whole[i, own, n] = _with_memory(lever[i, n], memory[i, n], 2 * each)
     return Parts(
-        parts.reshape(count, -1, NUMBERS), split.reshape(count, 2 * modes * each, -1), whole.reshape(count, -1, 2 * modes * each)
+        parts.reshape(count, -1, NUMBERS),
+        split.reshape(count, 2 * modes * each, -1),
+        whole.reshape(count, -1, 2 * modes * each),
     )
 
 
-def _with_memory(lever: Array, rates: Array, weights: Array, size: int) -> tuple[Array, Array, Array]:
+def _with_memory(lever: Array, memory: Array, size: int) -> tuple[Array, Array, Array]:
     """Return the numbers of the parts of one mode, and the matrices to them and back; fluid that weighs nothing is left out."""
-    stiff, drag, gain = lever
+    (stiff, drag, gain), (rates, weights) = lever, memory
     matrix = np.diag(np.concatenate([[0.0, -drag], -rates]))
     matrix[0, 1], matrix[1, 0], matrix[1, 2:], matrix[2:, 1] = 1.0, -stiff, weights, rates
     counts = np.append([0, 1], 2 + np.flatnonzero(weights))
