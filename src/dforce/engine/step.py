@@ -272,13 +272,17 @@ def swing_error(ratio: float, push: Any, tip: Any, swing: Any) -> float:
 
 @compiled
 def bend(lane: Any, h: float) -> Any:
-    """Return how far the forces of the step that was tried have moved the tip at its end, and with which velocity."""
-    mode, u, end, moved, fast = lane.mode, lane.u, lane.end, 0.0, 0.0
+    """Return what the forces of the step that was tried do: deflection and velocity at its end, acceleration at both."""
+    mode, u, end, moved, fast, start, last = lane.mode, lane.u, lane.end, 0.0, 0.0, 0.0, 0.0
     for n in range(mode.shape[0]):
         xx, xv, vx, vv, _, _ = propagator(mode[n, 0], mode[n, 1], mode[n, 2], h)
-        moved += end[n, 0, 0] - xx * u[n, 0, 0] - xv * u[n, 1, 0]
-        fast += end[n, 1, 0] - vx * u[n, 0, 0] - vv * u[n, 1, 0]
-    return moved, fast
+        x = end[n, 0, 0] - xx * u[n, 0, 0] - xv * u[n, 1, 0]
+        v = end[n, 1, 0] - vx * u[n, 0, 0] - vv * u[n, 1, 0]
+        moved += x
+        fast += v
+        start += mode[n, 3] * lane.force[0]
+        last += mode[n, 3] * lane.state[F1] - mode[n, 2] * x - 2.0 * mode[n, 0] * v
+    return moved, fast, start, last
 
 
 @compiled
