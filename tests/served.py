@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import json
+import math
 import os
 import queue
 import re
@@ -31,6 +33,7 @@ FLAGS = (
 
 READY = re.compile(r"dForce is ready at (\S+)")
 STARTING = 120.0  # s for a server to start, on a busy machine
+POLLING = 50  # ms; by default a page that is waited for is drawn sixty times a second
 
 
 class Server:
@@ -187,6 +190,7 @@ class Window:
                 return found && Number(found.dataset.revision) > after && !found.classList.contains("stale");
             }""",
             arg=[chart, after],
+            polling=POLLING,
         )
 
     @contextlib.contextmanager
@@ -234,11 +238,17 @@ class Window:
 
     def traces(self, chart: str = ".df-main") -> list[dict[str, list[float]]]:
         """Return the numbers that a chart shows, line by line."""
-        return self.page.evaluate(
-            """(chart) => (document.querySelector(chart + " .df-plot")._fullData ?? []).map(
-                (trace) => ({name: trace.name, meta: trace.meta, x: Array.from(trace.x), y: Array.from(trace.y)}))""",
+        # as one text: Playwright takes arrays apart, number by number
+        found = self.page.evaluate(
+            """(chart) => JSON.stringify((document.querySelector(chart + " .df-plot")._fullData ?? []).map(
+                ({name = null, meta = null, x, y}) => ({name, meta, x: Array.from(x), y: Array.from(y)})))""",
             chart,
         )
+        traces = json.loads(found)
+        for trace in traces:
+            for along in "xy":  # in JSON a gap is null
+                trace[along] = [math.nan if number is None else number for number in trace[along]]
+        return traces
 
     def lines(self, quantity: str, chart: str = ".df-main") -> list[list[float]]:
         """Return the lines that a chart shows of a quantity, y alone."""
@@ -294,11 +304,11 @@ class Window:
             "() => document.querySelectorAll('.df-entry').forEach((one) => { one.dataset.before = true; })"
         )
         yield
-        self.page.wait_for_function("() => !document.querySelector('.df-entry[data-before]')")
+        self.page.wait_for_function("() => !document.querySelector('.df-entry[data-before]')", polling=POLLING)
 
     def holds(self, case: df.Case) -> bool:
         """Return whether a case is there under its own title, without a mistake: who edits it changes the title."""
-        wrong = self.page.locator(".df-error, .df-banner.wrong").count()
+        wrong = self.page.locator(".df-error, .df-banner.wrong:not(.hidden)").count()
         return self.page.get_by_label("title of the case").input_value() == case.title and not wrong
 
     def start(self, name: str = "figure-3-air") -> df.Case:

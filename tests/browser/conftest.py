@@ -29,6 +29,9 @@ def browser():
         if os.environ.get("CI"):
             pytest.fail(missing)
         pytest.skip(missing)
+    from playwright.sync_api import expect
+
+    expect.set_options(timeout=WAIT)
     # no page stays for so long that it pays to compile its scripts once more, to quicker code
     with chromium("--js-flags=--no-opt,--no-maglev") as started:
         yield started

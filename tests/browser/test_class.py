@@ -1,11 +1,15 @@
-"""The story of a teacher: a class joins by a short address, and its cases can be looked at."""
+"""The story of a teacher: a class joins by a short address, and its cases can be looked at; what nobody in a class gets."""
 
 from __future__ import annotations
 
+import json
 import re
 
 import pytest
 from served import Window, served, violations
+
+import dforce as df
+from dforce.gui.document.document import FIRST
 
 AMPLITUDE = "drive.A0"
 
@@ -45,9 +49,8 @@ def test_a_teacher_begins_a_class_sees_who_is_there_and_opens_the_case_of_a_stud
     wall.get_by_text("Nobody is here yet").wait_for()
     assert violations(wall) == []
     ada = joined(visit, shared, "Ada")
-    joined(visit, shared, "Ben")
-    wall.get_by_text("2 here").wait_for()
-    assert wall.get_by_role("listitem").count() == 2
+    wall.get_by_text("1 here").wait_for()
+    assert wall.get_by_role("listitem").count() == 1
     ada.type(AMPLITUDE, "17.5")
     ada.saved("17.5 nm")
     link = wall.get_by_role("link", name="open the case of Ada")
@@ -70,3 +73,46 @@ def test_the_page_of_who_is_there_is_for_the_teacher_alone(visit, shared):
     student.page.goto(f"{shared.home}/class")
     student.page.get_by_text("This page is for the teacher.").wait_for()
     assert not student.page.get_by_role("listitem").count()
+
+
+@pytest.mark.long  # tests/gui/test_limits.py says the same of a case
+def test_in_a_class_one_asks_for_no_more_than_others_can_spare(visit, shared):
+    window = visit(shared)
+    window.type("experiment.zc.points", "200000")
+    error = window.field("experiment.zc.points").locator(".df-error")
+    error.wait_for()
+    assert "the limit of this server" in error.inner_text()
+
+
+def test_in_a_class_a_case_reads_no_file_of_the_teacher(visit, shared, tmp_path):
+    secret = tmp_path / "own.csv"
+    secret.write_text("name,f0,k\nits first cell is a secret,1,1\n")
+    window, said = visit(shared), []
+    for name in (secret, tmp_path / "missing.csv"):
+        file = tmp_path / "case.toml"
+        file.write_text(f'[cantilever]\nname = "mine"\nlibrary = "{name}"\nQ = 200\n[drive]\nA0 = "10 nm"\n')
+        window.page.locator(".df-upload input[type=file]").set_input_files(file)
+        sentence = window.page.locator(".q-notification", has_text="file on the server")
+        sentence.wait_for()
+        said.append(sentence.inner_text())
+        sentence.get_by_role("button", name="Close").click()
+        sentence.wait_for(state="detached")
+    window.shows(df.example(FIRST))
+    assert said[0] == said[1]
+    assert "secret" not in said[0]
+
+
+def test_in_a_class_nobody_sees_what_another_typed_or_computed(visit, shared):
+    one, other = visit(shared), visit(shared)
+    one.type("drive.A0", "4")
+    one.shows(df.example(FIRST).replace("drive.A0", "4 nm"))
+    one.page.get_by_role("button", name="Keep", exact=True).click()
+    one.page.locator(".df-chip").first.wait_for()
+    (identifier,) = [file.stem for file in (shared.folder / "results").rglob("*.nc")]
+    other.page.reload()
+    other.shows(df.example(FIRST))
+    assert other.page.locator(".df-chip").count() == 0
+    for path in (f"/results/{identifier}.nc", f"/{identifier}.nc", f"/download/{identifier}"):
+        assert other.page.request.get(shared.home + path).status == 404
+    kept = [json.loads(file.read_text()) for file in (shared.folder / "sessions").glob("document-*.json")]
+    assert sum(identifier in json.dumps(one) for one in kept) <= 1

@@ -57,6 +57,7 @@ def test_a_limit_is_dragged_along_states_against_a_parameter(window, panel):
     expect(panel.get_by_text("the limit holds")).to_be_visible()
 
 
+@pytest.mark.long  # tests/gui/test_explore.py says the same of a simulated page
 def test_a_plan_is_opened_and_its_settings_are_taken_over(window, panel, tmp_path):
     grid, shares = {"start": "4 nm", "stop": "12 nm", "points": 3}, {"start": 0.6, "stop": 0.9, "points": 2}
     df.write(

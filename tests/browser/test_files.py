@@ -9,10 +9,13 @@ import sys
 
 import numpy as np
 import pytest
+from tiers import some_long
 
 import dforce as df
 from dforce.gui.document.document import EDITED, FIRST, Document
 from dforce.gui.window.address import to_link
+from dforce.gui.window.security import MOST_BYTES
+from dforce.results.files import encoded
 
 AMPLITUDE = "drive.A0"
 
@@ -78,9 +81,12 @@ def test_a_result_is_saved_as_a_table_with_every_point(typed, tmp_path):
         assert np.allclose(column, wanted.amplitude.sel(direction=direction).values.ravel(), rtol=1e-6)
 
 
-@pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
-def test_a_figure_is_saved(typed, tmp_path, ending, start):
-    assert save(typed[0], tmp_path, "Save figure", Format=ending).read_bytes().startswith(start)
+FIGURES = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
+
+
+@pytest.mark.parametrize("ending", some_long(FIGURES, long=(".png", ".svg")))
+def test_a_figure_is_saved(typed, tmp_path, ending):
+    assert save(typed[0], tmp_path, "Save figure", Format=ending).read_bytes().startswith(FIGURES[ending])
 
 
 def test_the_script_that_is_saved_computes_the_same(typed, tmp_path):
@@ -94,6 +100,7 @@ def test_the_script_that_is_saved_computes_the_same(typed, tmp_path):
     assert done.stdout.splitlines()[-1] == "True"
 
 
+@pytest.mark.long  # tests/gui/test_files.py says the same of a simulated page
 def test_a_project_brings_back_the_case_and_the_results(visit, tmp_path):
     window = visit()
     window.page.get_by_role("button", name="Keep", exact=True).click()
@@ -107,61 +114,55 @@ def test_a_project_brings_back_the_case_and_the_results(visit, tmp_path):
     other.page.wait_for_function("(box) => box.value === '8'", arg=box.element_handle())
 
 
-def hostile(tmp_path):
-    """Return files that are no good, by name."""
-    case = df.example("figure-3-air").to_toml()
-    whole = df.write(df.run(df.example("figure-3-air")), tmp_path / "whole.nc").read_bytes()
-    files = {
-        "cut.nc": whole[: len(whole) // 2],
-        "nonsense.txt": b"Colorless green ideas\nsleep furiously\n" * 200,
-        "broken.dforce": b"PK\x03\x04 and then nothing",
-        "broken.nc": b"\x89HDF\r\n\x1a\n" + b"\0" * 64,
-        "broken.toml": b"[cantilever\nf0 = ",
-        "plugin.toml": b'plugins = ["evil.py"]\n' + case.encode(),
-    }
-    for name, content in files.items():
-        (tmp_path / name).write_bytes(content)
-    with (tmp_path / "large.toml").open("wb") as stream:
-        stream.truncate(100_000_000)
-    return [tmp_path / name for name in (*files, "large.toml")]
+HOSTILE = {
+    "cut.nc": lambda: encoded(df.run(df.example("figure-3-air")), ".nc")[:20_000],
+    "nonsense.txt": lambda: b"Colorless green ideas\nsleep furiously\n" * 200,
+    "broken.dforce": lambda: b"PK\x03\x04 and then nothing",
+    "broken.nc": lambda: b"\x89HDF\r\n\x1a\n" + b"\0" * 64,
+    "broken.toml": lambda: b"[cantilever\nf0 = ",
+    "plugin.toml": lambda: b'plugins = ["evil.py"]\n' + df.example("figure-3-air").to_toml().encode(),
+    "large.toml": lambda: bytes(MOST_BYTES + 1),
+}
 
 
-def test_a_file_that_is_no_good_is_refused_in_a_sentence_and_changes_nothing(typed, tmp_path):
+@pytest.mark.parametrize("name", some_long(HOSTILE, long={*HOSTILE} - {"broken.nc", "large.toml"}))
+def test_a_file_that_is_no_good_is_refused_in_a_sentence_and_changes_nothing(typed, tmp_path, name):
     window, case = typed
-    for file in hostile(tmp_path):
-        open_file(window, file)
-        note = window.page.locator(".q-notification")
-        note.wait_for()
-        assert "Error" not in note.inner_text() and "Traceback" not in note.inner_text(), file.name
-        note.get_by_role("button", name="Close").click()
-        note.wait_for(state="detached")
-    window.type("cantilever.Q", "250")
-    window.shows(case.replace("cantilever.Q", 250))
+    (tmp_path / name).write_bytes(HOSTILE[name]())
+    open_file(window, tmp_path / name)
+    note = window.page.locator(".q-notification")
+    note.wait_for()
+    assert "Error" not in note.inner_text() and "Traceback" not in note.inner_text()
+    note.get_by_role("button", name="Close").click()
+    note.wait_for(state="detached")
+    assert window.holds(case)
+    window.shows(case)
 
 
-def links():
-    """Give links that are no good: no case at all, and cases that name what dForce lacks."""
-    yield "colorless-green-ideas"
+def link(**lacking):
+    """Return the link of a case that names what dForce lacks."""
     document = Document.of(df.example("figure-3-air"))
-    yield to_link(document)[:-40]
-    yield to_link(dataclasses.replace(document, table=document.table | {"experiment": {"kind": "figure-99"}}))
-    yield to_link(dataclasses.replace(document, table=document.table | {"forces": [{"model": "phlogiston"}]}))
-    yield to_link(dataclasses.replace(document, table=document.table | {"cantilever": "figure-99"}))
+    return to_link(dataclasses.replace(document, table=document.table | lacking))
 
 
-def test_a_link_that_is_no_good_is_answered_in_a_sentence(window):
-    for link in links():
-        window.page.evaluate("(link) => { location.hash = link; }", link)
-        note = (
-            window.page.locator(".q-notification, .df-form .df-error, .df-banner.wrong").locator("visible=true").first
-        )
-        note.wait_for()
-        assert note.inner_text() and "Error" not in note.inner_text() and "Traceback" not in note.inner_text(), link
-        for close in window.page.locator(".q-notification").get_by_role("button", name="Close").all():
-            close.click()
-        window.start()
-    window.type("cantilever.Q", "250")
-    window.shows(df.example("figure-3-air").replace("cantilever.Q", 250))
+LINKS = {
+    "no link": lambda: "colorless-green-ideas",
+    "cut short": lambda: link()[:-40],
+    "no such experiment": lambda: link(experiment={"kind": "figure-99"}),
+    "no such force": lambda: link(forces=[{"model": "phlogiston"}]),
+    "no such lever": lambda: link(cantilever="figure-99"),
+}
+
+
+@pytest.mark.parametrize("name", some_long(LINKS, long={*LINKS} - {"cut short", "no such force"}))
+def test_a_link_that_is_no_good_is_answered_in_a_sentence(window, name):
+    window.page.evaluate("(link) => { location.hash = link; }", LINKS[name]())
+    note = window.page.locator(".q-notification, .df-form .df-error, .df-banner.wrong").locator("visible=true").first
+    note.wait_for()
+    assert note.inner_text() and "Error" not in note.inner_text() and "Traceback" not in note.inner_text()
+    for close in window.page.locator(".q-notification").get_by_role("button", name="Close").all():
+        close.click()
+    window.start()
 
 
 def test_a_path_in_the_name_of_a_file_leads_nowhere(typed):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
-
 import pytest
+from playwright.sync_api import expect
 
 import dforce as df
 from dforce.gui.case.fields import name_of
@@ -23,13 +22,10 @@ def test_an_example_from_the_menu_shows_its_curves(window):
     window.start("figure-3-water")
 
 
-TYPED = (
-    ("5", "nm", "5 nm"), (" 12 nm", "nm", "12 nm"), ("8,5", "nm", "8.5 nm"), ("0.02 um", "um", "20 nm"),
-    ("1.1e-8 m", "m", "11 nm"),
-)  # fmt: skip
+TYPED = ((" 12 nm", "nm", "12 nm"), ("8,5", "nm", "8.5 nm"), ("0.02 um", "um", "20 nm"), ("1.1e-8 m", "m", "11 nm"))
 MISTAKES = (
-    ("-1", "is not above 0 nm"), ("abc", "is not a number"), ("10 kg", "kg"), ("1,000", "thousands"), ("", "missing"),
-    ("__import__('os')", "is not a number"), ("<img src=x onerror=alert(1)>", "is not a number"),
+    ("-1", "is not above 0 nm"), ("abc", "is not a number"), ("10 kg", "kg"), ("__import__('os')", "is not a number"),
+    ("1,000", "thousands"), ("<img src=x onerror=alert(1)>", "is not a number"), ("", "missing"),
     ("12 nm**9**9**9**9", "is not a unit"),
 )  # fmt: skip
 
@@ -42,16 +38,16 @@ def test_what_is_typed_is_what_is_computed(window):
 
 
 def test_a_mistake_is_said_at_its_field_and_the_curve_waits(window):
-    for (text, sentence), right in zip(MISTAKES, itertools.cycle("89")):
+    for text, sentence in MISTAKES:
         window.type(AMPLITUDE, text)
-        assert sentence in wrong(window, AMPLITUDE), text
+        expect(window.field(AMPLITUDE).locator(".df-error")).to_contain_text(sentence)
         assert window.field(AMPLITUDE).locator("input").get_attribute("aria-invalid") == "true", text
         window.page.locator(".df-main .df-chart.stale").wait_for()
         window.page.locator(".df-setpoint.df-behind").wait_for()  # the numbers below it turn gray by this
-        window.type(AMPLITUDE, right)
-        window.shows(df.example("figure-3-air").replace(AMPLITUDE, f"{right} nm"))
-        assert window.field(AMPLITUDE).locator(".df-error").count() == 0, text
-        window.page.wait_for_function("() => !document.querySelector('.df-chart.stale, .df-behind')")
+    window.type(AMPLITUDE, "8")
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "8 nm"))
+    assert window.field(AMPLITUDE).locator(".df-error").count() == 0
+    window.page.wait_for_function("() => !document.querySelector('.df-chart.stale, .df-behind')")
 
 
 def test_another_unit_shows_another_number_for_the_same_curve(window):
@@ -149,25 +145,3 @@ def test_a_force_is_found_by_its_words(window):
     page.get_by_text("No force has these words").wait_for()
     page.keyboard.press("Escape")
     page.get_by_role("dialog").wait_for(state="detached")
-
-
-def test_the_force_of_an_own_law_follows_each_letter_and_enter_computes_with_it(window):
-    page = window.page
-    page.get_by_role("button", name="remove DMT").click()
-    page.locator(".df-card").wait_for(state="detached")
-    page.get_by_role("button", name="Add a force").click()
-    page.get_by_role("menuitem", name="Own law").click()
-    law = page.locator(".df-law textarea")
-    law.wait_for()
-    own = df.example("figure-3-air").replace(forces=[df.forces.Custom(**df.forces.Custom.example)])
-    window.shows(own)
-    law.fill("-3*P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 + ")
-    page.get_by_text("is not an expression").first.wait_for()
-    with window.redrawn(".df-force"):
-        page.locator(".df-law-names").get_by_role("button", name="P4").click()
-        law.press_sequentially("*0")
-    page.get_by_text("Press Enter to compute with this law").wait_for()
-    window.shows(own)  # as long as Enter is not pressed
-    law.press("Enter")
-    text = "-3*P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 + P4*0"
-    window.shows(own.replace("forces.custom.law", text))

@@ -48,6 +48,7 @@ def points(window, name):
     return next(np.array(trace["y"]) for trace in window.traces() if trace["meta"] == name)
 
 
+@pytest.mark.long  # the story of the experimenter goes the same way
 def test_a_dropped_curve_is_asked_about_drawn_fitted_and_taken_over(measured):
     panel = measured.page.get_by_role("complementary", name="measured curve")
     rows = np.loadtxt(CURVE.read_text().splitlines(), delimiter=",")

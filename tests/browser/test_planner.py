@@ -44,8 +44,8 @@ def test_a_planner_finds_amplitude_and_set_point_that_keep_the_peak_force_low(vi
     expect(panel.get_by_label("second from")).to_have_value("50 %")
     panel.get_by_label("quantity to keep within a limit").select_option("peak_force")
     panel.get_by_label("limit to keep").fill("100 pN")
-    panel.get_by_role("spinbutton", name="in values", exact=True).fill("6")
-    panel.get_by_label("second values").fill("5")
+    panel.get_by_role("spinbutton", name="in values", exact=True).fill("4")
+    panel.get_by_label("second values").fill("3")
     panel.get_by_role("button", name="Compute").click()
     expect(panel.get_by_text("No setting is allowed")).to_be_visible(timeout=WAIT)
     expect(panel.get_by_text("Search beyond, or relax the limit")).to_be_visible()  # so down from the suggested range

@@ -7,6 +7,7 @@ import contextlib
 import numpy as np
 import pytest
 from served import served
+from tiers import some_long
 
 import dforce as df
 from dforce.gui.document.document import FIRST
@@ -56,6 +57,7 @@ def test_a_slider_shows_what_is_typed_right_after_it_was_dragged(window):
     window.shows(df.example("figure-3-air").replace(AMPLITUDE, "9 nm"))
 
 
+@pytest.mark.long  # tests/gui/test_shown.py says the same of a simulated page
 def test_the_result_of_a_run_is_not_drawn_under_the_title_of_the_next_example(window):
     page = window.page
     window.unfold()
@@ -159,7 +161,7 @@ def test_what_could_not_be_sent_stays_in_the_browser_until_the_server_has_it(win
     assert "gone.with.the.form" in first and "gone.with.the.form" not in after
 
 
-@pytest.mark.parametrize("width", [1366, 1024, 620])
+@pytest.mark.parametrize("width", some_long([1366, 1024, 620], long=[1024]))
 def test_nothing_is_wider_than_the_window(window, width):
     window.page.set_viewport_size({"width": width, "height": 768})
     try:

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import base64
 import http.client
-import json
 import os
 import socket
 import urllib.parse
 
 import pytest
-from served import served
-
-import dforce as df
-from dforce.gui.document.document import FIRST
 
 
 def ask(server, path="/", method="GET", headers=None, body=None, known=True):
@@ -128,50 +123,3 @@ def test_what_the_server_keeps_is_for_its_owner_alone(server):
     kept = [server.folder, *(file for file in server.folder.rglob("*") if "secret" in file.name or file.is_dir())]
     if os.name == "posix":
         assert [str(one) for one in kept if one.stat().st_mode & 0o077 and one.parent == server.folder] == []
-
-
-@pytest.fixture(scope="module")
-def shared(tmp_path_factory):
-    with served(tmp_path_factory.mktemp("class"), "--host", "0.0.0.0") as started:
-        yield started
-
-
-def test_in_a_class_one_asks_for_no_more_than_others_can_spare(visit, shared):
-    window = visit(shared)
-    window.type("experiment.zc.points", "200000")
-    error = window.field("experiment.zc.points").locator(".df-error")
-    error.wait_for()
-    assert "the limit of this server" in error.inner_text()
-
-
-def test_in_a_class_a_case_reads_no_file_of_the_teacher(visit, shared, tmp_path):
-    secret = tmp_path / "own.csv"
-    secret.write_text("name,f0,k\nits first cell is a secret,1,1\n")
-    window, said = visit(shared), []
-    for name in (secret, tmp_path / "missing.csv"):
-        file = tmp_path / "case.toml"
-        file.write_text(f'[cantilever]\nname = "mine"\nlibrary = "{name}"\nQ = 200\n[drive]\nA0 = "10 nm"\n')
-        window.page.locator(".df-upload input[type=file]").set_input_files(file)
-        sentence = window.page.locator(".q-notification", has_text="file on the server")
-        sentence.wait_for()
-        said.append(sentence.inner_text())
-        window.page.reload()  # sooner than the sentence goes away by itself
-        window.shows(df.example(FIRST))
-    assert said[0] == said[1]
-    assert "secret" not in said[0]
-
-
-def test_in_a_class_nobody_sees_what_another_typed_or_computed(visit, shared):
-    one, other = visit(shared), visit(shared)
-    one.type("drive.A0", "4")
-    one.shows(df.example(FIRST).replace("drive.A0", "4 nm"))
-    one.page.get_by_role("button", name="Keep", exact=True).click()
-    one.page.locator(".df-chip").first.wait_for()
-    (identifier,) = [file.stem for file in (shared.folder / "results").rglob("*.nc")]
-    other.page.reload()
-    other.shows(df.example(FIRST))
-    assert other.page.locator(".df-chip").count() == 0
-    for path in (f"/results/{identifier}.nc", f"/{identifier}.nc", f"/download/{identifier}"):
-        assert other.page.request.get(shared.home + path).status == 404
-    kept = [json.loads(file.read_text()) for file in (shared.folder / "sessions").glob("document-*.json")]
-    assert sum(identifier in json.dumps(one) for one in kept) <= 1

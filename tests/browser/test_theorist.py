@@ -13,6 +13,15 @@ def amplitude(case: df.Case) -> Array:
     return df.run(case)["amplitude"].isel(direction=0, tone=0).values * 1e9
 
 
+def shown(window, wanted: Array) -> None:
+    """Wait until the chart has a line of amplitudes."""
+    window.page.wait_for_function(
+        """(wanted) => document.querySelector(".df-main .df-plot")._fullData.some((trace) => trace.meta === "amplitude"
+            && trace.y.length === wanted.length && trace.y.every((y, n) => Math.abs(y - wanted[n]) < 1e-5))""",
+        arg=wanted.tolist(),
+    )
+
+
 def test_a_theorist_writes_a_law_sees_its_force_and_compares_it_with_dmt(visit):
     window = visit()
     page = window.page
@@ -29,6 +38,8 @@ def test_a_theorist_writes_a_law_sees_its_force_and_compares_it_with_dmt(visit):
     page.get_by_role("menuitem", name="Own law").click()
     law = page.get_by_label("The force", exact=True)
     law.wait_for()
+    example = amplitude(dmt.replace(forces=[df.forces.Custom(**df.forces.Custom.example)]))
+    shown(window, example)
 
     law.fill("")
     page.get_by_text("The force is empty").wait_for()
@@ -44,17 +55,15 @@ def test_a_theorist_writes_a_law_sees_its_force_and_compares_it_with_dmt(visit):
         law.fill("-P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5")
     assert window.revision(".df-force") > before
     assert violations(page, within=".df-law") == []
+    page.get_by_text("Press Enter to compute with this law").wait_for()
+    shown(window, example)  # as long as Enter is not pressed
     law.press("Enter")
 
     own = df.forces.Custom(
         **{**df.forces.Custom.example, "law": "-P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5"}
     )
     wanted = amplitude(dmt.replace(forces=[own]))
-    page.wait_for_function(
-        """(wanted) => document.querySelector(".df-main .df-plot")._fullData.some((trace) => trace.meta === "amplitude"
-            && trace.y.length === wanted.length && trace.y.every((y, n) => Math.abs(y - wanted[n]) < 1e-5))""",
-        arg=wanted.tolist(),
-    )
+    shown(window, wanted)
     kept = amplitude(dmt)
     assert max(abs(kept - wanted)) > 1e-2
     assert any(len(line) == len(kept) and max(abs(line - kept)) < 1e-5 for line in window.lines("amplitude"))

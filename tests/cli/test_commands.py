@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import synthetic
 from every import every
+from tiers import some_long
 from typer.testing import CliRunner
 
 import dforce as df
@@ -477,7 +478,10 @@ main()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals as a terminal or a batch queue sends them")
-@pytest.mark.parametrize("sent", [(signal.SIGINT,), (signal.SIGTERM,), (signal.SIGTERM, signal.SIGTERM)])
+@pytest.mark.parametrize(
+    "sent",
+    [(signal.SIGINT,), pytest.param((signal.SIGTERM,), marks=pytest.mark.long), (signal.SIGTERM, signal.SIGTERM)],
+)
 def test_a_real_ctrl_c_or_sigterm_keeps_the_points_and_ends_with_130(here, sent):
     path = os.pathsep.join([str(Path(synthetic.__file__).parent), *sys.path])
     child = subprocess.Popen(
@@ -494,7 +498,7 @@ def test_a_real_ctrl_c_or_sigterm_keeps_the_points_and_ends_with_130(here, sent)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals as a terminal or a batch queue sends them")
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
 def test_a_stop_while_the_result_is_written_loses_nothing(here, sent):
     path = os.pathsep.join([str(Path(synthetic.__file__).parent), *sys.path])
     script = STOPPED_LATE.format(number=int(sent))
@@ -504,7 +508,7 @@ def test_a_stop_while_the_result_is_written_loses_nothing(here, sent):
     assert not df.read("case.nc").attrs["interrupted"]
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "cp437", "cp1252"])
+@pytest.mark.parametrize("encoding", some_long(["ascii", "cp437", "cp1252"], long=["cp437", "cp1252"]))
 def test_a_console_without_utf_8_shows_everything(encoding):
     for words in (("models", "kelvin_voigt"), ("models",), ("examples",), ("--help",)):
         done = program(*words, env={"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"})

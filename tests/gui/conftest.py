@@ -4,6 +4,7 @@ import functools
 
 import pytest
 
+from dforce.gui.curves.states import RECENT_STATES
 from dforce.gui.document.compute import RECENT
 from dforce.gui.files import file_menu
 from dforce.gui.window import dialogs
@@ -12,6 +13,7 @@ from dforce.gui.window import dialogs
 @pytest.fixture(autouse=True)
 def _no_recent_curves():
     RECENT.clear()
+    RECENT_STATES.clear()
 
 
 @pytest.fixture

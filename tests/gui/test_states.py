@@ -12,6 +12,7 @@ from simulated import element, send, until, window
 import dforce as df
 from dforce.findings.coexisting import coexisting
 from dforce.findings.set_point import at_distance
+from dforce.gui.curves import states
 from dforce.gui.curves.states import StatesTable
 from dforce.gui.document.document import Document
 
@@ -87,5 +88,18 @@ def test_faint_states_come_under_the_curve_once_nothing_changes(tmp_path):
             assert float(spot.result["zc"][spot.places["point"]]) == line.x[place]
             page.view.edit(page.view.document.put(("drive", "A0"), "19 nm"), name="slide A0")
             assert plots.states.of(dataclasses.replace(page.view.curve, document=page.view.document)) is None
+
+    asyncio.run(flow())
+
+
+def test_states_that_one_page_found_are_not_looked_for_by_another(tmp_path, monkeypatch):
+    async def flow():
+        async with window(tmp_path / "one") as (_, page):
+            await until(lambda: page.plots.states.of(page.view.curve) is not None, 120.0)
+            found = page.plots.states.of(page.view.curve)
+        monkeypatch.setattr(states, "coexisting", pytest.fail)
+        async with window(tmp_path / "other") as (_, page):
+            await until(lambda: page.plots.states.of(page.view.curve) is not None)
+            assert page.plots.states.of(page.view.curve).equals(found)
 
     asyncio.run(flow())

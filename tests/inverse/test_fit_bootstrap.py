@@ -40,7 +40,7 @@ def test_the_bootstrap_finds_the_noise_that_is_there() -> None:
 
 
 def test_a_prior_is_redrawn_and_a_fit_done_again_draws_the_same() -> None:
-    settings = {"nuisance": ["zc_offset"], "search": False, "bootstrap": 40}
+    settings = {"nuisance": ["zc_offset"], "search": False, "bootstrap": 20}
     fit = df.fit(fc.case_of("air"), fc.data_of("air"), free=[H], priors={"cantilever.Q": (255.0, 5.0)}, **settings)
     assert float(fit["bootstrap_value"].sel(parameter="cantilever.Q").std()) == pytest.approx(5.0, rel=0.4)
     again = df.fit_again(fit)

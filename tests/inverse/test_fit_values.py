@@ -50,6 +50,7 @@ def test_stiff_curve_gives_the_reference_values(stiff: xr.Dataset) -> None:
     assert float(stiff["correlation"].sel(parameter=E, parameter_2="zc_offset")) == pytest.approx(0.9197, abs=0.01)
 
 
+@pytest.mark.long
 def test_stiff_curve_with_a_prior_of_Q_gives_the_reference_values() -> None:
     fit = fitted("stiff", [E, H, ETA], priors={"cantilever.Q": (180.0, 3.6)})
     reference = STIFF | {E: (2.0416e9, 0.12e9), H: (5.925e-20, 2.9e-21), "cantilever.Q": (179.99, 3.6)}

@@ -48,6 +48,7 @@ def test_a_soft_sample_is_reached_below_the_range_of_a_stiff_one():
     assert float(last["max_indentation"]) == pytest.approx(0.859803e-9, rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_fit_gives_its_best_case(stiff):
     fit = fc.result().assign_attrs(case=fc.case_of("stiff").to_toml(complete=True))
     np.testing.assert_array_equal(df.safe_settings(fit, "3 nN", "80 %")["peak_force"], stiff["peak_force"])

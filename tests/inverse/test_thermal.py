@@ -6,6 +6,7 @@ import measured_curve
 import numpy as np
 import pytest
 from scipy import integrate
+from tiers import some_long
 
 import dforce as df
 from dforce.instrument import beam
@@ -91,7 +92,7 @@ def test_the_density_integrates_to_equipartition():
     assert area == pytest.approx(BOLTZMANN * 298.15 / K, rel=2e-4)  # the rest lies above 43 f0 and below 10 Hz
 
 
-@pytest.mark.parametrize("averages", [1, 20])
+@pytest.mark.parametrize("averages", some_long([1, 20], [20]))
 def test_errors_are_right_over_many_spectra(tmp_path, averages):
     pulls = []
     for seed in range(DRAWS):

@@ -226,7 +226,7 @@ RUN_BY_PYTHON = {
 }
 
 
-@pytest.mark.parametrize("name", some_long(RUN_BY_PYTHON, ["memory"]))
+@pytest.mark.parametrize("name", some_long(RUN_BY_PYTHON, ["memory", "two modes and tones"]))
 def test_solvers_run_by_python_give_the_same_numbers(name, no_solvers, monkeypatch):
     asked, used = RUN_BY_PYTHON[name], []
     full = df.run(asked)

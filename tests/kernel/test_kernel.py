@@ -414,6 +414,7 @@ def test_without_a_folder_for_kernels_everything_still_works_and_one_sentence_sa
     assert not path.exists()
 
 
+@pytest.mark.long
 def test_a_cache_of_another_processor_is_left_alone_and_one_says_that_it_compiles(tmp_path):
     cache = tmp_path / "cache"
     finish(start(tmp_path, cache))

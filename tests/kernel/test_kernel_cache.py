@@ -351,7 +351,9 @@ def test_a_setting_of_numba_that_changes_the_code_is_another_kernel(monkeypatch)
     [
         ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT turns off numba"),
         ("NUMBA_NUM_THREADS", "0", "check the environment variable NUMBA_NUM_THREADS"),
-        ("NUMBA_NUM_THREADS", "-3", "check the environment variable NUMBA_NUM_THREADS"),
+        pytest.param(
+            "NUMBA_NUM_THREADS", "-3", "check the environment variable NUMBA_NUM_THREADS", marks=pytest.mark.long
+        ),
         ("NUMBA_NUM_THREADS", "x", "its associated value 'x' could not be parsed; check the environment variable"),
     ],
 )

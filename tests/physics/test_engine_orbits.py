@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tiers import some_long
 
 import dforce as df
 
@@ -38,7 +39,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", some_long(CASES, ["DMT and drag"]))
 def test_the_engine_finds_the_orbits_of_rk4(name):
     plain, found = (
         df.run(df.Case(**CASES[name], solver={"integrator": integrator})) for integrator in ("rk4", "engine")

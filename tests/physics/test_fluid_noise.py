@@ -227,6 +227,7 @@ def test_noise_of_the_free_lever_is_the_integral_over_its_spectrum(bandwidth, po
     assert np.trace(found.quadratures[0]) / 2.0 == pytest.approx(wanted, rel=1e-6, abs=0.0)
 
 
+@pytest.mark.long
 def test_noise_along_a_curve_agrees_with_lanes():
     # cold, so that the noise is small against the lengths on which the force changes
     asked = case(
@@ -326,6 +327,7 @@ def test_rate_across_a_barrier_is_that_of_lever_and_fluid_together():
     assert found.switching_rate.item() > 1.1 * constant.switching_rate.item()
 
 
+@pytest.mark.long
 def test_simulated_lanes_of_lever_and_fluid_snap_in_at_that_rate():
     integrator, start = started(SOFT, 1.6e-9)
     expected = df.snap_in_rate(SOFT, 1.6e-9)

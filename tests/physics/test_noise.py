@@ -20,6 +20,7 @@ from compiled import (
 from last_bits import put_levers_off
 from scipy.integrate import quad, solve_ivp
 from scipy.linalg import solve_discrete_lyapunov
+from tiers import some_long
 
 import dforce as df
 from dforce.core.errors import ParameterError, ResultError
@@ -330,7 +331,7 @@ def test_unstable_states_have_no_noise_and_fragile_ones_much():
     assert nearest > 3.0 * np.nanmedian(fragile.phase_noise.values)
 
 
-@pytest.mark.parametrize("ulps", [0, 1, -1, 2, -2])
+@pytest.mark.parametrize("ulps", some_long([0, 1, -1, 2, -2], [1, 2, -2]))
 def test_stability_multipliers_escape_and_noise_are_one_decision_whatever_the_last_bits(monkeypatch, ulps):
     put_levers_off(monkeypatch, ulps)
     states = df.run(df.example("figure-3-branches"))

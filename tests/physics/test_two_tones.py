@@ -47,11 +47,23 @@ def test_fm_fm_curve_passes_the_values_of_an_independent_balance():
     assert found.phase.values[0] == pytest.approx(90.0, abs=0.1)
 
 
-def test_set_point_of_am_fm_lies_on_its_curve():
-    curve = df.run(df.example("am-fm"))
-    met = df.at_set_point(curve, 0.8)
-    zc = np.interp(0.8, *(curve.sortby("zc")[name].values for name in ("amplitude_ratio", "zc")))
-    assert met.sizes["crossing"] == 1 and met["zc"].item() == pytest.approx(zc, abs=1e-12)
+def test_set_points_of_two_tones_are_solved_with_the_distance_as_an_unknown():
+    coarse = {"kind": "approach", "zc": {"start": "7 nm", "stop": "3 nm", "points": 11}}
+    am_fm_case = df.example("am-fm").replace("experiment", coarse)
+    fm_fm_case = FM_FM.replace(
+        "experiment", {"kind": "approach", "zc": {"start": "4.4 nm", "stop": "4 nm", "points": 5}}
+    )
+    for case_, name, wanted, asked in (
+        (am_fm_case, "amplitude_ratio", 0.8, {"set_point": 0.8}),
+        (fm_fm_case, "frequency_shift", 300.0, {"frequency_shift": "300 Hz"}),
+    ):
+        met = df.at_set_point(df.run(case_), **asked)
+        assert met.sizes["crossing"] == 1 and met["solved"].all()
+        assert float(np.ravel(met[name])[0]) == pytest.approx(wanted, rel=1e-9)
+        there = df.dwell(case_, float(met["zc"][0]))
+        assert float(np.ravel(there[name])[0]) == pytest.approx(wanted, rel=1e-5)
+        assert float(there["peak_force"]) == pytest.approx(float(met["peak_force"][0]), rel=1e-4)
+        np.testing.assert_allclose(there["frequency_shift"], met["frequency_shift"].values[0], rtol=1e-5, atol=1e-3)
 
 
 def test_torus_is_the_motion_that_stays_in_time_without_controllers(am_fm):
@@ -115,7 +127,14 @@ def test_controllers_in_time_find_the_tori_of_random_cases(seed):
 @pytest.mark.parametrize(
     "change",
     [
-        {"forces": [df.forces.JKR(surface_energy="10 mJ/m^2")], "drive": {"tones": TAPPING}, "tip": {"radius": 2e-9}},
+        pytest.param(
+            {
+                "forces": [df.forces.JKR(surface_energy="10 mJ/m^2")],
+                "drive": {"tones": TAPPING},
+                "tip": {"radius": 2e-9},
+            },
+            marks=pytest.mark.long,
+        ),
         {"drive": {"excitation": "base", "tones": [TAPPING[0], TAPPING[1] | {"lag": "180 deg"}]}},
     ],
     ids=["branches", "base"],

@@ -61,7 +61,10 @@ SOLVERS = [
     {"method": "periodic", "protocol": "stepwise"},
     # the motion at the end of 51 periods and 8 measured ones is in the middle of a common period
     {"case": df.example("figure-6"), "direction": "approach", "settle": "fixed", "periods": 51},
-    {"case": df.example("table-1-bimodal"), "direction": "approach", "settle": "fixed", "periods": 51},
+    pytest.param(
+        {"case": df.example("table-1-bimodal"), "direction": "approach", "settle": "fixed", "periods": 51},
+        marks=pytest.mark.long,
+    ),
     {"integrator": "rk4", "direction": "approach", "settle": "fixed", "periods": 50},
     {"integrator": "adaptive"},
     {"integrator": "lsoda", "direction": "approach", "settle": "fixed", "periods": 50},
@@ -146,8 +149,7 @@ def undisturbed(name):
 
 
 @pytest.mark.parametrize(
-    "name",
-    some_long(SLOW_CHANGES, ["of two taps", "over four folds of the frequency", "of a motion that loses its period"]),
+    "name", some_long(SLOW_CHANGES, {*SLOW_CHANGES} - {"over both folds and back", "of a force with memory"})
 )
 def test_a_slow_change_stopped_anywhere_goes_on_to_the_same_numbers_bit_for_bit(name, tmp_path, monkeypatch):
     monkeypatch.setattr(transient, "CHUNK_SECONDS", 1e9)  # so that each run looks at its progress at the same places
@@ -170,15 +172,18 @@ def test_a_slow_change_stopped_anywhere_goes_on_to_the_same_numbers_bit_for_bit(
     assert begun >= {0, CHUNK}
 
 
+@functools.cache
+def sudden_steps(method):
+    """Return a case, and the result of a run that nothing stops."""
+    experiment = {"kind": "approach", "zc": grid(11, 9, 21), "protocol": "stepwise"}
+    case = df.example("figure-3-air-jump").replace("solver.method", method, experiment=experiment)
+    return case, df.run(case)
+
+
 @pytest.mark.parametrize("method", ["periodic", "transient"])
 @pytest.mark.parametrize("points", range(15, 19))
 def test_sudden_steps_stopped_beside_a_jump_find_it_when_they_go_on(points, method):
-    case = (
-        df.example("figure-3-air-jump")
-        .replace("solver.method", method)
-        .replace(experiment={"kind": "approach", "zc": grid(11, 9, 21), "protocol": "stepwise"})
-    )
-    whole = df.run(case)
+    case, whole = sudden_steps(method)
     assert whole.jump_zc.values == pytest.approx([9.3e-9])  # from the 17th point to the 18th
     part = df.run(case, stop_after(points))
     assert points_of(part) == points
@@ -204,7 +209,7 @@ def resonance_curve_in_steps(method):
     return case, df.run(case)
 
 
-@pytest.mark.parametrize("points", [1, 31, 50])
+@pytest.mark.parametrize("points", some_long([1, 31, 50], long=[1, 50]))
 @pytest.mark.parametrize("method", ["periodic", "transient"])
 def test_a_stopped_resonance_curve_in_steps_goes_on_from_where_it_was(points, method, tmp_path):
     case, whole = resonance_curve_in_steps(method)

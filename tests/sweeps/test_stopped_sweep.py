@@ -81,11 +81,12 @@ def undisturbed(name: str, method: str) -> xr.Dataset:
 @pytest.mark.parametrize(
     ("name", "method", "points"),
     [
-        ("numbers", "periodic", 1), ("numbers", "periodic", 185), ("numbers", "transient", 50), ("a choice", "periodic", 150),
+        ("numbers", "periodic", 1), ("numbers", "periodic", 185), ("a choice", "periodic", 150),
         *(
             pytest.param(*one, marks=pytest.mark.long)
             for one in (
-                ("numbers", "periodic", 0), ("numbers", "periodic", 50), ("numbers", "transient", 203),
+                ("numbers", "periodic", 0), ("numbers", "periodic", 50), ("numbers", "transient", 50),
+                ("numbers", "transient", 203),
                 ("a choice", "periodic", 50), ("a choice", "periodic", 255),
             )
         ),

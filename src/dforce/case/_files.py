@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dforce import library
 from dforce.case._case import Case
+from dforce.case.paths import with_number
 from dforce.core.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
 from dforce.core.files import beside, exists, read_input, write_whole
 from dforce.core.toml import LONGEST
@@ -80,14 +82,41 @@ def case_of(result: xr.Dataset) -> Case:
     ParameterError
         When the result carries none.
     """
+    return next(cases_of(result, [{}]))
+
+
+def has_parameters(result: xr.Dataset) -> bool:
+    """Return whether a result has the values of all parameters of its sweep: a part of it may have lost some."""
+    return all(_name_of(path, result) for path in str(result.attrs.get("over", "")).split())
+
+
+def _name_of(path: str, result: xr.Dataset) -> str:
+    return next((name for name in (path, path.rsplit(".", maxsplit=1)[-1]) if name in result.coords), "")
+
+
+def cases_of(result: xr.Dataset, places: Iterable[Mapping[str, int]]) -> Iterator[Case]:
+    """Give the cases of a sweep at places along its dimensions; dimensions that are left out keep the value of the case.
+
+    Raises
+    ------
+    ParameterError
+        When the result carries no case.
+    """
     try:
-        case = Case.from_toml(str(result.attrs.get("case", "")))
-        case = case.model_copy(update={"sweep": None})
+        case = Case.from_toml(str(result.attrs.get("case", ""))).model_copy(update={"sweep": None})
+        axes = []
         for path in str(result.attrs.get("over", "")).split():
-            name = next((name for name in (path, path.split(".")[-1]) if name in result.coords), "")
-            if name and result[name].ndim == 0:
-                case = case.replace(path, result[name].item())
-        return case
+            name = _name_of(path, result)
+            if name:
+                axes.append((path, result.variables[name]))
+        for place in places:
+            one = case
+            for path, axis in axes:
+                if set(axis.dims) <= set(place):
+                    value = axis.values[tuple(place[str(dim)] for dim in axis.dims)].item()
+                    is_number = "units" in axis.attrs  # of the instrument, the sample or a force: it was validated
+                    one = with_number(one, path, value) if is_number else one.replace(path, value)
+            yield one
     except DForceError as error:
         raise ParameterError(f"the result does not contain its case: {error}") from None
 

@@ -92,6 +92,7 @@ def place_of(case: Parameters, path: str) -> tuple[str | int, ...]:
 def with_number(case: P, path: str, value: float) -> P:
     """Return a copy of a case with a number at a path, without any check; it serves to build problems from."""
     copied: P = _copied(case, _steps(case, path), value, path)
+    copied.__dict__.pop("problem", None)  # that of the case before
     return copied
 
 

@@ -42,6 +42,7 @@ CLOSE, BELOW, LOW_Q = 0.1, -0.5, 10.0
 
 
 @seldom_collected()
+@early_answers()
 def run(
     *,
     case: CaseName,
@@ -93,7 +94,7 @@ def run(
         _check_states(source.case, plot)
     start = time.monotonic()
     with late_stop_waits() as late:  # until the result is written
-        with ProgressBar(source.case.title or source.stem, shown=not printed.quiet) as bar, early_answers():
+        with ProgressBar(source.case.title or source.stem, shown=not printed.quiet) as bar:
             result = df.run(source.case, progress=bar, resume=source.result if continued else None)
         seconds = time.monotonic() - start
         if late.asked:  # nothing is left to be continued
@@ -197,7 +198,7 @@ def _check_states(case: df.Case, plot: Path | None) -> None:
 
 def _draw_states(case: df.Case, curve: xr.Dataset, plot: Path, width: str | None, quiet: bool) -> xr.Dataset:
     """Draw a curve anew with all states behind it, unless their computation is stopped; return the states."""
-    with ProgressBar("all states", shown=not quiet) as bar, early_answers():
+    with ProgressBar("all states", shown=not quiet) as bar:
         found = df.branches(case, zc=(float(curve["zc"].max()), float(curve["zc"].min())), progress=bar)
     if not found.attrs.get("interrupted"):
         df.plot.save(df.plot.overview(curve, df.plot.Sheet(), found), plot, width=width)

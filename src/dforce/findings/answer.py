@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from dforce.core.errors import checked
 from dforce.core.notation import plain_math
 from dforce.core.units import parse_share, show
+from dforce.findings.crossings import RATIO, SHIFT
 from dforce.findings.others import fitted
-from dforce.findings.set_point import RATIO, SHIFT, SetPointState, states_at, why_none
+from dforce.findings.set_point import SetPointState, states_at, why_none
 from dforce.findings.summary import summary
 from dforce.results.curves import goes_along, row_of
 from dforce.results.kinds import is_kind, swept

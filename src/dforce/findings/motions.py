@@ -12,9 +12,10 @@ import numpy as np
 from dforce.case import case_of
 from dforce.core.errors import DForceError
 from dforce.experiments.base import SET_POINT
+from dforce.findings.crossings import RATIO
 from dforce.findings.finding import Finding, finding, number
 from dforce.findings.jumps import Jump, jumps, jumps_of_all
-from dforce.findings.set_point import RATIO, SetPointState, regime, states_at
+from dforce.findings.set_point import SetPointState, regime, states_at
 from dforce.results.curves import goes_along
 from dforce.results.kinds import measured, swept
 from dforce.results.significance import is_none, scaled

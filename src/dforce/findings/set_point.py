@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.case import case_of
-from dforce.core.arrays import AnyArray
 from dforce.core.errors import ParameterError, UnitError, checked, nearest
-from dforce.core.quantities import MOTION
 from dforce.core.units import parse, parse_share
-from dforce.findings.jumps import jumps_of_all
-from dforce.results.curves import by_case, drawable, goes_along, row_of
+from dforce.findings.crossings import RATIO, SHIFT, Crossings
+from dforce.results.curves import drawable, goes_along, row_of
 from dforce.results.dataset import COLUMN_DIMS
 from dforce.results.kinds import swept
 from dforce.results.significance import ERRORS, is_none
@@ -23,9 +20,6 @@ from dforce.results.status import check_computed, repeats
 
 if TYPE_CHECKING:
     import xarray as xr
-
-RATIO, SHIFT = "amplitude_ratio", "frequency_shift"
-HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees); that of a phase lag is 270
 
 
 @checked
@@ -39,10 +33,11 @@ def at_set_point(
 
     .. math:: A / A_0 = \text{set point}
 
-    States of a curve under a lock are solved, with the distance as one more unknown. Any other lies on a straight line between
-    two neighboring points of a curve, but never across a jump or beside a point that did not settle. The result lists its
-    jumps. If the states are not carried from point to point, or have no orbits, a sudden
-    step counts as a jump (:func:`dforce.summary`).
+    A state is solved from two neighboring points of a curve along the distance, or of branches, with the parameter as one
+    more unknown; then `solved` is True. Motions found in time and frequency sweeps are read on a straight line between the
+    points. No state is sought across a jump or beside a point that did not settle. The result lists
+    its jumps. If the states are not carried from point to point, or have no orbits, a sudden step counts as a jump
+    (:func:`dforce.summary`).
 
     Parameters
     ----------
@@ -58,9 +53,9 @@ def at_set_point(
     Returns
     -------
     xarray.Dataset
-        The quantities over `crossing`, with the coordinate of the curve, and `direction` and `stable` if the curve has them. If
-        the result contains the virial, also `regime` (:func:`regime`). For a sweep its parameters come first; cases with fewer
-        states end in NaN (and empty words).
+        The quantities over `crossing`, with the coordinate of the curve, `solved`, and `direction` and `stable` if the curve
+        has them. If the result contains the virial, also `regime` (:func:`regime`). For a sweep its parameters come first;
+        cases with fewer states end in NaN (and empty words).
 
     Raises
     ------
@@ -113,12 +108,12 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
     for name in wanted:
         if name not in known:
             raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
-    found = _Crossings.of(result, along, row, over, met, value)
-    variables = {name: found.read(result, name) for name in wanted}
-    is_of_one_tone = "held" in result.attrs and result.sizes.get("tone", 1) == 1
-    is_solved = is_of_one_tone and met != "zc" and along == "zc" and not over and MOTION in result
-    if is_solved and len(found.case):
-        variables |= found.solved(result, met, value, variables)
+    found = Crossings.of(result, along, row, over, met, value)
+    values = {name: found.read(result, name) for name in wanted}
+    columns, solved = found.solved(result, along, met, value)
+    for name in wanted.keys() & columns.keys():
+        values[name][solved] = columns[name][solved]
+    variables = {name: found.laid_out(result, name, one) for name, one in values.items()}
     coords: dict[str, Any] = {name: variables.pop(name) for name in dict.fromkeys((along, "zc")) if name in variables}
     if "virial" in variables:
         dims, virial, _ = variables["virial"]
@@ -129,6 +124,7 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
     if "stable" in result:
         stable = result["stable"].values.astype(bool)
         coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
+    coords["solved"] = found.table(solved, False)
     if over:
         coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
     return xr.Dataset(variables, coords, {"along": along})
@@ -273,94 +269,3 @@ def why_none(curve: xr.Dataset, set_point: float) -> str:
         f"No state at {share}: A/A0 on this curve is {100.0 * low:.3g} to {100.0 * high:.3g} %. "
         f"Let experiment.zc {end}."
     )
-
-
-@dataclass(frozen=True)
-class _Crossings:
-    """Where curves meet the value of a quantity, such as a set point.
-
-    Attributes
-    ----------
-    row, over, shape
-        The dimension of the curves' points; those of a sweep's parameters, and their sizes.
-    case, way
-        Number of the case, and of the direction, of each state.
-    before, after, share
-        The points before and after it, and how far between them it lies.
-    """
-
-    row: str
-    over: Sequence[str]
-    shape: tuple[int, ...]
-    case: AnyArray
-    way: AnyArray
-    before: AnyArray
-    after: AnyArray
-    share: AnyArray
-
-    @classmethod
-    def of(cls, result: xr.Dataset, along: str, row: str, over: Sequence[str], met: str, value: float) -> _Crossings:
-        """Find the states at which the quantity `met` has a value."""
-        of_branches = "branch" in result
-        above, status = (by_case(result, name, row, over) for name in (met, "status"))
-        above = above[..., 0] if above.ndim > status.ndim else above  # of several tones the first
-        above = np.where(repeats(status), above - value, np.nan)
-        x = result.variables[along].values
-        order = np.arange(len(x)) if of_branches else np.argsort(x, kind="stable")
-        sorted_ = above[..., order]
-        apart = np.zeros(
-            (*above.shape[:2], len(x)), dtype=bool
-        )  # whether a point and the next are no neighbors; the last
-        apart[..., -1] = True
-        if of_branches:
-            apart[..., :-1] = np.diff(result["branch"].values) != 0
-        else:
-            place = np.argsort(order)
-            for number, direction, jumps in jumps_of_all(result, along):
-                for jump in jumps:
-                    low, high = sorted((place[jump.before], place[jump.after]))
-                    apart[number, direction, low:high] = True
-        beyond = np.append(sorted_[..., 1:], np.full((*above.shape[:2], 1), np.nan), axis=-1)
-        crossed = (sorted_ == 0.0) | ((sorted_ * beyond < 0.0) & ~apart)
-        case, way, first = np.nonzero(crossed)
-        here, there = sorted_[crossed], beyond[crossed]
-        between = here != 0.0
-        share = np.divide(here, here - there, out=np.zeros(len(here)), where=between)
-        shape = tuple(result.sizes[name] for name in over)
-        return cls(row, over, shape, case, way, order[first], order[first + between], share)
-
-    def table(self, values: AnyArray, fill: object) -> tuple[tuple[str, ...], AnyArray]:
-        """Return values of the states over the parameters and `crossing`, with their dimensions."""
-        counts = np.bincount(self.case, minlength=int(np.prod(self.shape)))
-        number = np.arange(len(self.case)) - np.repeat(np.cumsum(counts) - counts, counts)
-        out = np.full((len(counts), int(counts.max(initial=0)), *values.shape[1:]), fill, dtype=values.dtype)
-        out[self.case, number] = values
-        return (*self.over, "crossing"), out.reshape(*self.shape, *out.shape[1:])
-
-    def solved(self, result: xr.Dataset, met: str, value: float, read: Mapping[str, Any]) -> dict[str, Any]:
-        """Return quantities of the states of a lock as they are solved, where `read` has those on straight lines."""
-        from dforce.procedures.locked import at_value  # loads the compiler
-
-        near = {name: self.read(result, name)[1] for name in ("zc", "drive_frequency", "drive_ratio", MOTION)}
-        columns, good = at_value(case_of(result), met, value, near)
-        out = {}
-        for name, (dims, values, attrs) in read.items():
-            if name in columns:
-                values[good] = columns[name][good]
-            out[name] = dims, values, attrs
-        return out
-
-    def read(self, result: xr.Dataset, name: str) -> tuple[tuple[str, ...], AnyArray, dict[Any, Any]]:
-        """Return a quantity of the states, with its dimensions and attributes; an angle goes the shorter way round."""
-        values = by_case(result, name, self.row, self.over)
-        before, after = (values[self.case, self.way, place] for place in (self.before, self.after))
-        share = self.share.reshape(-1, *[1] * (before.ndim - 1))
-        found = (1.0 - share) * before + share * after
-        variable = result.variables[name]
-        if variable.attrs.get("units") == "degree":
-            highest, change = HIGHEST.get(name, 270.0), after - before
-            short = before + share * (180.0 - (180.0 - change) % 360.0)
-            found = np.where(np.abs(change) > 180.0, highest - (highest - short) % 360.0, found)
-        dims, table = self.table(found, np.nan)
-        own = (str(dim) for dim in variable.dims if dim not in (self.row, "direction", *self.over))
-        return (*dims, *own), table, dict(variable.attrs)

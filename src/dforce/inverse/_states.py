@@ -12,10 +12,10 @@ from dforce.case import Case
 from dforce.case.paths import value_at, with_number
 from dforce.core.arrays import Array, Bools, Texts
 from dforce.inverse.wishes import Goal
-from dforce.maps.operating import OperatingPoints, Wanted, solve
 from dforce.maps.seeds import Curves
 from dforce.problem import Problem
-from dforce.procedures.motion import in_si, scaled
+from dforce.procedures.motion import scaled
+from dforce.procedures.operating import OperatingPoints, Wanted, solve
 from dforce.solvers.blocks import side_by_side
 from dforce.solvers.states import States
 
@@ -82,21 +82,14 @@ class Solver:
         """Return the operating points near some; their motions are written into `points`."""
         problems = [self.problem(values, extra) for values in points.values]
         found = solve(
-            Wanted(problems, points.set_points, points.zc, self._states(problems, points.motions)),
-            self.case.solver,
-            1,
-            self.check_cancelled,
+            Wanted(problems, points.set_points, points.zc, points.motions), self.case.solver, 1, self.check_cancelled
         )
-        points.zc = found.zc.copy()
-        for i, problem in enumerate(problems):
-            points.motions[i] = in_si(found.states.take([i]), problem)[0]
+        points.zc, points.motions[:] = found.zc.copy(), found.motions
         return found
 
     def _states(self, problems: Sequence[Problem], motions: Array) -> Any:
         """Return motions in SI as scaled states."""
         each = [scaled(motion[None], problem) for problem, motion in zip(problems, motions, strict=True)]
-        if not each:
-            return States(np.empty((0, 2)), np.empty((0, 0)), np.empty((0, 0)))
         return States(*(np.concatenate([getattr(one, name) for one in each]) for name in ("x", "memory", "branch")))
 
     def has_others(self, points: PlannedPoints) -> Bools:

@@ -19,10 +19,11 @@ from dforce.case.paths import with_number
 from dforce.core.arrays import Array, stacked
 from dforce.core.errors import DForceError, ParameterError
 from dforce.forces import Force
-from dforce.kernel import TWO_PI, signature
+from dforce.kernel import TWO_PI
 from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.maps.axes import Axis, dims_of
 from dforce.problem import Problem
+from dforce.solvers.blocks import laws_of
 from dforce.solvers.problem_batch import ProblemBatch
 
 MODES, TONES, CONTACT = "modes", "tones", "contact"
@@ -95,7 +96,7 @@ class ProblemGrid:
                 for i, value in zip(of_piece, index, strict=True):
                     where[i] = value
                 problem = self._problem(where)
-                self.alike = self.alike and _laws(problem) == _laws(self.example)
+                self.alike = self.alike and laws_of(problem) == laws_of(self.example)
                 for name in names:
                     rows[name].append(_piece(problem, name))
             for name in names:
@@ -160,13 +161,6 @@ class ProblemGrid:
             _distinct(_joined(kinks, len(numbers))),
             _joined(jumps, len(numbers)),
         )
-
-
-def _laws(problem: Problem) -> list[Any]:
-    """Return what decides how a problem is computed, beside its numbers."""
-    heights = 0 if problem.heights is None else len(problem.heights.zc)
-    laws = [(signature(force), force.timed) for force in problem.forces]
-    return [problem.lagging, problem.late_fluid, heights, *laws]
 
 
 def _piece(problem: Problem, name: str) -> list[float]:

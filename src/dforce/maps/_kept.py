@@ -10,7 +10,8 @@ from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.quantities import AXES, NOISES, OBSERVABLES, jumps_along
 from dforce.core.units import parse_share
 from dforce.experiments import Approach
-from dforce.findings.set_point import RATIO, at_set_point
+from dforce.findings.crossings import GUESSES, RATIO
+from dforce.findings.set_point import at_set_point
 from dforce.maps._result import SweepLayout
 from dforce.procedures.found import KEPT
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
 ALL = KEPT | frozenset(jumps_along("zc"))
-NEEDED = frozenset({RATIO, "virial"})  # of a curve, to find the states at a set point and say their regime
+NEEDED = frozenset({RATIO, "virial", *GUESSES})  # of a curve, for its states at a set point
 
 
 @dataclass(frozen=True)

@@ -124,8 +124,10 @@ def at_distance(
     return found, there, locked.motions(state.unknowns, state.branch)
 
 
-def at_value(case: Case, name: str, value: float, near: Mapping[str, Array]) -> tuple[dict[str, Array], Bools]:
-    """Return the locked states at which a quantity has a value, and where one was found: the distance is an unknown.
+def at_value(
+    cases: Sequence[Case], name: str, value: float, near: Mapping[str, Array]
+) -> tuple[dict[str, Array], Bools]:
+    """Return the locked states, a case for each, at which a quantity has a value, and where one was found.
 
     Parameters
     ----------
@@ -134,6 +136,17 @@ def at_value(case: Case, name: str, value: float, near: Mapping[str, Array]) -> 
     near
         Guesses: "zc", "drive_frequency", "drive_ratio" and the motion, states first.
     """
+    out: dict[str, Array] = {}
+    good = np.zeros(len(cases), dtype=bool)
+    for case in {id(case): case for case in cases}.values():
+        some = np.flatnonzero([one is case for one in cases])
+        columns, good[some] = _at_value(case, name, value, {key: one[some] for key, one in near.items()})
+        for key, one in columns.items():
+            out.setdefault(key, np.full((len(cases), *one.shape[1:]), np.nan))[some] = one
+    return out, good
+
+
+def _at_value(case: Case, name: str, value: float, near: Mapping[str, Array]) -> tuple[dict[str, Array], Bools]:
     experiment: Any = case.experiment
     level = None if name == "frequency_shift" else value
     locked = Locked(case.problem, case.solver, experiment.harmonics, never_cancelled, level=level)
@@ -150,7 +163,8 @@ def at_value(case: Case, name: str, value: float, near: Mapping[str, Array]) -> 
     across[:, locked.motion if level is None else -1] = 1.0
     found = locked.newton(unknowns, np.round(start.branch), across=across)
     columns, _ = observed(locked, found)
-    return columns | {"zc": locked.number(found.unknowns, "zc")}, found.good
+    zc = locked.number(found.unknowns, "zc")
+    return columns | {"zc": zc, "zc_ratio": zc / locked.length}, found.good
 
 
 def begun(locked: Locked, at: float) -> Anchor | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,12 +26,13 @@ from dforce.results.status import Status, graded
 from dforce.solvers import torus
 from dforce.solvers.states import States
 from dforce.solvers.torus import TONES, Balance, Held, Lever, Torus
+from dforce.solvers.transient import never_cancelled
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.case import Case
-    from dforce.core.arrays import Array
+    from dforce.core.arrays import Array, Bools
     from dforce.experiments.base import CurveExperiment, Progress
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
@@ -43,6 +45,8 @@ FOUND = 1e-4  # of the accuracy asked for: mismatch of a torus that is found
 FAR = 2.0  # sums of the set points: where an approach begins, or farther
 LONGEST, SHORTEST = 0.5, 1e-4  # of the first set point: steps along the distance
 MOST_AHEAD = 2.0  # times the last step along the distance: farthest prediction
+NUDGE = 1e-3  # of it: first step from the guess of a distance at which a quantity has a value
+MET, MOST_SECANTS = 1e-9, 8  # of this value: how well it is met; steps of the secant method
 PASSED = 4097  # distances at which extremes of a force are looked for
 TRIED = 20  # computations of the force before a step is made shorter
 
@@ -105,13 +109,33 @@ class TwoTones:
 
         From where no torus is found on, controllers find the motions in time.
         """
-        if np.isinf(self.zc):
-            self.zc = max(1.1 * zc, FAR * sum(tone.A0 for tone in self.problem.tones))
+        self._begin(zc)
         if self.in_time is None:
             if has_torus(self.problem) and (found := self._along(zc)):
                 return found
             self.in_time = InTime(self.problem, self.settings, self.check_cancelled, self.zc, *self.last())
         return self.in_time.at(zc)
+
+    def meeting(self, name: str, value: float, zc: float) -> dict[str, Any] | None:
+        """Return the observables where a quantity of the first tone has a value, near a distance (m); None without a torus."""
+        self._begin(zc)
+        step, before = NUDGE * self.problem.tones[0].A0, np.nan
+        for _ in range(MOST_SECANTS):
+            found = self._along(zc) if has_torus(self.problem) else None
+            if found is None:
+                return None
+            miss = float(np.ravel(found[0][name])[0]) - value
+            if abs(miss) <= MET * abs(value):
+                return found[0] | {"zc": zc, "zc_ratio": zc / self.length}
+            if np.isfinite(before):
+                step = float(np.clip(step * miss / (before - miss), -LONGEST * self.length, LONGEST * self.length))
+            before, zc = miss, zc + step
+        return None
+
+    def _begin(self, zc: float) -> None:
+        """Begin far above a distance (m)."""
+        if np.isinf(self.zc):
+            self.zc = max(1.1 * zc, FAR * sum(tone.A0 for tone in self.problem.tones))
 
     def last(self) -> tuple[Problem, Array, Motion | None]:
         """Return the problem with the last frequencies and drives, these drives as multiples, and the motion; None: free."""
@@ -281,3 +305,21 @@ def at_distance(
     there, _, motion = tori.last()
     assert motion is not None
     return found, there, States.of(motion)
+
+
+def at_value(
+    cases: Sequence[Case], name: str, value: float, near: Mapping[str, Array]
+) -> tuple[dict[str, Array], Bools]:
+    """Return the tori, a case for each, on which a quantity of the first tone has a value, and where one was found.
+
+    The way leads from far to the guessed distance, then by the secant method; behind a fold no torus is found. See
+    ``locked.at_value`` for the arguments.
+    """
+    out: dict[str, Array] = {}
+    good = np.zeros(len(cases), dtype=bool)
+    for i, (case, zc) in enumerate(zip(cases, near["zc"].tolist(), strict=True)):
+        columns = TwoTones(case.problem, case.solver, never_cancelled).meeting(name, value, zc)
+        good[i] = columns is not None
+        for key, one in (columns or {}).items():
+            out.setdefault(key, np.full((len(cases), *np.shape(one)), np.nan))[i] = one
+    return out, good

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 import types
@@ -84,10 +85,11 @@ def _fits(shape: Shape, value: object) -> bool:
     return not isinstance(value, Mapping | list | tuple)
 
 
-def fields(model: type[Parameters]) -> list[Field]:
+@functools.cache  # asked for at each edit
+def fields(model: type[Parameters]) -> tuple[Field, ...]:
     """Return the fields of a class that a person may give, in order; what can only have one value is left out."""
     found = [_field(model, key) for key in model.keys()]  # noqa: SIM118 a method of Parameters
-    return [field for field in found if field.shapes]
+    return tuple(field for field in found if field.shapes)
 
 
 def _field(model: type[Parameters], key: str) -> Field:

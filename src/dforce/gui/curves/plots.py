@@ -117,7 +117,7 @@ class Plots:
             AdvicePanel(view),
         )
         self.pane = Pane(view, panels)
-        view.compose = self.compose
+        view.compose, view.prepare = self.compose, self.prepare
         view.picture = lambda: self.shown
         for element in (
             self.set_point.element,
@@ -133,6 +133,12 @@ class Plots:
         view.on_job.append(self.wait)
         view.on_said.append(lambda said: self.wait())
         self.wait()
+
+    def prepare(self, result: xr.Dataset | None) -> None:
+        """Solve the states at the set point, which are remembered until the figure is made."""
+        for layer in self.kept.layers(result):
+            for usual in pictures_of(layer.result)[:1]:
+                self.set_point.marked([layer], usual)
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
         """Return the figure of a result with those kept that are drawn beside it."""

@@ -13,7 +13,9 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
+from dforce.case import case_of
 from dforce.core.arrays import Array
+from dforce.core.first_answer import early_answers
 from dforce.findings.coexisting import coexisting
 from dforce.findings.set_point import at_distance
 from dforce.gui.case.values import with_point
@@ -21,7 +23,7 @@ from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.curves.setpoint import cell_of, nones_of, of_quantity
-from dforce.gui.document.compute import LIVE, in_thread
+from dforce.gui.document.compute import LIVE, RecentCurves, in_thread
 from dforce.gui.window.view import View
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of
 
@@ -36,6 +38,7 @@ PATIENCE = 20.0  # s; what was found by then is drawn
 CURVE = "this curve"
 NAMES = {True: "stable states", False: "unstable states"}
 ONE = {True: "a stable state", False: "an unstable state"}
+RECENT_STATES = RecentCurves(50_000_000)
 
 
 @dataclass(frozen=True)
@@ -84,9 +87,15 @@ class CoexistingStates:
 
         def find() -> xr.Dataset | None:
             try:
-                return coexisting(curve.result, report_progress)
+                case = case_of(curve.result)
+                states = RECENT_STATES.take(case)
+                if states is None:
+                    states = coexisting(curve.result, report_progress)
+                    if not states.attrs.get("interrupted"):
+                        RECENT_STATES.keep(case, states)
             except (df.DForceError, KeyboardInterrupt):  # no such curve, or another one is wanted by now
                 return None
+            return states
 
         states = await in_thread(LIVE, find)
         if self._overtaken(curve):
@@ -218,7 +227,8 @@ class StatesPanel(Panel):
         """Return the states at the chosen place."""
         if self.distance and goes_along(states) == "zc":
             return at_distance(states, df.parse(with_point(self.distance), "m"))
-        return df.at_set_point(states, self.view.document.set_point)
+        with early_answers():
+            return df.at_set_point(states, self.view.document.set_point)
 
     def _at(self, distance: str) -> None:
         self.distance = distance

@@ -123,7 +123,7 @@ async def in_thread(pool: ThreadPoolExecutor, work: Callable[[], R]) -> R:
 
 
 class RecentCurves:
-    """The last curves that pages computed, for whoever asks for the same: in a class many people do.
+    """The last curves, or states behind them, that pages computed, for whoever asks for the same: in a class many people do.
 
     Parameters
     ----------

@@ -70,6 +70,8 @@ class View:
         Hooks called with a sentence when what is typed cannot be kept; empty when it is again.
     compose
         Makes the figure of the main chart from the result that it shows.
+    prepare
+        Solves, in a thread, what the figure needs of a result.
     picture
         Returns what the main chart shows; None for a map, or nothing.
     on_beside
@@ -90,6 +92,7 @@ class View:
         self.on_unkept: list[Callable[[str], None]] = []
         self.on_beside: list[Callable[[], None]] = []
         self.compose: Callable[[xr.Dataset | None], figures.Figure] = lambda result: figures.empty("")
+        self.prepare: Callable[[xr.Dataset | None], None] = lambda result: None
         self.picture: Callable[[], Picture | None] = lambda: None
         self.shown = ShownParts(lambda: self.document)
         self.shown.mark(PagePart.CURVES, self._mark_curves)
@@ -336,6 +339,7 @@ class View:
             await self.session.load_shown()
             await self.session.measured.load(self.document)
             curve = self.curve
+            await asyncio.to_thread(self.prepare, self.result)
             await self.main.draw(self.compose(self.result))
             self.shown.show(PagePart.CURVES, None if curve is None else curve.document)
 

@@ -10,15 +10,17 @@ secant method between the two points of a curve that lie on either side of the s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from dforce.core.arrays import Array, Bools
-from dforce.observables.averaging import weights
+from dforce.core.quantities import MOTION, REPEATS
+from dforce.observables.averaging import common_period, weights
 from dforce.observables.finish import finish_each
+from dforce.procedures.motion import rows_of, states_of
 from dforce.procedures.statuses import statuses
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure
@@ -26,8 +28,10 @@ from dforce.solvers.block import Block
 from dforce.solvers.blocks import side_by_side
 from dforce.solvers.points import Points
 from dforce.solvers.states import States
+from dforce.solvers.transient import never_cancelled
 
 if TYPE_CHECKING:
+    from dforce.case import Case
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
     from dforce.solvers.transient import CancelCheck
@@ -49,22 +53,18 @@ class Wanted:
         A problem for each point.
     set_points
         Shares of the free amplitudes.
-    zc
-        Average distances (m) of the motions.
-    states
-        Motions to start from, scaled, memory and branches of the forces included.
+    zc, motions
+        Average distances (m), and motions there in SI to start from, memory and branches of the forces included.
     """
 
     problems: Sequence[Problem]
     set_points: Array
     zc: Array
-    states: States
+    motions: Array
 
     def take(self, which: Any) -> Wanted:
         """Return some of them."""
-        return Wanted(
-            [self.problems[i] for i in which], self.set_points[which], self.zc[which], self.states.take(which)
-        )
+        return Wanted([self.problems[i] for i in which], self.set_points[which], self.zc[which], self.motions[which])
 
 
 @dataclass
@@ -75,10 +75,8 @@ class OperatingPoints:
     ----------
     found
         Whether a point was found, (points,).
-    zc
-        Average distances (m).
-    states
-        Motions at the start of a period, scaled.
+    zc, motions
+        Average distances (m), and motions at the start of a period in SI.
     columns
         Observables by name, (points, ...), NaN where there is none.
     status
@@ -87,7 +85,7 @@ class OperatingPoints:
 
     found: Bools
     zc: Array
-    states: States
+    motions: Array
     columns: dict[str, Array]
     status: np.ndarray[Any, np.dtype[np.int8]]
 
@@ -98,13 +96,40 @@ def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, check_cancel
     out = OperatingPoints(
         np.zeros(count, dtype=bool),
         wanted.zc.copy(),
-        wanted.states.copy(),
+        wanted.motions.copy(),
         {},
         np.full(count, Status.FAILED, dtype=np.int8),
     )
     for which, block in side_by_side(wanted.problems, settings, harmonics, check_cancelled):
         _Search(block, wanted.take(which)).write(out, which)
     return out
+
+
+def at_value(
+    cases: Sequence[Case], _name: str, value: float, near: Mapping[str, Array]
+) -> tuple[dict[str, Array], Bools]:
+    """Return the stable states of curves, a case for each, at an amplitude ratio, and where one was found.
+
+    Parameters
+    ----------
+    near
+        Guesses: "zc", the motion in SI, and the periods after which it repeats, states first.
+    """
+    problems, experiment, count = [case.problem for case in cases], cast(Any, cases[0].experiment), len(cases)
+    common = [common_period([tone.frequency for tone in problem.tones]) for problem in problems]
+    good = np.array(
+        [period == repeats for period, repeats in zip(common, np.round(near[REPEATS]).tolist(), strict=True)]
+    )
+    some = np.flatnonzero(good)
+    wanted = Wanted([problems[i] for i in some], np.full(len(some), value), near["zc"][some], near[MOTION][some])
+    found = solve(wanted, cases[0].solver, experiment.harmonics, never_cancelled)
+    good[some] = found.found
+    length = np.array([problem.tones[0].A0 for problem in wanted.problems])
+    out = {}
+    for name, values in (found.columns | {"zc": found.zc, "zc_ratio": found.zc / length}).items():
+        out[name] = np.full((count, *values.shape[1:]), np.nan)
+        out[name][some] = values
+    return out, good
 
 
 class _Search:
@@ -115,7 +140,8 @@ class _Search:
         self.length = block.batch.length
         self.zc = wanted.zc.copy()
         self.points = Points.empty(block, 1)
-        self.points.states.put((slice(None), 0), wanted.states)
+        scales, base = self._units()
+        self.points.states.put((slice(None), 0), states_of(wanted.motions, block.batch.example, scales, base))
         self.points.steps[:], self.points.settling[:] = 0.0, 0.0
         self.miss: Array = np.full(len(self.zc), np.nan)  # amplitude ratio minus set point
         self.slope: Array = np.full(len(self.zc), np.nan)  # of the amplitude ratio by zc / A0
@@ -140,13 +166,19 @@ class _Search:
             columns = self._measured()
         near = np.abs(columns["amplitude_ratio"][:, 0] - self.wanted.set_points) < 1e3 * CLOSE
         out.found[which], out.zc[which] = near, self.zc
-        out.states.put(which, self.points.states.take((slice(None), 0)))
+        states = self.points.states.take((slice(None), 0))
+        out.motions[which] = rows_of(states, *self._units(), self.block.batch.example)
         status = statuses(self.points, self.block, self.zc[:, None])[:, 0]
         out.status[which] = np.where(near, status, Status.FAILED)
         for name, values in columns.items():
             if name not in out.columns:
                 out.columns[name] = np.full((len(out.zc), *values.shape[2:]), np.nan)
             out.columns[name][which] = np.where(near.reshape(-1, *[1] * (values.ndim - 2)), values[:, 0], np.nan)
+
+    def _units(self) -> tuple[Array, Array]:
+        """Return the units of the numbers of scaled motions, and what of them is the base's."""
+        everything = np.arange(len(self.zc))
+        return self.block.scales_of(everything, self.zc), self.block.base_of(everything, self.zc)
 
     def _step(self, which: Any, miss: Array) -> Array:
         longest = LARGEST * self.length[which]
@@ -161,9 +193,9 @@ class _Search:
         there = branch.done == 1
         numbers, tones = block.tables(self.zc[:, None])
         even = weights(block.frequencies, block.common)
-        ratio = finish_each(block.batch.example, 1, branch.rows[:, 0], even, numbers[which], tones[which])[
-            "amplitude_ratio"
-        ]
+        ratio = finish_each(
+            block.batch.example, block.harmonics, branch.rows[:, 0], even, numbers[which], tones[which]
+        )["amplitude_ratio"]
         miss = np.where(there, ratio - self.wanted.set_points[which], np.nan)
         with np.errstate(invalid="ignore", divide="ignore"):
             slope = (miss - self.miss[which]) / (to - self.zc[which]) * self.length[which]
