@@ -38,7 +38,7 @@ PATIENCE = 20.0  # s; what was found by then is drawn
 CURVE = "this curve"
 NAMES = {True: "stable states", False: "unstable states"}
 ONE = {True: "a stable state", False: "an unstable state"}
-RECENT_STATES = RecentCurves(50_000_000)
+RECENT_STATES = RecentCurves(25_000_000)
 
 
 @dataclass(frozen=True)
