@@ -156,3 +156,36 @@ def test_a_sweep_of_locked_curves_has_the_states_of_each():
         assert alone["solved"].all() and states["solved"].values[i].all()
         np.testing.assert_allclose(states["zc"].values[i], alone["zc"], rtol=1e-9)
         np.testing.assert_allclose(states["peak_force"].values[i], alone["peak_force"], rtol=1e-9)
+
+
+def test_states_of_branches_are_those_that_a_phase_modulation_holds_stable_or_not():
+    asked = df.example("figure-3-branches")
+    states = df.at_set_point(df.run(asked), SHARE)
+    assert states["solved"].all() and sorted(states["stable"].values) == [False, True, True]
+    np.testing.assert_allclose(states["amplitude_ratio"], SHARE, atol=1e-9)
+    held = asked.replace("drive", {"A0": SHARE * 10e-9, "operation": "pm"}).replace(
+        "experiment", {"kind": "dwell", "zc": 8e-9}
+    )
+    for i in range(3):
+        there = df.dwell(held, float(states["zc"][i]))
+        # at a held amplitude and frequency the drive is found: that of 10 nm far away
+        assert float(np.ravel(there["drive_ratio"])[0]) == pytest.approx(1.0 / SHARE, rel=1e-5)
+        assert float(np.ravel(there["phase"])[0]) == pytest.approx(float(states["phase"][i, 0]), abs=2e-3)
+        assert float(there["min_force"]) == pytest.approx(float(states["min_force"][i]), rel=1e-4)
+
+
+def test_a_set_point_along_a_parameter_of_branches_is_solved_for_the_parameter():
+    asked, path = df.example("figure-3-air"), "sample.youngs_modulus"
+    curve = df.branches(
+        asked.replace(experiment=None), zc="7.6 nm", parameter=path, start="0.3 GPa", stop="3 GPa", search=1
+    )
+    ratio = curve["amplitude_ratio"].values
+    share = float(0.5 * (ratio.min() + ratio.max()))
+    states = df.at_set_point(curve, share)
+    assert states.sizes["crossing"] and states["solved"].all()
+    np.testing.assert_allclose(states["amplitude_ratio"], share, atol=1e-9)
+    for one in (states.isel(crossing=i) for i in range(states.sizes["crossing"]) if bool(states["stable"][i])):
+        start = {"amplitude": float(one["amplitude"][0]), "phase": f"{float(one['phase'][0])} deg"}
+        there = df.dwell(asked.replace(path, float(one["youngs_modulus"])), "7.6 nm", start=start)
+        assert float(there["amplitude_ratio"]) == pytest.approx(share, abs=2e-5)
+        assert float(there["peak_force"]) == pytest.approx(float(one["peak_force"]), rel=1e-3)

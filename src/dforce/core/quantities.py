@@ -196,6 +196,7 @@ NOISES = table(
 )  # fmt: skip
 
 MOTION, REPEATS = "motion", "repeat_periods"  # the motion at each point, from which anything can go on
+ENDS, MOTIONS = "ends", "motions"  # of the points beside a state at a set point: the parameter, and the motion
 
 JUMPS = table(
     Quantity("jump_zc", "z_c", "m", "nm", "distance of the jump",

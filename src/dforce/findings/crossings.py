@@ -11,7 +11,7 @@ import numpy as np
 from dforce.case import cases_of, has_parameters
 from dforce.core.arrays import AnyArray, Bools
 from dforce.core.errors import ParameterError
-from dforce.core.quantities import MOTION, REPEATS
+from dforce.core.quantities import ENDS, MOTION, MOTIONS, REPEATS
 from dforce.findings.jumps import jumps_of_all
 from dforce.results.curves import by_case
 from dforce.results.status import repeats
@@ -91,15 +91,16 @@ class Crossings:
         out[self.case, number] = values
         return (*self.over, "crossing"), out.reshape(*self.shape, *out.shape[1:])
 
-    def solved(self, result: xr.Dataset, met: str, value: float) -> tuple[dict[str, AnyArray], Bools]:
-        """Return quantities of the states as they are solved with the distance unknown, and which of them are."""
+    def solved(self, result: xr.Dataset, along: str, met: str, value: float) -> tuple[dict[str, AnyArray], Bools]:
+        """Return quantities of the states as they are solved with the parameter unknown, and which of them are."""
         nothing: tuple[dict[str, AnyArray], Bools] = {}, np.zeros(len(self.case), dtype=bool)
         known = {name for name in GUESSES if name in result and self.row in result[name].dims}
-        if not len(self.case) or met not in (RATIO, SHIFT) or not known >= {"zc", MOTION}:
+        if not len(self.case) or met not in (RATIO, SHIFT) or MOTION not in known or not has_parameters(result):
             return nothing
         near = {name: self.read(result, name) for name in sorted(known)}
-        if not has_parameters(result):
-            return nothing
+        if "branch" in result and not self.over:
+            for name, of in ((ENDS, along), (MOTIONS, MOTION)):
+                near[name] = np.stack(self._beside(result, of), axis=1)
         if self.over:
             return self._solve(result, met, value, near)
         # of one curve the same states are asked for again and again: by summary, table and picture
@@ -127,8 +128,7 @@ class Crossings:
         except ParameterError:  # the case of a version that knew other keys
             return columns, solved
         ways = [_way_to_solve(case, near) for case in cases]
-        zc = by_case(result, "zc", self.row, self.over)
-        apart = np.abs(zc[self.case, self.way, self.after] - zc[self.case, self.way, self.before])
+        before, after = self._beside(result, "zc")
         for way in dict.fromkeys(filter(None, ways)):
             some = np.flatnonzero([ways[i] is way for i in which])
             found, good = way(
@@ -137,15 +137,14 @@ class Crossings:
             for name, values in found.items():
                 columns.setdefault(name, np.full((len(solved), *values.shape[1:]), np.nan))[some] = values
             solved[some] = good
-        if solved.any():
-            room = apart + STRAY * columns["amplitude"][:, 0]
+        if solved.any() and "zc" in near:
+            room = np.abs(after - before) + STRAY * columns["amplitude"][:, 0]
             solved[solved] = (np.abs(columns["zc"] - near["zc"]) <= room)[solved]
         return columns, solved
 
     def read(self, result: xr.Dataset, name: str) -> AnyArray:
         """Return a quantity on the straight lines between points; an angle goes the shorter way round."""
-        values = by_case(result, name, self.row, self.over)
-        before, after = (values[self.case, self.way, place] for place in (self.before, self.after))
+        before, after = self._beside(result, name)
         share = self.share.reshape(-1, *[1] * (before.ndim - 1))
         found = (1.0 - share) * before + share * after
         if result.variables[name].attrs.get("units") == "degree":
@@ -153,6 +152,11 @@ class Crossings:
             short = before + share * (180.0 - (180.0 - change) % 360.0)
             found = np.where(np.abs(change) > 180.0, highest - (highest - short) % 360.0, found)
         return np.asarray(found)
+
+    def _beside(self, result: xr.Dataset, name: str) -> list[AnyArray]:
+        """Return a quantity at the points before and after each state."""
+        values = by_case(result, name, self.row, self.over)
+        return [values[self.case, self.way, place] for place in (self.before, self.after)]
 
     def laid_out(
         self, result: xr.Dataset, name: str, values: AnyArray
@@ -166,10 +170,12 @@ class Crossings:
 
 def _way_to_solve(case: Case, known: Collection[str]) -> Any:
     """Return the function that solves states of curves of a case from guesses of some quantities; None where there is none."""
-    from dforce.procedures import locked, operating, two_tones  # load the compiler
+    from dforce.procedures import branches, locked, operating, two_tones  # load the compiler
 
     if case.problem.is_locked and len(case.problem.tones) > 1:
-        return two_tones.at_value
+        return two_tones.at_value if "zc" in known else None
     if case.problem.is_locked:
-        return locked.at_value if set(known) == set(GUESSES) else None
-    return operating.at_value if case.solver.method == "periodic" and REPEATS in known else None
+        return locked.at_value if set(known) >= set(GUESSES) else None
+    if case.solver.method != "periodic" or REPEATS not in known:
+        return None
+    return branches.at_value if ENDS in known else operating.at_value if "zc" in known else None

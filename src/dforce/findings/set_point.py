@@ -33,9 +33,9 @@ def at_set_point(
 
     .. math:: A / A_0 = \text{set point}
 
-    A state along the distance is solved from two neighboring points of a curve, with the distance as one more unknown; then
-    `solved` is True. Motions found in time, unstable states and curves along other parameters are read on a straight line
-    between the points. No state is sought across a jump or beside a point that did not settle. The result lists
+    A state is solved from two neighboring points of a curve along the distance, or of branches, with the parameter as one
+    more unknown; then `solved` is True. Motions found in time and frequency sweeps are read on a straight line between the
+    points. No state is sought across a jump or beside a point that did not settle. The result lists
     its jumps. If the states are not carried from point to point, or have no orbits, a sudden step counts as a jump
     (:func:`dforce.summary`).
 
@@ -110,7 +110,7 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
             raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
     found = Crossings.of(result, along, row, over, met, value)
     values = {name: found.read(result, name) for name in wanted}
-    columns, solved = found.solved(result, met, value)
+    columns, solved = found.solved(result, along, met, value)
     for name in wanted.keys() & columns.keys():
         values[name][solved] = columns[name][solved]
     variables = {name: found.laid_out(result, name, one) for name, one in values.items()}

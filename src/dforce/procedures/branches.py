@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
 
 from dforce.case import Case
 from dforce.core import units
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, UnitError
 from dforce.core.parameters import ParameterQuantity
-from dforce.core.quantities import MOTION, REPEATS
+from dforce.core.quantities import ENDS, MOTION, MOTIONS, REPEATS
 from dforce.core.quantity import words
 from dforce.core.stopping import until_stopped
 from dforce.experiments import Branches
@@ -23,17 +23,18 @@ from dforce.experiments.branches import Span
 from dforce.problem import Problem
 from dforce.procedures import locked
 from dforce.procedures.found import Found, Layout, dataset, with_levers
-from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows
+from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, states_of
 from dforce.procedures.varied import VariedParameter, varied_by
 from dforce.solvers.continuation import Curve
 from dforce.solvers.doubling import doublings
 from dforce.solvers.escape import UnstableStates, escape
 from dforce.solvers.locked import Locked
 from dforce.solvers.locked_orbits import LockedRange
-from dforce.solvers.orbit import ParameterRange
+from dforce.solvers.orbit import Orbit, ParameterRange
 from dforce.solvers.search import Known, index_sum, search, why_unproven
 
 UNDER_WAY = "under_way"  # of a stopped run: the number of the search, 0 before the first one, and the curves before it
+SHARP = 1e-11  # of the way between two points of a branch: how well a state at a set point is located
 BEGUN = "begun"  # of a stopped run: where each curve was found, see `Curve`
 
 
@@ -41,17 +42,12 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
     """Return the points of all curves, one curve after the other; see :func:`dforce.runs.carry_out`."""
     path, quantity, is_locked = varied_by(case), _quantity(plan, case), case.problem.is_locked
     start, stop = _range(plan, case, quantity)
-    low, high = min(start, stop), max(start, stop)
-
-    def at(value: float) -> Problem:
-        return path.at(min(max(value, low), high))  # beyond the range, by a rounding, it may not be allowed
-
     if is_locked:
         states = Locked(case.problem, case.solver, plan.harmonics, lambda: check_cancelled())
         among: ParameterRange = LockedRange(states, start / states.length, stop / states.length)
         earlier = None  # such states are found again as a whole
     else:
-        among = ParameterRange(at, start, stop, case.solver, plan.harmonics, path.zc)
+        among = _among(case, plan)
     searched = np.linspace(start, stop, 0 if is_locked else plan.search)
     curves: list[Curve] = []
     kept: list[Curve] = []  # of an earlier run, from the search that it was stopped in on
@@ -103,6 +99,72 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
         data.attrs |= {"interrupted": 1, UNDER_WAY: np.array(under_way), BEGUN: begun}
         data.attrs["completeness"] = "not checked: the run was stopped"
     return data
+
+
+def _among(case: Case, plan: Branches) -> ParameterRange:
+    """Return the range of the parameter in which orbits are sought."""
+    path = varied_by(case)
+    start, stop = _range(plan, case, _quantity(plan, case))
+    low, high = min(start, stop), max(start, stop)
+
+    def at(value: float) -> Problem:
+        return path.at(min(max(value, low), high))  # beyond the range, by a rounding, it may not be allowed
+
+    return ParameterRange(at, start, stop, case.solver, plan.harmonics, path.zc)
+
+
+def at_value(
+    cases: Sequence[Case], name: str, value: float, near: Mapping[str, Array]
+) -> tuple[dict[str, Array], Bools]:
+    """Return the orbits on branches of a case, stable or not, on which a quantity has a value, and where one was found.
+
+    Parameters
+    ----------
+    near
+        Of the points before and after each: the parameter and the motion; and the periods after which it repeats.
+    """
+    case, experiment = cases[0], cast(Branches, cases[0].experiment)
+    among, parameter = _among(case, experiment), varied_by(case).name
+    out: dict[str, Array] = {}
+    good = np.zeros(len(cases), dtype=bool)
+    for i, repeats in enumerate(np.nan_to_num(near[REPEATS]).round().astype(int)):
+        ends = [_unknowns(among, *end) for end in zip(near[ENDS][i].tolist(), near[MOTIONS][i], strict=True)]
+        orbit = _meeting(among, name, value, ends, int(repeats) // among.common)
+        good[i] = orbit is not None
+        columns = {} if orbit is None else {**among.steady(orbit).values, parameter: orbit.value}
+        for key, one in columns.items():
+            out.setdefault(key, np.full((len(cases), *np.shape(one)), np.nan))[i] = one
+    return out, good
+
+
+def _unknowns(among: ParameterRange, value: float, motion: Array) -> tuple[Array, Array]:
+    """Return a motion in SI and the parameter as scaled unknowns, with the forces' branches."""
+    problem = among.problem_at(value)
+    state = states_of(motion[None], problem, among.scales_of(value), base_of(problem))
+    return np.append(among.vectors(state), value / among.span), np.round(state.branch)
+
+
+def _meeting(
+    among: ParameterRange, name: str, value: float, ends: Sequence[tuple[Array, Array]], repeats: int
+) -> Orbit | None:
+    """Return the orbit between two of a branch on which a quantity has a value, each sought in a plane across their chord."""
+    from scipy.optimize import brentq
+
+    (first, branch), (last, _) = ends
+    found: list[Orbit] = []
+
+    def miss(share: float) -> float:
+        orbit = among.find(first + share * (last - first), branch, last - first, repeats)
+        if orbit is None:
+            raise ValueError("no orbit between the points")
+        found.append(orbit)
+        return float(np.ravel(among.steady(orbit).values[name])[0]) - value
+
+    try:
+        brentq(miss, 0.0, 1.0, xtol=SHARP)
+    except ValueError:
+        return None
+    return found[-1]
 
 
 def _restored(earlier: xr.Dataset, among: ParameterRange, name: str) -> list[Curve]:
