@@ -1,9 +1,9 @@
 """Whether the accuracy that is asked for holds, and the estimated error is one: random cases against much finer ones.
 
-    python benchmarks/accuracy.py [--cases 300] [--seed 15] [--family NAME ...] [--reference fine|adaptive] [--worst 10]
+    python benchmarks/accuracy.py [--cases 300] [--seed 15] [--family NAME ...] [--reference fine|engine] [--worst 10]
 
 The cases are those of the validation, half of them driven beside their resonance. Each is found at the default accuracy, and
-again from the same state by the reference: RK4 with 16384 samples a period, or the adaptive integrator. A deviation is the
+again from the same state by the reference: RK4 with 16384 samples a period, or the engine. A deviation is the
 largest over all quantities, as a share of each one's scale. Ctrl-C reports what was compared so far; --family takes some of
 the cases alone.
 """
@@ -73,7 +73,7 @@ def compare(drawn: Draw, seed: int, settings: SolverSettings, exactly: str) -> O
     found = settled(problem, drawn.zc, settings)
     if "error_estimate" not in found.values:
         return None
-    if exactly == "adaptive":
+    if exactly == "engine":
         orbit = reference(problem, drawn.zc, found.motion)
         exact = None if orbit is None else orbit.values
     else:
@@ -139,7 +139,7 @@ def main() -> None:
     parser.add_argument("--accuracy", type=float, default=1e-4)
     parser.add_argument("--samples", type=int, help="fixed samples a period: nothing is found again")
     parser.add_argument("--family", nargs="*", default=list(FAMILIES))
-    parser.add_argument("--reference", choices=("fine", "adaptive"), default="fine")
+    parser.add_argument("--reference", choices=("fine", "engine"), default="fine")
     parser.add_argument("--worst", type=int, default=10)
     given = parser.parse_args()
     settings = SolverSettings(accuracy=given.accuracy)

@@ -29,6 +29,7 @@ CASE, FIELD = "figure-3-air", "drive.A0"
 LOW, HIGH = 5.0, 9.0  # nm; amplitudes that the curve shows far away
 NEAR = 2e-3  # nm; what the surface takes of the amplitude far away
 DRAWING = 0.03  # s that a browser takes to draw
+CLOSING = 0.05  # s from a page's last word to the end of its connection
 PAUSES = 1.0, 3.0  # s between two values of a person
 PATIENCE = 10.0  # s for the last values
 STARTING = 120.0  # s for the first curve, which may have to be compiled
@@ -155,7 +156,6 @@ class Person:
     async def open(self) -> None:
         """Load the page and connect."""
         import aiohttp
-        import socketio
 
         jar = aiohttp.CookieJar(unsafe=True)  # that of an address without a name, too
         async with aiohttp.ClientSession(cookie_jar=jar) as session, session.get(self.server.address) as answer:
@@ -167,14 +167,26 @@ class Person:
         self.field = next(
             key for key, one in props.items() if one.get("path") == FIELD and one.get("kind", "text") == "text"
         )
-        events = elements[str(self.field)]["events"]
-        self.listener = next(event["listener_id"] for event in events if event["type"] == "typed")
+        self.listener = _listener(elements[str(self.field)], "typed")
+        self.leaving = _listener(elements["0"], "left")
+        self.cookies = http.cookies.SimpleCookie({cookie.key: cookie.value for cookie in jar})
+        await self.connect()
+
+    async def connect(self) -> None:
+        """Connect, for the first time or after the connection was cut.
+
+        Raises
+        ------
+        RuntimeError
+            When the server does not know the page, or no longer.
+        """
+        import socketio
+
         self.socket = socketio.AsyncClient(reconnection=False)
         self.socket.on("*", self.hear)
-        cookies = http.cookies.SimpleCookie({cookie.key: cookie.value for cookie in jar})
         await self.socket.connect(
             f"{self.server.home}/?client_id={self.client}",
-            headers={"Cookie": cookies.output(header="", sep=";").strip()},
+            headers={"Cookie": self.cookies.output(header="", sep=";").strip()},
             socketio_path="/_nicegui_ws/socket.io", transports=["websocket"],
         )  # fmt: skip
         names = {name: f"{name}-{self.client}" for name in ("document_id", "tab_id", "old_tab_id")}
@@ -225,11 +237,20 @@ class Person:
 
     async def type(self, text: str) -> None:
         """Type a text into the field."""
-        arguments = json.dumps({"text": text, "unit": "nm"})
-        event = {"id": self.field, "client_id": self.client, "listener_id": self.listener, "args": [arguments]}
-        await self.socket.emit("event", event)
+        await self.emit(self.field, self.listener, json.dumps({"text": text, "unit": "nm"}))
         # the server keeps what a page has not confirmed
         await self.socket.emit("ack", {"client_id": self.client, "next_message_id": self.heard})
+
+    async def leave(self) -> None:
+        """Close the page."""
+        await self.emit(0, self.leaving)
+        await asyncio.sleep(CLOSING)
+        await self.socket.disconnect()
+
+    async def emit(self, element: int, listener: str, *arguments: str) -> None:
+        """Tell the server what happened to an element."""
+        event = {"id": element, "client_id": self.client, "listener_id": listener, "args": arguments}
+        await self.socket.emit("event", event)
 
     async def work(self, seconds: float) -> None:
         """Change the value now and then."""
@@ -248,7 +269,12 @@ async def person_at(server: Server, seed: int) -> AsyncIterator[Person]:
     try:
         yield person
     finally:
-        await person.socket.disconnect()
+        await person.leave()
+
+
+def _listener(element: dict[str, Any], kind: str) -> str:
+    """Return the identifier under which the server listens to an element."""
+    return str(next(event["listener_id"] for event in element["events"] if event["type"] == kind))
 
 
 def _found(pattern: str, page: str) -> str:

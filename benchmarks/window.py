@@ -25,10 +25,10 @@ from served import Server, Window, chromium, served
 import dforce as df
 from dforce.gui.document.document import Document
 from dforce.gui.window.address import to_link
-from dforce.gui.window.server import RECONNECT
 
 MOVES = 30  # of the slider, one by one
 TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
+SETTLING = 10.0  # s until what people leave behind is given up
 SWEEP, SWEEPS = 1.5, 4  # s; in more time there would be fewer values of the slider than redraws
 ONE_BY_ONE = """async ([low, high, count]) => {
     const slider = document.querySelector('.df-slider[data-path="drive.A0"] input[type="range"]');
@@ -182,7 +182,7 @@ def memory(server: Server, visits: int) -> None:
 
     for quarter in range(4):
         asyncio.run(come(quarter * visits // 4))
-        time.sleep(RECONNECT + 10.0)  # until their pages are given up
+        time.sleep(SETTLING)
         print(f"server memory after {(quarter + 1) * visits // 4} visits: {server.memory or 0.0:.0f} MB")
 
 

@@ -19,9 +19,9 @@ WAYS = {
     "periodic orbit (RK4, 256 samples)": df.SolverSettings(),
     "transient, RK4": df.SolverSettings(method="transient"),
     "transient, LSODA": df.SolverSettings(integrator="lsoda"),
-    "transient, adaptive": df.SolverSettings(integrator="adaptive"),
+    "transient, engine": df.SolverSettings(method="transient", integrator="engine"),
 }
-exact = df.SolverSettings(integrator="adaptive", relative_tolerance=1e-12, settle_tolerance=1e-10)
+exact = df.SolverSettings(method="transient", integrator="engine", relative_tolerance=1e-12, settle_tolerance=1e-10)
 am = df.example("table-1-am")
 reference = df.dwell(am.replace(solver=exact))
 line = "{:36s} {:>12s} {:>10s} {:>10s} {:>12s}"
@@ -77,7 +77,7 @@ axes[1].set(xlabel="time (µs)", ylabel="force, bimodal (nN)")
 plt.show()
 
 # %%
-# *Left: the error of each integrator at its defaults, relative to the adaptive integrator at its tightest. All agree to more
+# *Left: the error of each integrator at its defaults, relative to the engine at its tightest. All agree to more
 # digits than an experiment has. Right: the force of the bimodal motion; no two peaks are alike.*
 
 # sphinx_gallery_start_ignore

@@ -67,6 +67,7 @@ def test_an_experimenter_reads_modulus_peak_force_and_safe_settings_from_a_curve
     radius = panel.get_by_label("R of lever and tip")
     radius.fill("8 nm")
     radius.press("Enter")
+    expect(window.field("tip.radius").locator("input.df-box")).to_have_value("8")  # before the form is made anew
     with window.remade():
         panel.get_by_role("button", name="Match the experiment").click()
     fit = panel.get_by_role("button", name="Fit", exact=True)

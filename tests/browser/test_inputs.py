@@ -131,7 +131,7 @@ def test_a_reload_keeps_what_was_typed_even_half_typed(window):
     wrong(window, "tip.radius")
     window.page.reload()
     assert window.field("tip.radius").locator("input").input_value() == "12 n"
-    assert window.page.get_by_label("title of the case").input_value() == f"{df.example('figure-3-air').title}, edited"
+    expect(window.page.get_by_label("title of the case")).to_have_value(f"{df.example('figure-3-air').title}, edited")
 
 
 def test_a_force_is_found_by_its_words(window):

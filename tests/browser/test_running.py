@@ -124,6 +124,7 @@ def cut(window):
     window.page.get_by_text("Connection lost").wait_for(state="hidden")
 
 
+@pytest.mark.long  # the test below says the same of a server that is gone
 def test_what_is_typed_without_a_connection_arrives_when_it_is_back(visit):
     window = visit(lost=True)
     with cut(window):

@@ -110,6 +110,7 @@ def test_a_slider_plays_and_stops(window):
     expect(value).not_to_have_value("10")
 
 
+@pytest.mark.long  # tests/browser/test_class.py opens a link, too
 def test_a_link_opens_the_case_for_another_person(window, visit):
     window.start("figure-4-soft")
     window.type("drive.A0", "8.5")

@@ -18,7 +18,6 @@ F0, K, FREE, A0, PERIODS = 5e4, 0.9, 10e-9, 0.165e-9, 6
 # multiply a difference many times in six taps.
 # RK4 has 4096 points; the force's root at contact limits it (see test_order).
 TIGHT = {
-    "adaptive": ({"relative_tolerance": 1e-12}, 5e-8),
     "engine": ({"relative_tolerance": 1e-12}, 5e-8),
     "lsoda": ({"relative_tolerance": 1e-12}, 1e-7),
     "rk4": ({"points_per_period": 4096}, 1e-5),
@@ -111,7 +110,7 @@ def test_jkr_with_its_jump_into_contact_and_off(zc, gamma):
     equation = TipEquation(modes, drive(modes, [FREE]), zc, law, [region])
     problem = build(modes, [{"A0": FREE}], [df.forces.JKR(surface_energy=gamma)], radius, modulus)
     # at the end of the branch the force goes like the root of the distance to it: steps are short there for all
-    check(problem, equation, ("engine", "adaptive", "rk4"), slack=30.0)
+    check(problem, equation, ("engine", "rk4"), slack=30.0)
     assert len(equation.flips) >= 4
 
 

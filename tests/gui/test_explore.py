@@ -367,3 +367,8 @@ def test_a_computation_that_is_stopped_is_no_end_of_the_window(tmp_path):
             assert study.job.state == "stopped"
 
     asyncio.run(flow())
+
+
+def test_numbers_at_a_logarithmic_axis_are_written_in_full():
+    result = df.sweep(CASE, over={"drive.A0": ["1 nm", "2 nm", "4 nm"]}, at_set_point=0.8)
+    assert explore.axis_of(result, "A0")[1]["tickformat"] == "~g"

@@ -10,7 +10,7 @@ from every import every
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.case.fields import fields, name_of, within_sentence
+from dforce.gui.case.fields import fields, name_of, spaced, within_sentence
 from dforce.gui.case.values import check, read, shown, units_of, usual_unit
 from dforce.gui.document.document import Document
 
@@ -130,3 +130,9 @@ def test_names_of_models_are_words():
 def test_people_keep_their_capital_inside_a_sentence():
     assert within_sentence("Free amplitude") == "free amplitude"
     assert within_sentence("Hamaker constant") == "Hamaker constant"
+
+
+def test_modes_of_operation_are_written_as_people_write_them():
+    assert [spaced(word) for word in ("am", "ce_fm", "own_mode")] == ["AM", "CE FM", "own mode"]
+    (field,) = (field for field in fields(df.Drive) if field.key == "operation")
+    assert field.help.startswith("AM: constant drive")

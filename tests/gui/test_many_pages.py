@@ -12,13 +12,12 @@ from pathlib import Path
 import pytest
 from served import Server, served
 
-from dforce.gui.window.server import RECONNECT
-
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-from many_users import CASE, person_at
+from many_users import CASE, Person, person_at
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="what a process takes is read from /proc")
 
+AFTERWARDS = 5.0  # s
 VISITS, MOST = 40, 0.3  # MB a visit; a session and a page that stayed took 1 MB
 TOWERS = [f"12 {unit}" for unit in ("nm**9**9**9**9", "nm^9^9^9", "9**9**9**9", "m/(9**9**9)", "m**(9**(9**9))")]
 
@@ -39,7 +38,7 @@ async def visits(server: Server, count: int) -> None:
 def memory_after_visits(server: Server) -> float:
     """Return the memory of a server (MB) after some visits, once their pages are given up."""
     asyncio.run(visits(server, VISITS))
-    time.sleep(RECONNECT + 10.0)
+    time.sleep(AFTERWARDS)
     assert server.memory is not None
     return server.memory
 
@@ -50,6 +49,23 @@ def memory_after_visits(server: Server) -> float:
 def test_a_visit_leaves_next_to_nothing_in_the_server(server: Server) -> None:
     before = memory_after_visits(server)  # what is loaded once, and the most pages at once, is no part of a visit
     assert memory_after_visits(server) - before < VISITS * MOST
+
+
+@pytest.mark.slow
+def test_a_page_whose_connection_was_cut_may_come_back_and_one_that_was_left_is_gone(server: Server) -> None:
+    async def come_back(left: bool) -> None:
+        person = Person(server, 0)
+        await person.open()
+        await (person.leave() if left else person.socket.disconnect())
+        await asyncio.sleep(1.0)
+        try:
+            await person.connect()
+        finally:
+            await person.socket.disconnect()
+
+    asyncio.run(come_back(left=False))
+    with pytest.raises(RuntimeError, match="does not know"):
+        asyncio.run(come_back(left=True))
 
 
 def cpu_time(server: Server) -> float:

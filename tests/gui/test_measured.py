@@ -84,6 +84,7 @@ def test_what_a_file_does_not_tell_is_asked_over_its_head(tmp_path, what):
     question = asked(csv(**how), folder=tmp_path)
     assert [column.quantity for column in question.head.columns] == roles
     assert list(question.asked) == more
+    assert "write" not in str(question)  # here there is a form
 
 
 def answer(roles=("height", "amplitude", "phase"), **more):

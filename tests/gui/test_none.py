@@ -15,6 +15,7 @@ from dforce.core.quantities import AMOUNTS
 from dforce.core.units import parse
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.setpoint import states_of, table_of
+from dforce.gui.study import explore
 from dforce.results.curves import Picture, drawable
 from dforce.results.significance import error_of
 
@@ -67,3 +68,11 @@ def test_no_number_at_the_set_point_is_below_its_estimated_error(name, share):
                     column.name,
                     cell,
                 )  # three digits are shown
+
+
+def test_nothing_that_is_drawn_against_a_parameter_is_below_its_estimated_error():
+    case = df.example("figure-3-air").set("experiment.zc.points=48")
+    over = df.sweep(case, over={"drive.A0": ["8 nm", "10 nm"]}, at_set_point=0.8)
+    choice = explore.fitting(over, explore.Choice("peak_force", "drive.A0"))
+    assert (explore.cut(over, "peak_force", choice).values == 0.0).all()  # no contact
+    assert (explore.cut(over, "min_force", choice).values < 0.0).all()  # attraction is well above its error

@@ -191,6 +191,29 @@ def test_a_mistake_that_is_typed_while_a_case_compiles_ends_the_word_that_it_com
     asyncio.run(flow())
 
 
+def test_a_mistake_is_said_before_the_curve_of_an_earlier_value_has_come(tmp_path, live_as):
+    computed, begun = threading.Event(), threading.Event()
+
+    def computes(case, overtaken, say):
+        begun.set()
+        computed.wait(20.0)
+        return Live(None, gave_up=True)
+
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            await until(lambda: not page.view._latest.busy)
+            live_as(computes)
+            type_into(user, "drive.A0", "7", "nm")
+            await until(begun.is_set)
+            assert page.view.status == ""  # nothing is said of it so far
+            type_into(user, "cantilever.f0", "1e400", "Hz")
+            assert page.view.said.wrong
+            computed.set()
+            await until(lambda: not page.view._latest.busy)
+
+    asyncio.run(flow())
+
+
 def test_a_page_that_has_gone_leaves_nothing_in_the_server(tmp_path):
     left = []
 

@@ -12,7 +12,7 @@ from dforce.core.errors import ParameterError
 from dforce.solvers import continuation, search
 
 NM = 1e-9
-# of figure 3 with DMT: the adaptive transient keeps the repulsive state at 9.78 nm and jumps before 9.80 nm
+# of figure 3 with DMT: the transient with steps of its own keeps the repulsive state at 9.78 nm and jumps before 9.80 nm
 FOLD = 9.794e-9
 
 
@@ -111,8 +111,8 @@ def test_a_multiplier_passes_one_at_a_fold(states):
 
 def test_the_fold_is_the_same_with_an_integrator_that_controls_its_steps(case):
     near = {"zc": ("9.9 nm", "9.3 nm"), "search": 2, "largest_step": 0.05}
-    adaptive = df.branches(case.replace("solver", {"integrator": "adaptive"}), **near)
-    fold = adaptive["zc"].values[adaptive["special"].values == "fold"]
+    engine = df.branches(case.replace("solver", {"integrator": "engine", "method": "transient"}), **near)
+    fold = engine["zc"].values[engine["special"].values == "fold"]
     assert fold == pytest.approx([FOLD], abs=1e-4 * NM)
 
 

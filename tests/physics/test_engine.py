@@ -8,11 +8,7 @@ import pytest
 import dforce as df
 from dforce import kernel
 from dforce.engine.marching import Marcher, Start
-from dforce.experiments.base import initial_motion
-from dforce.forces import REGISTRY
 from dforce.problem import Instrument, Problem
-from dforce.solvers.integrator import INTEGRATORS
-from dforce.solvers.transient import steady
 
 HARMONICS = 300  # a tap of rigid bodies turns the tip within 1 % of the period
 TIGHT = (1e-11, 1e-6, 1e-9)
@@ -114,32 +110,3 @@ def test_sums_over_a_period_are_those_of_its_samples():
     for k in range(1, 7):
         place = 11 + 4 + 2 * (k - 1)
         assert complex(row[place], row[place + 1]) == pytest.approx(2.0 * (weight * z * turn**k).sum(), abs=1e-6), k
-
-
-@pytest.mark.parametrize("name", sorted(REGISTRY))
-def test_the_drive_gives_what_lever_and_sample_take(name):
-    model = REGISTRY[name]
-    changes = {"power_law": {"modulus_at_reference": "300 MPa", "reference_time": "1 us", "longest_time": "10 us"}}
-    problem = lever([model(**{**model.example, **changes.get(name, {})})], modes=[SOFT | {"k": 5.0}], modulus=1e9)
-    settings = df.SolverSettings(method="transient", integrator="engine", relative_tolerance=1e-8)
-    ready = INTEGRATORS["engine"](problem, settings, HARMONICS)
-    ready.place(16e-9)
-    found = steady(ready, initial_motion(ready, "free"), lambda: None)
-    mode, tone, values = problem.modes[0], problem.tones[0], found.values
-    given = math.pi * tone.force * values["amplitude"][0] * math.sin(math.radians(values["phase"][0]))
-    # the fluid takes pi k h A_h^2 / Q at each harmonic h (times h, at a drive on resonance)
-    orders = np.arange(1, HARMONICS + 1)
-    taken = math.pi * mode.k / mode.Q * (orders**2 * values["harmonic_amplitude"] ** 2).sum()
-    assert given - taken == pytest.approx(values["total_dissipated_energy"], abs=2e-4 * math.pi * tone.force * tone.A0)
-    assert found.settled
-
-
-def test_a_fluid_with_a_memory_is_refused():
-    beam = {"youngs_modulus": 169e9, "density": 2330.0, "length": 225e-6, "width": 28e-6, "thickness": 3e-6}
-    case = df.Case(
-        cantilever={"beam": beam | {"fluid": "history"}}, drive={"A0": "5 nm"}, medium="water", tip={"radius": "10 nm"},
-        sample={"youngs_modulus": "1 GPa"}, forces=[df.forces.Hertz()],
-        solver={"method": "transient", "integrator": "engine"},
-    )  # fmt: skip
-    with pytest.raises(df.ParameterError, match='takes no fluid with a memory; write integrator = "adaptive"'):
-        df.dwell(case, zc="5 nm")

@@ -1,5 +1,6 @@
 """The memory of the fluid around a beam: against the beam's own response, its equation written anew, and its noise."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.optimize import nnls
 import dforce as df
 from dforce.core.errors import ParameterError
 from dforce.core.quantities import MOTION
+from dforce.experiments.base import initial_motion
 from dforce.instrument import beam, fluid, history
 from dforce.solvers import SolverSettings
 
@@ -134,9 +136,14 @@ def along(mode, base, omega, zc):
     return slopes
 
 
-def test_tapping_over_a_shaken_base_is_the_motion_of_the_equation():
+@pytest.mark.parametrize(
+    "solver",
+    [{"points_per_period": 2048}, {"method": "transient", "integrator": "engine", "settle_tolerance": 1e-10}],
+    ids=["rk4", "engine"],
+)
+def test_tapping_over_a_shaken_base_is_the_motion_of_the_equation(solver):
     water = case("base")
-    found = df.dwell(water.replace("solver.points_per_period", 2048), zc="9 nm")
+    found = df.dwell(water.replace("solver", solver), zc="9 nm")
     (mode,), (tone,), (base,) = water.problem.modes, water.problem.tones, water.problem.base
     omega = 2.0 * math.pi * tone.frequency
     start = found[MOTION].values.copy()
@@ -155,6 +162,22 @@ def test_tapping_over_a_shaken_base_is_the_motion_of_the_equation():
     c = 2.0 * np.mean(path.y[0, :-1] * np.exp(-1j * omega * times[:-1]))
     assert float(found["amplitude"][0]) == pytest.approx(abs(c), rel=1e-7, abs=0.0)
     assert float(found["phase"][0]) == pytest.approx(-math.degrees(np.angle(c)), abs=1e-5)
+
+
+def test_the_engine_moves_modes_and_fluid_as_small_steps_do():
+    """From rest, in contact: two modes, and a part of the fluid of one that weighs nothing."""
+    problem = case(modes=2).problem
+    memory = problem.modes[0].memory
+    weightless = dataclasses.replace(memory, weights=(*memory.weights[:4], 0.0, *memory.weights[5:]))
+    modes = (dataclasses.replace(problem.modes[0], memory=weightless), *problem.modes[1:])
+    problem = dataclasses.replace(problem, modes=modes)
+    ends = []
+    for name in ("rk4", "engine"):
+        integrator = INTEGRATORS[name](problem, SolverSettings(method="transient", integrator=name), 1, 8192)
+        integrator.place(6e-9)
+        motion, _ = integrator.lock_in(initial_motion(integrator, "rest"), 6)
+        ends.append(np.delete(motion.y, 4 + 4))  # the weightless part, which moves nothing
+    assert ends[1] == pytest.approx(ends[0], abs=1e-8)
 
 
 def test_multipliers_of_the_free_lever_are_those_of_lever_and_fluid_together():
@@ -183,7 +206,7 @@ def test_every_experiment_finds_the_same_motion():
     assert float(stable["amplitude"][end, 0]) == pytest.approx(amplitude[2], rel=1e-6, abs=0.0)
     slow = df.dwell(water.replace("solver.method", "transient"), zc="9 nm")
     assert float(slow["amplitude"][0]) == pytest.approx(amplitude[2], rel=1e-4, abs=0.0)  # as far as it settles
-    reference = water.replace("solver", {"method": "transient", "integrator": "adaptive"})
+    reference = water.replace("solver", {"method": "transient", "integrator": "engine"})
     assert float(df.dwell(reference, zc="9 nm")["amplitude"][0]) == pytest.approx(amplitude[2], rel=1e-4, abs=0.0)
     swept = df.sweep(
         water.replace("experiment", {"kind": "approach", "zc": [12e-9, 9e-9]}),

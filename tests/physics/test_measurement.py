@@ -54,18 +54,18 @@ def sticky():
 
 
 @pytest.mark.parametrize("contact", [viscous, sticky])
-def test_the_adaptive_integrator_measures_as_exactly_as_it_integrates(contact):
+def test_the_engine_measures_as_exactly_as_it_integrates(contact):
     """One settled period against DOP853, which solves the averages along with the motion.
 
-    The roots of these forces at the kinks are the hardest part of the averages: 4096 samples leave up to 3e-8 of the work.
+    The roots of these forces at the kinks are the hardest part of the averages.
     The reference takes extremes from a parabola through 40 points of a step, good to 1e-6.
     """
     from dforce.solvers.integrator import free_amplitudes, with_amplitudes
     from dforce.solvers.transient import settle
 
     problem, zc, law, region = contact()
-    settings = df.SolverSettings(method="transient", integrator="adaptive", settle_tolerance=1e-9)
-    integrator = INTEGRATORS["adaptive"](problem, settings, 1)
+    settings = df.SolverSettings(method="transient", integrator="engine", settle_tolerance=1e-9)
+    integrator = INTEGRATORS["engine"](problem, settings, 1)
     integrator.place(zc)
     motion, settled, _ = settle(integrator, with_amplitudes(integrator, free_amplitudes(integrator)), lambda: None)
     assert settled

@@ -107,12 +107,12 @@ def test_a_jump_is_reported_although_the_point_behind_it_did_not_settle():
 
 
 SLOW = {
-    "settled": {"method": "transient"}, "adaptive": {"integrator": "adaptive"},
+    "settled": {"method": "transient"}, "engine": {"integrator": "engine", "method": "transient"},
     "longer": {"settle": "fixed", "periods": 1500}, "not settled": {"settle": "fixed", "periods": 400},
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("settings", some_long(SLOW, ["adaptive"]))
+@pytest.mark.parametrize("settings", some_long(SLOW, ["engine"]))
 def test_a_transient_lists_the_jumps_that_the_orbits_have(settings):
     zc = np.linspace(10.5 * NM, 9 * NM, 16)
     case = df.example("figure-3-air-jump")
@@ -216,7 +216,7 @@ def test_settings_that_only_a_transient_has_choose_it_or_are_refused():
     assert df.SolverSettings(integrator="lsoda").method == "transient"
     assert df.SolverSettings(settle="fixed").method == "transient"
     with pytest.raises(df.ParameterError, match="needs method"):
-        df.SolverSettings(method="periodic", integrator="adaptive")
+        df.SolverSettings(method="periodic", integrator="lsoda")
     with pytest.raises(df.ParameterError, match="a periodic orbit has no settling"):
         df.SolverSettings(method="periodic", settle="fixed")
 

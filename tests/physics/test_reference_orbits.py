@@ -9,10 +9,10 @@ import pytest
 import dforce as df
 
 NM, PN = 1e-9, 1e-12
-INTEGRATORS = ("rk4", "engine", "lsoda", "adaptive")
+INTEGRATORS = ("rk4", "engine", "lsoda")
 
 
-def dwell(case, zc=None, integrator="adaptive", **settings):
+def dwell(case, zc=None, integrator="engine", **settings):
     return df.dwell(case.replace("solver.integrator", integrator).replace("solver.method", "transient"), zc, **settings)
 
 

@@ -6,6 +6,7 @@ import fitted_curves
 import numpy as np
 
 import dforce as df
+from dforce.findings.answer import answer_with
 
 
 def test_a_fit_gives_values_with_errors_and_units_and_for_which_lever_and_tip():
@@ -26,3 +27,15 @@ def test_a_curve_gives_its_state_at_the_set_point_with_force_and_depth():
         float(np.unique(np.round(states[name].values, 15))[0]) for name in ("peak_force", "max_indentation")
     )
     assert df.answer(curve, "80 %") == (f"Repulsive at 80 %: {df.show(force, 'N', 3)}, {df.show(depth, 'm', 3)} deep.")
+
+
+def test_a_state_that_the_curve_does_not_meet_is_named_where_all_states_are_known():
+    curve, branches = (df.run(df.example(name)) for name in ("figure-3-air", "figure-3-branches"))
+    assert df.answer(curve) == "Attractive at 80 %: no contact."
+    at = df.at_set_point(branches, 0.8)
+    (one,) = np.flatnonzero(at["stable"].values & (at["regime"].values == "repulsive"))
+    force, depth = (
+        df.show(float(at[name][one]), unit, 3) for name, unit in (("peak_force", "N"), ("max_indentation", "m"))
+    )
+    said = answer_with(curve, 0.8, branches=branches)
+    assert said == f"Attractive at 80 %: no contact. Another state exists: repulsive, {force}, {depth} deep."

@@ -255,7 +255,7 @@ SILENT = {
     "contact_sampling": [
         tapping(CALM, min_distance=-0.06e-9), tapping(STIFF, min_distance=0.2e-9), tapping(STIFF),
         tapping(over(case=STIFF, solver__points_per_period=1024), min_distance=-0.07e-9),
-        tapping(over(case=STIFF, solver={"method": "transient", "integrator": "adaptive"}), min_distance=-0.07e-9),
+        tapping(over(case=STIFF, solver={"method": "transient", "integrator": "engine"}), min_distance=-0.07e-9),
     ],
     "energy_gained": [
         tapping(CALM, total_dissipated_energy=2e-20), tapping(CALM, total_dissipated_energy=-2e-20),

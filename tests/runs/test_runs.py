@@ -66,7 +66,7 @@ SOLVERS = [
         marks=pytest.mark.long,
     ),
     {"integrator": "rk4", "direction": "approach", "settle": "fixed", "periods": 50},
-    {"integrator": "adaptive"},
+    {"integrator": "engine", "method": "transient"},
     {"integrator": "lsoda", "direction": "approach", "settle": "fixed", "periods": 50},
     pytest.param({"integrator": "lsoda", "direction": "approach"}, marks=pytest.mark.long),
 ]

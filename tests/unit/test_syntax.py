@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import contextlib
 import gc
 import sys
 import threading
@@ -29,6 +31,27 @@ def restless():
     gc.callbacks.remove(collected)
     gc.set_threshold(*thresholds)
     sys.setswitchinterval(interval)
+
+
+@pytest.fixture
+def others():
+    """Let another thread make trees without a word to anybody, as a library does that reads a text with ast.literal_eval."""
+
+    def make():
+        while not over.is_set():
+            with contextlib.suppress(SystemError):  # its own fault
+                ast.literal_eval(str(list(range(300))))
+
+    over, thread = threading.Event(), threading.Thread(target=make)
+    thread.start()
+    yield
+    over.set()
+    thread.join()
+
+
+def test_a_tree_is_made_while_a_library_makes_others(restless, others):
+    for _ in range(TIMES):
+        assert syntax_tree(f"y = {TERMS}").body
 
 
 def test_threads_that_make_trees_at_the_same_moment_all_get_them(restless):

@@ -54,7 +54,11 @@ BEYOND = 1.3  # times the way to the next kink at the present speed: longest ste
 LANDED = 1e-9  # of the free amplitude: how near to a kink a step ends where the force jumps
 NEAR = 0.01  # times the root of a step's error: how near where it does not, as the error then goes with the square
 SWITCHED, MOST_TRIES = 1e-12, 60  # rad: how close behind a switch a step ends; attempts at it
-MOST_STEPS = 4000  # in an interval
+MOST_STEPS = 40_000  # in an interval
+MOST_SWITCHES, REST = (
+    3,
+    0.005,
+)  # of each latch in so many rad: a force that switches more often keeps its branch as long
 
 
 @compiled
@@ -160,9 +164,14 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
     if measured:
         begin_sums(lane, sums)
     steps, crested, fast = 0, False, fastest_turn(lane)
+    changes, since, rest = 0, 0.0, 0.0
     speed, f1 = speed_bound(lane), force_now(lane, laws)
     while lane.state[T] < interval:
-        left = interval - lane.state[T]
+        watched = switches and lane.state[T] >= rest
+        if watched and rest > 0.0:
+            change_latches(lane, laws, lane.state[D0], lane.state[V0])
+            f1, rest = force_now(lane, laws), 0.0
+        left = (rest if rest > 0.0 else interval) - lane.state[T]
         h = min(want, left, lane.limits[3], longest_step(lane, fast, speed, measured))
         v0 = lane.state[V0]
         if left - h < 1e-3 * h:
@@ -206,7 +215,7 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
                 if error > 1.0 and h > SMALLEST:
                     h, aim, kind = h * max(SHRINK, min(0.7, fit)), NOTHING, begun
                     continue
-                if switches:  # one that changes on the way, not at the kink itself
+                if watched:  # one that changes on the way, not at the kink itself
                     before = level + (2.0 if v1 < 0.0 else -2.0) * LANDED * length
                     high_g = largest_switch(lane, laws, before, v1)
                     if high_g > 0.0:
@@ -231,7 +240,7 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
                 if error > 1.0 and h > SMALLEST:
                     h, aim, kind = h * max(SHRINK, min(0.7, fit)), NOTHING, begun
                     continue
-                if switches:
+                if watched:
                     high_g = largest_switch(lane, laws, d1, v1)
                     if high_g > 0.0:
                         low_g = largest_switch(lane, laws, lane.state[D0], v0)
@@ -251,7 +260,7 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
             if error > 1.0 and h > SMALLEST:
                 h *= max(SHRINK, min(0.9, fit))
                 continue
-            if switches:
+            if watched:
                 high_g = largest_switch(lane, laws, d1, v1)
                 if high_g > 0.0:
                     low_g = largest_switch(lane, laws, lane.state[D0], v0)
@@ -294,11 +303,36 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
             change_latches(lane, laws, lane.state[D0], lane.state[V0])
             f1 = force_now(lane, laws)
             salt(lane, before - f1, v1)
+            if lane.state[T] - since > REST:
+                changes, since = 0, lane.state[T]
+            changes += 1
+            if changes > MOST_SWITCHES * lane.latched.shape[0]:
+                rest = min(lane.state[T] + REST, interval)
         elif aim == TURN:
             lane.state[HEADING] = -lane.state[HEADING]
     if measured:
         end_sums(lane, sums)
     return True
+
+
+@compiled
+def part(lanes: Any, i: int, k: int, u: Any) -> None:
+    """Write the deviation of each part at the start of an interval, from the path: results depend on no cut into calls."""
+    for r in range(lanes.split.shape[1]):
+        total = 0.0
+        for c in range(lanes.split.shape[2]):
+            total += lanes.split[i, r, c] * (lanes.path[i, k, c] - lanes.still[i, k, c])
+        u[r // 2, r % 2, 0] = total
+
+
+@compiled
+def unite(lanes: Any, i: int, k: int, u: Any) -> None:
+    """Write the path at the end of an interval."""
+    for c in range(lanes.whole.shape[1]):
+        total = lanes.still[i, k, c]
+        for r in range(lanes.whole.shape[2]):
+            total += lanes.whole[i, c, r] * u[r // 2, r % 2, 0]
+        lanes.path[i, k, c] = total
 
 
 @compiled
@@ -315,10 +349,11 @@ def take_sample(lane: Any, laws: Any, sample: Any) -> None:
 @compiled
 def advance(lanes: Any, laws: Any) -> None:
     """Advance each lane over all intervals."""
-    modes, sampled = lanes.deviation.shape[1], lanes.samples.shape[1] > 0
+    sampled = lanes.samples.shape[1] > 0
     for i in range(lanes.numbers.shape[0]):
         lane, good = lane_of(lanes, i), True
         for k in range(lanes.phases.shape[0]):
+            part(lanes, i, k, lane.u)
             begin_interval(lane, lanes.begin[k], lanes.phases[k])
             if sampled and k == 0:
                 change_latches(lane, laws, lane.state[D0], lane.state[V0])
@@ -326,11 +361,7 @@ def advance(lanes: Any, laws: Any) -> None:
             good = march(lane, laws, lanes.span, lanes.sums[i, k], lanes.count[i])
             if not good:
                 break
-            for n in range(modes):  # rounded as where a new call begins: results depend on no cut into calls
-                for part in range(2):
-                    free = lanes.still[i, k + 1, 2 * n + part]
-                    lanes.path[i, k + 1, 2 * n + part] = free + lane.u[n, part, 0]
-                    lane.u[n, part, 0] = lanes.path[i, k + 1, 2 * n + part] - free
+            unite(lanes, i, k + 1, lane.u)
             if sampled:
                 take_sample(lane, laws, lanes.samples[i, k + 1])
         if not good:

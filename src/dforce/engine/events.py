@@ -56,7 +56,7 @@ def event_in(lane: Any, h: float, turned: bool) -> Any:
     """Return what comes first in a step that leaves its interval of kinks or turns: KINK or TURN, the kink, and when."""
     low, high, d1, last, level = lane.state[LOW], lane.state[HIGH], lane.state[D1], h, 0.0
     zc, length = lane.numbers[ZC], lane.numbers[LENGTH]
-    moved, fast = bend(lane, h)
+    moved, fast, _, _ = bend(lane, h)
     if turned:
         last = root(lane, h, moved, fast, 0.0, TURN, h)
         d1 = zc + length * inside(lane.mode, lane.turn, lane.u, moved, fast, h, last)[0]
@@ -175,4 +175,5 @@ def salt(lane: Any, jump: float, v: float) -> None:
         for n in range(lane.u.shape[0]):
             moved += lane.u[n, 0, k]
         for n in range(lane.u.shape[0]):
+            lane.u[n, 0, k] -= lane.mode[n, 4] * jump * moved / v
             lane.u[n, 1, k] -= lane.mode[n, 3] * jump * moved / v

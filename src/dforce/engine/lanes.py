@@ -15,7 +15,7 @@ from dforce.engine.tableau import STAGES, WIDTH
 Function = TypeVar("Function", bound=Callable[..., Any])
 # contract, arcp and nsz let the compiler fuse and reorder products but keep NaN and infinity meaningful
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "arcp", "nsz"}}
-ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_MODE, PER_MODE = 0, 1, 2, 3, 4, 5, 3  # places in the kernel's parameters
+ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_LAW = range(6)  # places in a lane's numbers
 # places of a lane's state: time in the interval; distance (m) and velocity at both ends of the step; force (N) at its end;
 # the kinks (m) around it, and the number of the upper one; time at which the interval begins; sign of the next velocity
 T, D0, V0, D1, V1, F1, LOW, HIGH, SIDE, BEGIN, HEADING, STATES = range(12)
@@ -39,10 +39,11 @@ class Lanes(NamedTuple):
     Attributes
     ----------
     numbers
-        The lever's scaled numbers and those of the laws behind, (lanes, numbers).
+        Distance and units, and the numbers of the laws behind, (lanes, numbers).
+    parts, split, whole
+        The parts of the modes, see :class:`dforce.engine.parts.Parts`.
     tones
-        Frequency ratio of each tone, real and imaginary part of the base's motion and of the free motion of each mode, (lanes,
-        tones, 3 + 2 modes).
+        Frequency ratio of each tone, free motion of the tip and motion of the base (real, imaginary), (lanes, tones, 5).
     span, begin, phases
         Length of the intervals over which sums are taken (scaled time), the scaled time at the start of each, (intervals,), and
         the phase of each tone then, (intervals, tones).
@@ -51,7 +52,7 @@ class Lanes(NamedTuple):
     limits
         Of a step: error in the motion, in the columns, in the fastest Fourier sum; longest (scaled time), (lanes, 4).
     deviation
-        Deviation from the free motion and its derivatives, (lanes, modes, 2, 1 + columns).
+        Deviation of each part from the free motion, and its derivatives, (lanes, parts, 2, 1 + columns).
     unit
         What the distance changes by (m) in each column of itself, (lanes, columns).
     memory, scale, latched
@@ -61,7 +62,7 @@ class Lanes(NamedTuple):
     sums
         What is summed over each interval, (lanes, intervals, FIRST_PAIR + 2 pairs); or nothing, (lanes, intervals, 0).
     still, path
-        Scaled free motion, and motion, at the start and the end of each interval, (lanes, intervals + 1, 2 modes).
+        Scaled free motion, and motion, at the start and the end of each interval, (lanes, intervals + 1, size).
     samples
         Memory, branches and force (N) at the start and at the end of each interval, (lanes, intervals + 1, states + latches +
         1); or nothing, (lanes, 0, 0).
@@ -70,6 +71,9 @@ class Lanes(NamedTuple):
     """
 
     numbers: Any
+    parts: Any
+    split: Any
+    whole: Any
     tones: Any
     span: float
     begin: Any
@@ -94,7 +98,7 @@ class Lane(NamedTuple):
 
     room: Any  # what holds all others that belong to no motion's row: they are views that hold nothing themselves
     numbers: Any
-    mode: Any  # (modes, 4): half damping, square of the damped frequency, stiffness, gain
+    mode: Any  # (parts, NUMBERS): the parts of the modes, which are modes to all that follows
     turn: Any  # (tones, 8): ratio; free tip, complex; cosine and sine at the start of the step; phase; base, complex
     kinks: Any
     limits: Any
@@ -170,7 +174,7 @@ def lane_of(lanes: Any, i: int) -> Lane:
     q, pairs = lanes.deviation.shape[3], unowned(lanes.pairs)
     tones_count, pair_count = tones.shape[0], pairs.shape[0]
     room = np.zeros(  # as many numbers as all parts below have
-        modes * (4 + 2 * q + 2 * q + 6 * WIDTH + 2 * q * WIDTH)
+        modes * (2 * q + 2 * q + 6 * WIDTH + 2 * q * WIDTH)
         + tones_count * (8 + 2 * WIDTH)
         + (2 + WIDTH) * q
         + WIDTH * (3 + 4 + 2 * pair_count + 1 + 2)
@@ -178,8 +182,7 @@ def lane_of(lanes: Any, i: int) -> Lane:
         + 4 * 3
         + STATES
     )
-    mode, at = carved(room, 0, (modes, 4))
-    turn, at = carved(room, at, (tones_count, 8))
+    turn, at = carved(room, 0, (tones_count, 8))
     u, at = carved(room, at, (modes, 2, q))
     end, at = carved(room, at, (modes, 2, q))
     moved, at = carved(room, at, (modes, 2, q, WIDTH))
@@ -202,17 +205,12 @@ def lane_of(lanes: Any, i: int) -> Lane:
     state, at = carved(room, at, (STATES,))
     assert at == room.shape[0]
     for n in range(modes):
-        first = FIRST_MODE + PER_MODE * n
-        stiff, drag, gain = numbers[first], numbers[first + 1], numbers[first + 2]
-        mode[n, 0], mode[n, 1], mode[n, 2], mode[n, 3] = 0.5 * drag, stiff - 0.25 * drag * drag, stiff, gain
         for part in range(2):
             for k in range(q):
                 u[n, part, k] = lanes.deviation[i, n, part, k]
     for j in range(tones_count):
-        turn[j, 0], turn[j, 6], turn[j, 7] = tones[j, 0], tones[j, 1], tones[j, 2]
-        for n in range(modes):
-            turn[j, 1] += tones[j, 3 + 2 * n]
-            turn[j, 2] += tones[j, 4 + 2 * n]
+        turn[j, 0], turn[j, 1], turn[j, 2] = tones[j, 0], tones[j, 1], tones[j, 2]
+        turn[j, 6], turn[j, 7] = tones[j, 3], tones[j, 4]
     for m in range(states):
         memory[0, m] = lanes.memory[i, m]
     places = (
@@ -222,12 +220,12 @@ def lane_of(lanes: Any, i: int) -> Lane:
         address_of(result),
         address_of(kept),
         address_of(change),
-        address_of(numbers) + 8 * (FIRST_MODE + PER_MODE * modes),
+        address_of(numbers) + 8 * FIRST_LAW,
     )
     return Lane(
         room,
         numbers,
-        mode,
+        unowned(lanes.parts[i]),
         turn,
         unowned(lanes.kinks[i]),
         unowned(lanes.limits[i]),

@@ -25,8 +25,9 @@ from dforce.engine.lanes import (
     Lanes,
 )
 from dforce.engine.laws import Laws, laws_of
-from dforce.kernel import base_of, drive_of, stiffness_of
-from dforce.kernel.codegen import FIRST_MODE, OMEGA, PER_MODE
+from dforce.engine.parts import Parts, parts_of
+from dforce.kernel import base_of, drive_of, fluid_amplitudes, stiffness_of
+from dforce.kernel.codegen import FIRST_MODE, OMEGA, parameter_count
 from dforce.observables import measure
 from dforce.problem import Problem
 
@@ -129,28 +130,29 @@ class Marcher:
             Given: columns are wanted, and this is the unit of the distance (m), (motions,).
         """
         count, size = start.x.shape
-        modes, intervals, ratios = size // 2, periods * parts, start.tones[0, :, 0]
+        example, intervals, ratios = self.example, periods * parts, start.tones[0, :, 0]
+        modes, late = len(example.modes), example.late_fluid
         omega = np.broadcast_to(ratios[:, None], (count, len(ratios), modes))
-        free = drive_of(start.tones, modes) / stiffness_of(start.numbers[:, None], modes, 0, omega)
-        base = base_of(start.tones)
-        table = np.empty((count, len(ratios), 3 + 2 * modes))
-        table[:, :, 0], table[:, :, 1], table[:, :, 2] = ratios, base.real, base.imag
-        table[:, :, 3::2], table[:, :, 4::2] = free.real, free.imag
+        free = drive_of(start.tones, modes) / stiffness_of(start.numbers[:, None], modes, late, omega)
+        tip, base, part_of = free.sum(axis=2), base_of(start.tones), parts_of(start.numbers, modes, late)
+        table = np.stack(np.broadcast_arrays(ratios, tip.real, tip.imag, base.real, base.imag), axis=2)
+        fluid = fluid_amplitudes(start.numbers, example, ratios, 1j * omega * free)
         whole, part = np.divmod(np.arange(intervals + 1), parts)
         turns = np.outer(start.period + whole, ratios)
         phases = start.tones[0, :, 1] + TAU * (turns - np.floor(turns)) + TAU / parts * np.outer(part, ratios)
-        still = np.stack([_motion(free, ratios, phase) for phase in phases], axis=1)
+        still = np.stack([_motion(free, fluid, ratios, phase) for phase in phases], axis=1)
         path: Array = np.full(still.shape, np.nan)
         path[:, 0] = start.x
         columns = 0 if unit is None else size + 1
-        deviation, by = np.zeros((count, modes, 2, 1 + columns)), np.zeros((count, columns))
-        deviation[..., 0] = (start.x - still[:, 0]).reshape(count, modes, 2)
+        deviation = np.zeros((count, part_of.numbers.shape[1], 2, 1 + columns))
+        by = np.zeros((count, columns))
         if unit is not None:
-            deviation[..., 1 : 1 + size], by[:, size] = np.eye(size).reshape(modes, 2, size), unit
+            deviation[..., 1 : 1 + size], by[:, size] = part_of.split.reshape(*deviation.shape[:3], size), unit
         pairs = np.empty(0) if harmonics is None else np.append(ratios, np.arange(2.0, harmonics + 1.0))
         states, latches = start.memory.shape[1], start.branch.shape[1]
         lanes = Lanes(
-            np.ascontiguousarray(start.numbers),
+            np.concatenate([start.numbers[:, :FIRST_MODE], start.numbers[:, parameter_count(modes, late) :]], axis=1),
+            *part_of,
             table,
             TAU / parts,
             TAU * (start.period + whole[:-1] + part[:-1] / parts),
@@ -172,10 +174,9 @@ class Marcher:
         engine()(lanes, self.laws)
         rows = np.empty((count, intervals, 0))
         if harmonics is not None:
-            rows = measured(start.numbers, free, ratios, phases, path - still, harmonics, lanes.sums)
-        return Marched(
-            path, lanes.memory, lanes.latched, deviation[..., 1:].reshape(count, size, columns), rows, lanes.samples
-        )
+            rows = measured(part_of, free, ratios, phases, path - still, harmonics, lanes.sums)
+        derived = part_of.whole @ deviation[..., 1:].reshape(count, part_of.whole.shape[2], columns)
+        return Marched(path, lanes.memory, lanes.latched, derived, rows, lanes.samples)
 
     def _limits(self, numbers: Array, limits: tuple[float, float, float] | Array) -> Array:
         """Return the limits of a step of each motion; the fastest relaxation of a memory limits its length."""
@@ -188,16 +189,16 @@ class Marcher:
 
 
 def measured(
-    numbers: Array, free: Complexes, ratios: Array, phases: Array, ends: Array, harmonics: int, sums: Array
+    parts: Parts, free: Complexes, ratios: Array, phases: Array, ends: Array, harmonics: int, sums: Array
 ) -> Array:
     """Return what ``observables`` reads of each period, from the sums over it.
 
-    The Fourier sums U of the deviation u of a mode follow from those of the force F and from its ends:
-    (r^2 - w^2 + i w c) U = g F - [(v + (i w + c) u) exp(-i w t)] from start to end.
+    The Fourier sums U of the deviation u of a part follow from those of the force F and from its ends, with c = 2 eta:
+    (K - w^2 + i w c) U = (g + (i w + c) b) F - [(v + (i w + c) u) exp(-i w t)] from start to end.
     """
     modes, tones = free.shape[2], len(ratios)
-    lever = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * modes].reshape(-1, 1, modes, PER_MODE)
-    stiff, drag, gain = lever[..., 0], lever[..., 1], lever[..., 2]
+    eta, _, stiff, gain, lift = np.moveaxis(parts.numbers[:, None], 3, 0)
+    drag, ends = 2.0 * eta, ends @ np.swapaxes(parts.split, 1, 2)
     force = sums[..., FIRST_PAIR::2] + 1j * sums[..., FIRST_PAIR + 1 :: 2]
     u, v, turned = ends[..., ::2], ends[..., 1::2], np.exp(1j * phases[:-1])
 
@@ -205,7 +206,8 @@ def measured(
         """Return the Fourier sum of each mode over each period at a frequency, (motions, periods, modes)."""
         edge = v + (1j * w + drag) * u
         edge = edge[:, 1:] * np.exp(-1j * w * TAU) - edge[:, :-1]
-        out = (gain * push[..., None] - edge) / (stiff - w * w + 1j * w * drag)
+        out = ((gain + (1j * w + drag) * lift) * push[..., None] - edge) / (stiff - w * w + 1j * w * drag)
+        out = out.reshape(*out.shape[:2], modes, -1).sum(axis=3)
         for j, ratio in enumerate(ratios):
             swing = free[:, None, j] * turned[None, :, j, None]
             out = out + 0.5 * swing * _window(ratio - w) + 0.5 * swing.conj() * _window(-ratio - w)
@@ -237,11 +239,11 @@ def measured(
     return rows
 
 
-def _motion(free: Complexes, ratios: Array, phases: Array) -> Array:
+def _motion(free: Complexes, fluid: Complexes, ratios: Array, phases: Array) -> Array:
     """Return the scaled free motion at phases of the tones, (motions, size)."""
-    turned = free * np.exp(1j * phases)[:, None]
-    x, v = turned.sum(axis=1).real, (1j * ratios[:, None] * turned).sum(axis=1).real
-    return np.stack([x, v], axis=2).reshape(len(free), -1)
+    turn = np.exp(1j * phases)[:, None]
+    x, v = (free * turn).sum(axis=1).real, (1j * ratios[:, None] * free * turn).sum(axis=1).real
+    return np.concatenate([np.stack([x, v], axis=2).reshape(len(free), -1), (fluid * turn).sum(axis=1).real], axis=1)
 
 
 def _window(a: float) -> complex:

@@ -55,7 +55,7 @@ def waves(square: float) -> Any:
 
 @inlined
 def propagator(eta: float, kappa: float, stiff: float, s: float) -> Any:
-    """Return what a mode does in a time without forces, and what a unit of force then does to it in the frame."""
+    """Return what a mode does in a time without forces, and what then takes a change of its velocity back to the frame."""
     grow, shrink = waves(-eta * eta * s * s)
     c, q = waves(kappa * s * s)
     q, shrink = q * s, eta * s * shrink
@@ -84,11 +84,12 @@ def prepare(mode: Any, turn: Any, table: Any, tip: Any, wave: Any, share: Any, k
             tip[X, i] += x
             tip[V, i] += v
     for n in range(mode.shape[0]):
-        eta, kappa, stiff, gain = mode[n, 0], mode[n, 1], mode[n, 2], mode[n, 3]
+        eta, kappa, stiff, gain, lift = mode[n, 0], mode[n, 1], mode[n, 2], mode[n, 3], mode[n, 4]
         for i in range(share.shape[1]):
             xx, xv, vx, vv, push_x, push_v = propagator(eta, kappa, stiff, h * share[kind, i])
             table[n, XX, i], table[n, XV, i], table[n, VX, i], table[n, VV, i] = xx, xv, vx, vv
-            table[n, PUSH_X, i], table[n, PUSH_V, i] = gain * push_x, gain * push_v
+            table[n, PUSH_X, i] = gain * push_x + lift * (push_v + 2.0 * eta * push_x)
+            table[n, PUSH_V, i] = gain * push_v - lift * stiff * push_x
 
 
 @compiled
@@ -271,13 +272,17 @@ def swing_error(ratio: float, push: Any, tip: Any, swing: Any) -> float:
 
 @compiled
 def bend(lane: Any, h: float) -> Any:
-    """Return how far the forces of the step that was tried have moved the tip at its end, and with which velocity."""
-    mode, u, end, moved, fast = lane.mode, lane.u, lane.end, 0.0, 0.0
+    """Return what the forces of the step that was tried do: deflection and velocity at its end, acceleration at both."""
+    mode, u, end, moved, fast, start, last = lane.mode, lane.u, lane.end, 0.0, 0.0, 0.0, 0.0
     for n in range(mode.shape[0]):
         xx, xv, vx, vv, _, _ = propagator(mode[n, 0], mode[n, 1], mode[n, 2], h)
-        moved += end[n, 0, 0] - xx * u[n, 0, 0] - xv * u[n, 1, 0]
-        fast += end[n, 1, 0] - vx * u[n, 0, 0] - vv * u[n, 1, 0]
-    return moved, fast
+        x = end[n, 0, 0] - xx * u[n, 0, 0] - xv * u[n, 1, 0]
+        v = end[n, 1, 0] - vx * u[n, 0, 0] - vv * u[n, 1, 0]
+        moved += x
+        fast += v
+        start += mode[n, 3] * lane.force[0]
+        last += mode[n, 3] * lane.state[F1] - mode[n, 2] * x - 2.0 * mode[n, 0] * v
+    return moved, fast, start, last
 
 
 @compiled

@@ -46,8 +46,14 @@ def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
     return answer_with(result, parse_share(set_point, "set_point"))
 
 
-def answer_with(result: xr.Dataset, share: float, states: xr.Dataset | None = None) -> str:
-    """Return a result in words; `states` is a result of :func:`dforce.at_set_point` for this share where it is known."""
+def answer_with(
+    result: xr.Dataset, share: float, states: xr.Dataset | None = None, branches: xr.Dataset | None = None
+) -> str:
+    """Return a result in words.
+
+    `states` is a result of :func:`dforce.at_set_point` for this share where it is known. `branches` has all states of the case:
+    those of regimes that the curve does not meet are named, too.
+    """
     if is_kind(result, "fit"):
         return _of_fit(result)
     along = goes_along(result)
@@ -56,9 +62,13 @@ def answer_with(result: xr.Dataset, share: float, states: xr.Dataset | None = No
         return " ".join(
             f"{line.label[0].upper()}{line.label[1:]}: {line.text}." for line in summary(result)[:MOST_LINES]
         )
-    found = dict.fromkeys((state.regime, _details(state)) for state in states_at(result, share, states) if state.stable)
-    if not found:
+    met = [state for state in states_at(result, share, states) if state.stable]
+    if not met:
         return why_none(result, share)
+    unmet = [] if branches is None else [state for state in states_at(branches, share) if state.stable]
+    regimes = {state.regime for state in met}
+    unmet = [state for state in unmet if state.regime not in regimes]
+    found = dict.fromkeys((state.regime, _details(state)) for state in (*met, *unmet))
     (regime, details), *others = found
     first = f"{regime} at {100.0 * share:.4g} %" if regime else f"at {100.0 * share:.4g} %"
     sentences = [f"{first[0].upper()}{first[1:]}: {details}."]

@@ -334,8 +334,7 @@ def with_parts(
             work[6, k] += at_end * (stage[k] - work[5, k])
     for k in range(size):
         stage[k] = work[6, k]
-    weights = (at_begin, at_end, -at_begin - at_end, 0.0, 0.0, 0.0, 0.0)
-    return blend(whole, 1.0, weights, first, last, whole, whole, whole, whole, whole)
+    return blend(whole, at_begin, first, at_end, last)
 
 
 @uncounted

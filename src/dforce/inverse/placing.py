@@ -123,31 +123,31 @@ def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | 
     ParameterError
         Without a unit, for volts without a sensitivity, and for a unit of something else.
     """
-    stored = MEANINGS[quantity].unit
+    stored, called = MEANINGS[quantity].unit, quantity.replace("_", " ")
     if column.values.dtype.kind != "f":
-        raise ParameterError(f"{name} has words in the column '{column.name}', which should contain the {quantity}")
+        raise ParameterError(f"{name} has words in the column '{column.name}', which should contain the {called}")
     values = np.asarray(column.values, dtype=float)
     said = known_unit(unit) if unit is not None else column.unit
     if unit is not None and not said:
-        raise ParameterError(f"units: '{shorten(unit, 40)}' is not a known unit, for the {quantity}")
+        raise ParameterError(f"units: '{shorten(unit, 40)}' is not a known unit, for the {called}")
     if stored in NUMBERS:
         return values
     if not said:
         raise ParameterError(
-            f"{name} has no unit for the {quantity} (column '{column.name}'); write: "
+            f"{name} has no unit for the {called} (column '{column.name}'); write: "
             f"units = {{'{quantity}': '{known_units.usual_unit(stored)}'}}"
         )
     if quantity in AMPLITUDES and _is_voltage(said):
         if sensitivity is None:
             raise ParameterError(
-                f"{name} has the {quantity} in {said} (column '{column.name}'); write the sensitivity of the detector, "
+                f"{name} has the {called} in {said} (column '{column.name}'); write the sensitivity of the detector, "
                 "such as sensitivity = '52 nm/V'"
             )
         return values * scale_to(said, "V") * _sensitivity(sensitivity)
     try:
         return values * scale_to(said, stored)
     except UnitError as error:
-        raise UnitError(f"{name}: the unit of the {quantity} (column '{column.name}') {error}") from None
+        raise UnitError(f"{name}: the unit of the {called} (column '{column.name}') {error}") from None
 
 
 def _is_voltage(unit: str) -> bool:

@@ -239,23 +239,16 @@ def _kinematics(modes: int, late: int) -> list[str]:
 
 def _arithmetic(modes: int, late: int) -> list[str]:
     places, form = range(motion_size(modes, late)), functools.partial(_pairs, modes, late)
-    blended = [f"y[{i}] + h * ({' + '.join(f'weights[{s}] * k{s + 1}[{i}]' for s in range(7))})" for i in places]
     # the last acceleration comes last: the next step waits for these sums
     arrived_x = "y[{x}] + h * s * (a1[{n}] + a2[{n}]) + h * s * a3[{n}]"
     arrived_v = "y[{v}] + s * (a1[{n}] + 2.0 * (a2[{n}] + a3[{n}])) + s * a4[{n}]"
-    slopes = "k1, k2, k3, k4, k5, k6, k7"
-    errors = "\n".join(
-        f"    worst = max(worst, abs(h * ({' + '.join(f'weights[{s}] * k{s + 1}[{i}]' for s in range(7))}))"
-        f" / (absolute + max(abs(y[{i}]), abs(end[{i}]))))"
-        for i in places
-    )
+    blended = [f"y[{i}] + (share1 * y1[{i}] + share2 * y2[{i}] + (-share1 - share2) * y[{i}])" for i in places]
     return [
         f"def coasted(y, h):\n    return {form('y[{x}] + h * y[{v}]', 'y[{v}]')}",
         f"def bent(y, h, a):\n    return {form('y[{x}] + h * a[{n}]', 'y[{v}]')}",
         f"def pushed(y, h, a):\n    return {form('y[{x}]', 'y[{v}] + h * a[{n}]')}",
         f"def arrived(y, h, a1, a2, a3, a4):\n    s = h / 6.0\n    return {form(arrived_x, arrived_v)}",
-        f"def blend(y, h, weights, {slopes}):\n    return {tuple_of(blended)}",
-        f"def error_norm(h, weights, y, end, absolute, {slopes}):\n    worst = 0.0\n{errors}\n    return worst",
+        f"def blend(y, share1, y1, share2, y2):\n    return {tuple_of(blended)}",
         *_samples(places),
     ]
 

@@ -123,8 +123,8 @@ def fluid_mean(k1: Any, k2: Any, k3: Any, k4: Any) -> Any:
     raise NotImplementedError
 
 
-def blend(y: Any, h: float, weights: Any, k1: Any, k2: Any, k3: Any, k4: Any, k5: Any, k6: Any, k7: Any) -> Any:
-    """Return y + h times the weighted sum of seven slopes."""
+def blend(y: Any, share1: float, y1: Any, share2: float, y2: Any) -> Any:
+    """Return the motion y moved by shares of the ways to two others."""
     raise NotImplementedError
 
 
@@ -195,22 +195,4 @@ def drive_at(tones: Any, bases: Any, tau: float) -> Any:
 
 def drive_between(u0: Any, u1: Any, u2: Any, s: float) -> Any:
     """Return the drive at the share s of a step, by the parabola through its values at both ends and in the middle."""
-    raise NotImplementedError
-
-
-def error_norm(
-    h: float,
-    weights: Any,
-    y: Any,
-    end: Any,
-    absolute: float,
-    k1: Any,
-    k2: Any,
-    k3: Any,
-    k4: Any,
-    k5: Any,
-    k6: Any,
-    k7: Any,
-) -> float:
-    """Return the largest weighted difference of the two embedded solutions, relative to `absolute` plus the motion."""
     raise NotImplementedError

@@ -38,7 +38,7 @@ def tangents(
     scale
         Scale of each number of the forces' memory.
     work, ends
-        Scratch: (9, memory), and (2, numbers).
+        Scratch: (8, memory), and (2, numbers).
     """
     points, size, states = change.shape[0], motion_size(), memory_size()
     h = TAU / points

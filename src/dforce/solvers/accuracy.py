@@ -59,7 +59,7 @@ class _Orbits:
     def apart(self, a: dict[str, Array], b: dict[str, Array], which: Indices) -> Array:
         """Return how far two measurements are apart, (orbits, names); infinite where one is no number."""
         numbers, tones = (table[which] for table in self.tables)
-        return np.nan_to_num(deviations(self.block.batch.example, numbers, tones, a, b), nan=np.inf)
+        return np.nan_to_num(deviations(self.block.batch.example, numbers, tones, a, b), nan=np.inf, posinf=np.inf)
 
     def judge(self, some: Indices, times: int) -> None:
         """Estimate the errors of some, found with so many times the block's samples, from a measurement with twice as many."""

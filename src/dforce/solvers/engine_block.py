@@ -70,14 +70,11 @@ class EngineBlock(Block):
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
-        if self.late:
+        remembering = ["the fluid"] * bool(self.late)
+        remembering += [force.name for force in self.batch.example.forces if force.memory]
+        if remembering:
             raise ParameterError(
-                'solver.integrator = "engine" takes no fluid with a memory; write integrator = "rk4" for it'
-            )
-        remembers = next((force for force in self.batch.example.forces if force.memory), None)
-        if remembers is not None:
-            raise ParameterError(
-                f'solver.integrator = "engine" finds no periodic orbit with the memory of {remembers.name}; '
+                f'solver.integrator = "engine" finds no periodic orbit with the memory of {remembering[0]}; '
                 'write integrator = "rk4", or method = "transient"'
             )
         self._marcher = Marcher.of(self.batch.example)

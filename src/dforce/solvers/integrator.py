@@ -14,7 +14,7 @@ import numpy as np
 from dforce import kernel
 from dforce.core.arrays import AnyArray, Array, Complexes
 from dforce.core.errors import ParameterError
-from dforce.integrators import adaptive, lanes, loops, lsoda, rk4
+from dforce.integrators import lanes, loops, lsoda, rk4
 from dforce.kernel.tip import TipFunctions
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
@@ -42,7 +42,6 @@ SOLVERS: dict[str, Callable[..., Any]] = {
     "remeasure": newton.remeasure,
 }
 ENTRIES: dict[str, Callable[..., Any]] = CALLED | {
-    "march_adaptive": adaptive.march,
     "derivative": lsoda.derivative,
     "sample": lsoda.sample,
     "lock_in": lockin.lock_in,
@@ -138,7 +137,7 @@ class Integrator(ABC):
         self.columns = measure.FIRST + 2 * count * (modes + 1) + 2 * harmonics + 2 * count
         width = kernel.size_of(problem) + self.memory_size + self.latch_count + 1
         self.block = np.zeros((self.points + 1, width))
-        self.work = np.zeros((9, max(self.memory_size, 1)))
+        self.work = np.zeros((8, max(self.memory_size, 1)))
         self.take(problem)
 
     def take(self, problem: Problem) -> None:
@@ -241,37 +240,6 @@ class RK4(Integrator):
         return Motion(y, memory, latched, motion.period + periods)
 
 
-class Adaptive(Integrator):
-    """Dormand–Prince with step control that lands on kinks: the reference."""
-
-    name = "adaptive"
-    order = "5(4)"
-    source = "J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6, 19 (1980)"
-
-    def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
-        memory, latched = motion.memory.copy(), motion.latched.copy()
-        finest = self.points * max(1, -(-adaptive.MEASURED // self.points)) if every else self.points
-        y = self.kernel.entry("march_adaptive")(
-            motion.y,
-            memory,
-            latched,
-            motion.period,
-            periods,
-            self.points,
-            self.tones,
-            self.p,
-            self.kinks,
-            self.work,
-            self.block,
-            self.settings.relative_tolerance,
-            self.sizes,
-            self.turns(finest),
-            every,
-            out,
-        )
-        return Motion(y, memory, latched, motion.period + periods)
-
-
 class Engine(Integrator):
     """Steps that fit the motion, in the frame of the free lever; they end on kinks, turns and changes of branches."""
 
@@ -284,10 +252,6 @@ class Engine(Integrator):
         from dforce.engine.marching import Marcher  # loads the compiler
 
         super().take(problem)
-        if problem.late_fluid:
-            raise ParameterError(
-                'solver.integrator = "engine" takes no fluid with a memory; write integrator = "adaptive" for it'
-            )
         self._marcher = Marcher.of(problem)
         self._limits = (self.settings.relative_tolerance, math.inf, HARMONIC * self.settings.relative_tolerance)
         self._places = np.unique(np.append(self.kinks, problem.a0))
@@ -386,4 +350,4 @@ class LSODA(Integrator):
         return left
 
 
-INTEGRATORS: dict[str, type[Integrator]] = {cls.name: cls for cls in (RK4, Engine, LSODA, Adaptive)}
+INTEGRATORS: dict[str, type[Integrator]] = {cls.name: cls for cls in (RK4, Engine, LSODA)}

@@ -133,7 +133,7 @@ def _periods(integrator: Integrator, motion: Motion, periods: int) -> Sequence[t
             np.maximum(integrator.sizes, 1e-300),
             integrator.p,
             change,
-            np.zeros((9, max(states, 1))),
+            np.zeros((8, max(states, 1))),
             np.empty((2, size + states)),
         )
         rows.append((change, bases, 2.0 * math.pi / integrator.points))

@@ -250,7 +250,7 @@ def march_lanes(
         np.empty(numbers.shape[0] - OTHERS),
     )
     record, crossed = desk[0], np.empty(lanes, np.int64)
-    nothing, work = np.empty(0), np.empty((9, 1))
+    nothing, work = np.empty(0), np.empty((8, 1))
     for k in range(size):
         for j in range(lanes):
             block[0, k, j] = starts[k, j]
@@ -304,7 +304,7 @@ def march_columns(
         np.empty(kinks.shape[0]),
         np.empty(numbers.shape[0] - OTHERS),
     )
-    record, work, others = desk[0], np.empty((9, max(states, 1))), np.empty(numbers.shape[0] - OTHERS)
+    record, work, others = desk[0], np.empty((8, max(states, 1))), np.empty(numbers.shape[0] - OTHERS)
     for j in range(count * each):
         s = which[j // each]
         start, e = from_vector(starts[:, j].copy()), first_column(each) + j % each

@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Literal, Self
 
 import pydantic
 
+from dforce.core import log
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import Parameters
 
@@ -22,10 +23,10 @@ class SolverSettings(Parameters):
         default="periodic",
         description="periodic: solve for the periodic orbit (rk4 or engine); transient: integrate until the motion has settled",
     )
-    integrator: Literal["rk4", "engine", "lsoda", "adaptive", "langevin"] = pydantic.Field(
+    integrator: Literal["rk4", "engine", "lsoda", "langevin"] = pydantic.Field(
         default="rk4",
-        description="rk4: fixed steps locked to the drive; engine, adaptive: steps of order 8 and 5 that end on kinks; lsoda: "
-        "SciPy's; langevin: thermal motion, for a dwell",
+        description="rk4: fixed steps locked to the drive; engine: steps of order 8 that end on kinks; lsoda: SciPy's; "
+        "langevin: thermal motion, for a dwell",
     )
     points_per_period: int = pydantic.Field(
         default=256,
@@ -44,7 +45,7 @@ class SolverSettings(Parameters):
         default=1e-10,
         ge=1e-13,
         le=1e-3,
-        description="allowed error per step of engine, adaptive and lsoda, relative to the motion",
+        description="allowed error per step of a transient by engine or lsoda, relative to the motion",
     )
     settle: Literal["converged", "fixed"] = pydantic.Field(
         default="converged",
@@ -78,6 +79,21 @@ class SolverSettings(Parameters):
         le=1_000_000,
         description="measured periods after settling; raised to whole common periods of all tones",
     )
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _renewed(cls, given: Any) -> Any:
+        return cls.renewed(given)
+
+    @staticmethod
+    def renewed(given: Any) -> Any:
+        """Return the keys of `[solver]` of an older case as they are written now, and announce the change."""
+        if isinstance(given, dict) and given.get("integrator") == "adaptive":
+            log.announce(
+                'solver.integrator = "adaptive" no longer exists and runs as "engine"; write "engine" in its place.'
+            )
+            return {"method": "transient"} | given | {"integrator": "engine"}
+        return given
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -119,7 +119,9 @@ def contact_sampling(seen: Evidence) -> Advice | None:
     if samples >= SWINGS:
         return None
     needed = 256 * math.ceil(ENOUGH * rate / (2.0 * math.pi * first) / 256)
-    way = f"Raise solver.points_per_period to {needed}" if needed <= MOST_ASKED else "Use the adaptive integrator"
+    way = (
+        f"Raise solver.points_per_period to {needed}" if needed <= MOST_ASKED else 'Write solver.integrator = "engine"'
+    )
     return Advice(
         "contact_sampling",
         samples,

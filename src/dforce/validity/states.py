@@ -25,7 +25,7 @@ def coexisting_states(seen: Evidence) -> Advice | None:
         2,
         1,
         f"{found}. The state in an experiment depends on approach, noise and feedback. Identify the measured state by its "
-        "phase, or avoid this range with another A0; basins computes the share of each.",
+        "phase, or avoid this range with another A0; an experiment of kind basins gives their shares.",
         BISTABLE,
         ("experiment.zc", seen.of_tone(0, "A0")),
     )

@@ -1,7 +1,7 @@
-"""One steady motion found twice: as dForce finds it, and as the adaptive integrator's periodic orbit.
+"""One steady motion found twice: as dForce finds it, and as the engine's periodic orbit.
 
-The reference has nothing of the first but its start: steps of an embedded pair of fifth order with error control that land
-on every kink, and Newton's method on the map that they make.
+The reference has nothing of the first but its start: steps of order 8 with error control that end on every kink, in
+the frame of the free lever, and Newton's method on the map that they make.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from dforce.solvers.states import States
 
 HARMONICS = 10
 TOLERANCE = 1e-11  # of the reference, a step
-REFERENCE_POINTS = 1024  # samples per period that the reference is measured by
 SETTLED = 1e-9  # where Newton's method finds no orbit, as with a memory that lasts, the motion is left to settle so far
 SEEN = 0.01  # of the free amplitude: the phase of a smaller motion is not compared
 
@@ -98,10 +97,8 @@ class Reference:
 
 
 def reference(problem: Problem, zc: float, near: Motion) -> Reference | None:
-    """Return the adaptive integrator's periodic orbit next to a motion; None where Newton's method finds none."""
-    settings = SolverSettings(
-        method="transient", integrator="adaptive", relative_tolerance=TOLERANCE, points_per_period=REFERENCE_POINTS
-    )
+    """Return the engine's periodic orbit next to a motion; None where Newton's method finds none."""
+    settings = SolverSettings(method="transient", integrator="engine", relative_tolerance=TOLERANCE)
     among, state = ParameterRange(lambda _: problem, 0.0, zc, settings, HARMONICS), States.of(near)
     orbit = among.find(np.append(among.vectors(state), among.high), state.branch)
     return None if orbit is None else Reference(orbit, among.steady(orbit).values)

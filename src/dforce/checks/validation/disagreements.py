@@ -22,7 +22,7 @@ ASKED, ASKED_ENERGY, ASKED_PHASE = 1e-4, 1e-5, 0.01
 TEXT = (
     "Random cases over fixed sums of forces that together contain every force model: Q from 1 to 2000, free amplitudes from "
     "0.1 to 100 nm, one mode or two. A motion that repeats with the tones is solved by RK4 at the default 256 samples a "
-    "period (more if a mode needs it), and again with 2048. The adaptive integrator finds the same periodic orbit, with a step "
+    "period (more if a mode needs it), and again with 2048. The engine finds the same periodic orbit, with a step "
     "on every kink and a tolerance of 1e-11. Some forces have a second version in plain Python, written by hand: for these, "
     "SciPy's DOP853 finds and measures the orbit once more. Extremes of forces are searched between samples. A disagreement "
     "is relative to the named size; limits are 1e-4, for energies 1e-5 of the drive's work, for phases 0.01°. Figures at the "
@@ -57,9 +57,9 @@ def asked(name: str) -> float:
 
 
 GROUPS = {
-    "default": "RK4 with its default against the adaptive integrator",
-    "resolved": "RK4 with 2048 samples a period against the adaptive integrator",
-    "by_hand": "Adaptive integrator against DOP853 over laws written by hand",
+    "default": "RK4 with its default against the engine",
+    "resolved": "RK4 with 2048 samples a period against the engine",
+    "by_hand": "Engine against DOP853 over laws written by hand",
     "balances": "Balances at 2048 samples a period",
 }
 
@@ -81,7 +81,7 @@ class Tally:
             return
         exact = reference(problem, case.zc, fine.motion)
         if exact is None:
-            self.outcomes["motions without a reference: Newton's method with the adaptive integrator found none"] += 1
+            self.outcomes["motions without a reference: Newton's method with the engine found none"] += 1
             return
         how = (
             "found as periodic orbits"

@@ -24,9 +24,7 @@ from dforce.solvers.integrator import INTEGRATORS
 
 Given = Mapping[str, Any]
 # of what is compared to ten digits: orbits may miss their start by 1e-9 of A0, and their amplitudes are off by Q times that
-SETTLED = SolverSettings(
-    method="transient", integrator="adaptive", relative_tolerance=1e-12, points_per_period=1024, settle_tolerance=1e-11
-)
+SETTLED = SolverSettings(method="transient", integrator="engine", relative_tolerance=1e-12, settle_tolerance=1e-11)
 ORBIT = SolverSettings(points_per_period=2048)  # for what only an orbit has: its multipliers
 FAR = 1e-6  # m; nothing reaches so far
 # spring constant (N/m) and Q of a lever that swings as A cos wt: forces and drive are 1e-8 of the force in its spring at most
@@ -49,7 +47,7 @@ def _resonant(contact: str) -> Case:
 
 @lru_cache(maxsize=1)
 def _from_rest() -> Any:
-    solver = SolverSettings(method="transient", integrator="adaptive", settle="fixed", periods=52)
+    solver = SolverSettings(method="transient", integrator="engine", settle="fixed", periods=52)
     return dwell(_resonant("hertz").replace(solver=solver), FAR, start="rest", record="all", recorded_periods=8)
 
 
@@ -115,7 +113,7 @@ def averages(
         ),
         forces=[DMT(hamaker=hamaker), KelvinVoigt(viscosity=viscosity)],
     )
-    settings = SolverSettings(method="transient", integrator="adaptive", points_per_period=points)
+    settings = SolverSettings(method="transient", integrator="engine", points_per_period=points)
     ready = INTEGRATORS[settings.integrator](problem, settings, 5)
     ready.place(zc)
     turn = 2.0 * np.pi * np.arange(points + 1) / points

@@ -16,7 +16,7 @@ TABLES = ("forces", "layer", "lever", "motion")
 RECIPES = {**FORCE_RECIPES, **MOTION_RECIPES}
 TEXT = (
     "Each value was computed outside dForce, from the named equation or by two independent integrators. dForce must agree to "
-    "half a unit of the last digit; a note explains any other limit. The motions come from the adaptive integrator, settled "
+    "half a unit of the last digit; a note explains any other limit. The motions come from the engine, settled "
     "to 1e-11 of A0."
 )
 

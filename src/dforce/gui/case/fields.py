@@ -19,6 +19,7 @@ DEFAULT = re.compile(r"default: ([^;]+)")
 KEY = re.compile(
     r"(?<![.\w])[a-z]+(?:_[a-z\d]+)+(?![.\w])"
 )  # a word of case files; one with dots is a path, to be typed
+SHORT = re.compile(r"\b(?:am|ce|fm|pm)\b")  # modes of operation, which people write in capitals
 BOUNDS = {"low": "at least", "above": "above", "high": "at most", "below": "below"}
 
 
@@ -128,13 +129,13 @@ def _label(key: str, doc: str) -> str:
 
 def _help(doc: str) -> str:
     """Return the explanation of a parameter as a sentence, with the words that the forms show in place of a file's."""
-    text = KEY.sub(lambda key: spaced(key[0]), doc).replace("`", "")
+    text = SHORT.sub(lambda short: short[0].upper(), KEY.sub(lambda key: spaced(key[0]), doc)).replace("`", "")
     return f"{text[0].upper()}{text[1:]}."
 
 
 def spaced(word: str) -> str:
-    """Return a word of a case file as the forms show it: "own mode"."""
-    return word.replace("_", " ")
+    """Return a word of a case file as the forms show it: "own mode", "FM"."""
+    return SHORT.sub(lambda short: short[0].upper(), word.replace("_", " "))
 
 
 def _bounds(quantity: ParameterQuantity) -> str:

@@ -194,7 +194,8 @@ class Plots:
         document, fit = self.view.document, self.view.session.measured.fit
         top = self.layers[-1]
         try:
-            text = in_words(document, answer_with(top.result, document.set_point, top.states))
+            states = self._all_states() if top.result is self.result else None
+            text = in_words(document, answer_with(top.result, document.set_point, top.states, states))
             if document.measured is not None and fit is not None and fitting.is_of(fit, document):
                 return f"{df.answer(fit)} {text}"
             return text

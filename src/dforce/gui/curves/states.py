@@ -35,9 +35,10 @@ if TYPE_CHECKING:
 
 REST = 0.3  # s without a change after which the states are looked for
 PATIENCE = 20.0  # s; what was found by then is drawn
+CURVE = "this curve"
 NAMES = {True: "stable states", False: "unstable states"}
 ONE = {True: "a stable state", False: "an unstable state"}
-RECENT_STATES = RecentCurves(50_000_000)
+RECENT_STATES = RecentCurves(25_000_000)
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,9 @@ def with_states(drawn: Drawn, wanted: Picture, states: xr.Dataset) -> Drawn:
     if wanted.logarithmic or not names:
         return drawn
     lines = [(name, line) for name in names for line in lines_of(states, wanted.x, name) if np.isfinite(line.y).any()]
-    data, layout = drawn.figure["data"], drawn.figure["layout"] | {"showlegend": True}
+    data, layout = list(drawn.figure["data"]), drawn.figure["layout"] | {"showlegend": True}
+    if not drawn.figure["layout"]["showlegend"]:  # the curve alone needs no name, beside states it does
+        data[0] = data[0] | {"name": CURVE, "showlegend": True}
     figure = {**drawn.figure, "data": [*data, *_traces(drawn, lines)], "layout": layout}
     behind = {len(data) + number: line for number, (_, line) in enumerate(lines)}
     return replace(drawn, figure=figure, traces=(*drawn.traces, *(None,) * len(lines)), behind=behind)

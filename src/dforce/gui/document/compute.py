@@ -162,7 +162,7 @@ def _key(case: df.Case) -> tuple[str, str]:
     return case.to_toml(), repr(case.problem)
 
 
-RECENT = RecentCurves(50_000_000)
+RECENT = RecentCurves(25_000_000)
 
 
 @dataclass(frozen=True)

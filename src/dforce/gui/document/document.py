@@ -235,18 +235,23 @@ class Document:
         """
         try:
             return cls(
-                table=bounds.table(plain["table"]),
+                table=_renewed(bounds.table(plain["table"])),
                 off=tuple(bounds.whole(n, 0, bounds.MOST_ITEMS) for n in bounds.items(plain["off"], bounds.MOST_ITEMS)),
                 aside=bounds.table(plain["aside"]),
                 sliders=tuple(_slider(given) for given in bounds.items(plain["sliders"], MOST_SLIDERS)),
                 plots=tuple(_picture(given) for given in bounds.items(plain["plots"], MOST_PLOTS)),
                 results=tuple(_kept(given) for given in bounds.items(plain["results"], MOST_RESULTS)),
                 set_point=bounds.number(plain["set_point"], LOWEST_SET_POINT, HIGHEST_SET_POINT),
-                opened=bounds.table(plain.get("opened", {})),
+                opened=_renewed(bounds.table(plain.get("opened", {}))),
                 measured=_measured(plain.get("measured")),
             )
         except (KeyError, TypeError, ValueError):
             raise df.CaseError("the last project cannot be read") from None
+
+
+def _renewed(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table of a case, as an older window may have kept it, with the solver's keys of now."""
+    return {name: df.SolverSettings.renewed(given) if name == "solver" else given for name, given in table.items()}
 
 
 def _first_slider(table: Mapping[str, Any]) -> tuple[Slider, ...]:

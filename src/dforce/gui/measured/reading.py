@@ -46,7 +46,7 @@ OF_THE_TABLE = re.compile(
 CURVES = re.compile(r"choose one with curve = 1 to (\d+)")
 NOISELESS = re.compile(r"write errors = \{'(\w+)'")
 # how a function is called: here there is a form
-ADVICE = re.compile(r"[;:,] (?:write|pass|name it|choose) .*", re.DOTALL)
+ADVICE = re.compile(r"[;:,] (?:write|pass|name it|choose):? .*", re.DOTALL)
 
 Place = tuple[str, ...]  # of an answer in the table [data]
 

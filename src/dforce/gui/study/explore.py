@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from dforce.core.arrays import Array, Bools
+from dforce.core.quantities import AMOUNTS
 from dforce.core.units import parse
 from dforce.findings.set_point import states_meant, without_states
 from dforce.gui.curves.chart import title, unit_of
 from dforce.gui.curves.figures import Figure
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.kinds import kind_of
-
-if TYPE_CHECKING:
-    import xarray as xr
+from dforce.results.significance import is_none
 
 OVER = ("over", "plan_over", "map_over")  # attributes that name the parameters of a result
 STATES = ("crossing", "state")  # dimensions of the states at one setting
@@ -133,11 +132,22 @@ def label_of(result: xr.Dataset, name: str) -> str:
 
 
 def cut(result: xr.Dataset, name: str, choice: Choice) -> xr.DataArray:
-    """Return a variable at the places of a choice, with no more values than are drawn."""
-    variable = result[name].reset_coords(drop=True)
+    """Return a variable at the places of a choice, with no more values than are drawn; 0 where it is below its error."""
     steps = {dim: slice(None, None, -(-result.sizes[dim] // MOST)) for dim in (choice.x, choice.y) if dim}
-    at = {dim: place for dim, place in choice.places.items() if dim in variable.dims}
-    return variable.isel(at | {dim: step for dim, step in steps.items() if dim in variable.dims})
+
+    def part(one: str) -> xr.DataArray:
+        variable = result[one].reset_coords(drop=True)
+        at = {dim: place for dim, place in choice.places.items() if dim in variable.dims}
+        return variable.isel(at | {dim: step for dim, step in steps.items() if dim in variable.dims})
+
+    variable = part(name)
+    if name not in AMOUNTS:
+        return variable
+    unit, dims = result[name].attrs.get("units"), {*result[name].dims}
+    beside = [one for one in AMOUNTS if one in result and result[one].attrs.get("units") == unit]
+    errors = [one for one in ("error_estimate", *beside) if one in result and {*result[one].dims} <= dims]
+    none = is_none(xr.Dataset({one: part(one) for one in {*errors, name}}), name)
+    return variable.copy(data=np.where(none, 0.0, variable.values))
 
 
 def axis_of(result: xr.Dataset, dim: str) -> tuple[Array, Figure]:
@@ -148,7 +158,7 @@ def axis_of(result: xr.Dataset, dim: str) -> tuple[Array, Figure]:
     words = result[dim].assign_attrs(long_name=label_of(result, dim))
     axis: Figure = {"title": {"text": title(words, unit)}}
     if len(values) > 2 and (values > 0.0).all() and np.ptp(np.diff(np.log(values))) < EVEN:
-        axis["type"] = "log"
+        axis |= {"type": "log", "tickformat": "~g"}  # numbers in full: of 0.3 Plotly writes the digit alone
     return values, axis
 
 

@@ -32,6 +32,10 @@ const dforceUnsent = {
   },
 };
 window.dforceUnsent = dforceUnsent;
+// A page that was left does not come back, unlike one whose connection was cut; one that the browser keeps may.
+window.addEventListener("pagehide", (event) => {
+  if (!event.persisted) emitEvent("left");
+});
 // Shows, below the forms, the sentence about the field that is in use or under the pointer.
 for (const kind of ["focusin", "mouseover"]) {
   document.addEventListener(kind, (event) => {

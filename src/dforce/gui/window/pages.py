@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Callable
 from functools import partial
@@ -157,6 +158,7 @@ class Page:
         client.on_connect(self.address.begin)
         client.on_delete(self.view.end)
         client.on_delete(self.address.end)
+        ui.on("left", _leave)
 
     async def _take_unsent(self) -> None:
         """Take what a page before this one could not send."""
@@ -266,6 +268,13 @@ def _about(view: View) -> None:
 
     view.on_show.append(show)
     show(True)
+
+
+def _leave() -> None:
+    """Let go of this page as soon as its connection ends: it was left, and will not ask for another."""
+    client = ui.context.client
+    client.page = copy.copy(client.page)
+    client.page.reconnect_timeout = 0.0
 
 
 class RunBar:

@@ -172,11 +172,10 @@ class View:
         self.shown.look()
         for hook in self.on_show:
             hook(anew)
-        if self._told or self.said.wrong:  # what is under way may take long: a mistake is said at once
-            with self._saying_what_is_wrong(self.document):
-                self.document.case()
-                if self.said.wrong:
-                    self._say(Said(), self.document)
+        with self._saying_what_is_wrong(self.document):  # at once: what is under way may take long
+            self.document.case()
+            if self.said.wrong:
+                self._say(Said(), self.document)
         self._latest.ask(WantedResult(self.document))
 
     def show_job(self) -> None:
