@@ -235,7 +235,7 @@ def test_memory_does_not_grow_with_points_times_periods():
         tracemalloc.stop()
         return size
 
-    peak(2, 10)  # what is loaded once
+    peak(2, 10_000)  # what is loaded once
     few, long, many = peak(4, 100), peak(4, 10_000), peak(80, 100)
     # what is computed between two checks for a stop, not a trace, which would take 80 megabytes
     assert long - few < 1_000_000
