@@ -91,9 +91,24 @@ def advance_lanes(
                         levels[k] = kinks[k, j]
                     if crossed[j] & CROSSED:
                         end = cut_at_kink(
-                            y, uncut, f, u0, u1, u2, i * h, h, period, nothing, nothing, tones[j], phases, levels,
-                            work[0], work, p,
-                        )  # fmt: skip
+                            y,
+                            uncut,
+                            f,
+                            u0,
+                            u1,
+                            u2,
+                            i * h,
+                            h,
+                            period,
+                            nothing,
+                            nothing,
+                            tones[j],
+                            phases,
+                            levels,
+                            work[0],
+                            work,
+                            p,
+                        )
                     else:
                         t = seconds(period * TAU + i * h, p)
                         end = divided(y, uncut, f, u0, u1, u2, h, t, nothing, nothing, levels, work[0], work, p)
