@@ -236,7 +236,7 @@ def outcome(seed: int, number: int) -> Outcome:
         point = at_one_distance(case).isel(zc=0)
     except DForceError as error:
         return named(f"refused: {error}")
-    status, estimate = Status(int(point.status)), float(point.error_estimate)
+    status, estimate = Status(int(point.status)), float(point.get("error_estimate", math.nan))
     if status not in (Status.OK, Status.INACCURATE):
         return named(status.meaning)
     if not math.isfinite(estimate):
