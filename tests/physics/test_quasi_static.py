@@ -260,6 +260,22 @@ def test_a_jump_lies_where_many_samples_have_it(number):
     np.testing.assert_allclose(found, exact, rtol=0, atol=case.solver.accuracy * A0)
 
 
+def test_a_motion_that_creeps_beside_a_fold_is_followed_until_it_leaves():
+    """With the default samples the map has small folds before the last one; beside each a motion takes thousands of periods."""
+    case = df.Case(
+        cantilever={"f0": "350 kHz", "k": "40 N/m", "Q": 400},
+        drive={"A0": "30 nm"},
+        tip={"radius": "20 nm"},
+        sample={"youngs_modulus": "1.2 GPa", "poisson_ratio": 0.3},
+        forces=[{"model": "dmt", "hamaker": "7.1e-20 J"}],
+    )
+    curves = (case, case.replace("solver.points_per_period", 1024))
+    found, exact = (df.approach(one, zc=np.linspace(24e-9, 32e-9, 81), direction="retract") for one in curves)
+    assert found.jump_zc.values == pytest.approx(exact.jump_zc.values, abs=2e-5 * 30e-9)
+    assert found.jump_before.values == pytest.approx(exact.jump_before.values, abs=5e-4 * 30e-9)
+    assert (found.status == 0).all()
+
+
 def test_escape_falls_like_a_square_root_towards_a_fold():
     case = df.example("hysteresis")
     states = df.branches(case, zc={"start": "25 nm", "stop": "8 nm"})
