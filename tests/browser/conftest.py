@@ -81,7 +81,7 @@ class Visitor:
         self.page.mouse.move(0, 0)
         self.page.goto(f"{self.server.home}/favicon.ico")
         self.page.evaluate("() => [localStorage, sessionStorage].forEach((one) => one.clear())")
-        # the server would refuse what is still asked for without its cookie
+        # requests under way need the cookie: without it the server refuses them
         self.page.wait_for_load_state("networkidle")
         self.page.context.clear_cookies()
         return True

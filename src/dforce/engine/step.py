@@ -272,7 +272,7 @@ def swing_error(ratio: float, push: Any, tip: Any, swing: Any) -> float:
 
 @compiled
 def bend(lane: Any, h: float) -> Any:
-    """Return what the forces of the step that was tried do: deflection and velocity at its end, acceleration at both."""
+    """Return the deflection and velocity due to force at the end of the step tried, and the accelerations at both ends."""
     mode, u, end, moved, fast, start, last = lane.mode, lane.u, lane.end, 0.0, 0.0, 0.0, 0.0
     for n in range(mode.shape[0]):
         xx, xv, vx, vv, _, _ = propagator(mode[n, 0], mode[n, 1], mode[n, 2], h)

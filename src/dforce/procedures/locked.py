@@ -282,7 +282,7 @@ def _motions(locked: Locked, states: LockedStates) -> dict[str, Array]:
 
 
 def _units(locked: Locked, unknowns: Array) -> tuple[Array, Array]:
-    """Return the units of the numbers of scaled motions, and what of them is the base's."""
+    """Return the units of the numbers of scaled motions, and the part of each number that is the base's."""
     example, at = locked.block.batch.example, locked.number(unknowns, "frequency")
     length = np.full(len(at), locked.length)
     base = kernel.base_in_motion(example, tables(locked, unknowns)[1])

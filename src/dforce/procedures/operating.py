@@ -176,7 +176,7 @@ class _Search:
             out.columns[name][which] = np.where(near.reshape(-1, *[1] * (values.ndim - 2)), values[:, 0], np.nan)
 
     def _units(self) -> tuple[Array, Array]:
-        """Return the units of the numbers of scaled motions, and what of them is the base's."""
+        """Return the units of the numbers of scaled motions, and the part of each number that is the base's."""
         everything = np.arange(len(self.zc))
         return self.block.scales_of(everything, self.zc), self.block.base_of(everything, self.zc)
 

@@ -264,7 +264,7 @@ class Block:
         return self.batch.levers or nowhere
 
     def base_of(self, which: Any, values: Array) -> Array:
-        """Return what of each number of scaled motions is that of the base, for problems at values of the parameter."""
+        """Return the base's part of each number of scaled motions, for problems at values of the parameter."""
         which, values = np.broadcast_arrays(which, values)
         if self.batch.example.shaken is None:
             return np.zeros((*values.shape, self.size))

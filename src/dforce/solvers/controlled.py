@@ -85,7 +85,7 @@ class Followed(NamedTuple):
     periods
         Of the first tone until then.
     rows
-        What was measured in each period of the last window, see ``observables``.
+        Measurements of each period of the last window, see ``observables``.
     """
 
     frequency: Array
@@ -185,7 +185,7 @@ def follow(
 
 
 def _read(integrator: Integrator, rows: Array, loops: Sequence[Controllers], each: Array) -> Complexes:
-    """Return what the lock-in of each tone reads (m) over periods with these weights, relative to the drives."""
+    """Return the lock-in reading of each tone (m) over periods with these weights, relative to the drives."""
     base, of_mode = kernel.base_of(integrator.tones)[None], [one.of_mode for one in loops]
     found = held_signals(integrator.problem, (each @ rows)[None], base, of_mode)[0]
     return np.asarray(found * integrator.problem.tones[0].A0)
