@@ -26,7 +26,8 @@ GUESSES = ("zc", "drive_frequency", "drive_ratio", MOTION, REPEATS)  # of a solv
 MOST_RECENT = 32  # curves and set points whose states are remembered
 _RECENT: dict[Any, tuple[dict[str, AnyArray], Bools]] = {}
 STRAY = 1e-3  # of the amplitude: how far a solved state may lie beyond the points next to it
-HIGHEST = {"multiplier_angle": 180.0}  # largest value of an angle (degrees) that is no phase lag; a phase lag reaches 270
+# largest value of an angle (degrees) that is no phase lag; a phase lag reaches 270
+HIGHEST = {"multiplier_angle": 180.0}
 
 
 @dataclass(frozen=True)

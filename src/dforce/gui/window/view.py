@@ -71,7 +71,7 @@ class View:
     compose
         Makes the figure of the main chart from the result that it shows.
     prepare
-        The states that the figure shows are solved in a thread.
+        Solves the states that the figure shows, in a thread.
     picture
         Returns what the main chart shows; None for a map, or nothing.
     on_beside
