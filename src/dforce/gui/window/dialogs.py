@@ -20,7 +20,7 @@ UNKNOWN = "An error inside dForce, please report it."
 
 def say(sentence: str) -> None:
     """Show a sentence until it has been read."""
-    ui.notify(sentence, type="negative", multi_line=True, close_button="Close", timeout=15_000)
+    ui.notify(sentence, type="negative", multi_line=True, close_button="Close", timeout=60_000)
 
 
 def as_sentence(words: str) -> str:
