@@ -101,7 +101,7 @@ def test_with_everything_open_the_chart_keeps_its_height_and_one_button_is_fille
     page.locator(".df-measured").wait_for()
     window.drawn()
     window.unfold()
-    page.get_by_role("button", name="They are those of this curve").click()
+    page.get_by_role("button", name="Confirm lever and tip").click()
     look("fit")
     window.tab("Reconstruct")
     look("reconstruct")

@@ -36,7 +36,7 @@ def test_a_story_goes_on_after_reload_and_back_and_in_a_second_tab(visit):
     panel = reloaded(window)
     expect(panel.get_by_text("126 points, approach")).to_be_visible()
     ticked(window).check()
-    panel.get_by_role("button", name="They are those of this curve").click()
+    panel.get_by_role("button", name="Confirm lever and tip").click()
     panel = reloaded(window)
     expect(ticked(window)).to_be_checked()
     expect(panel.get_by_text("Confirmed for this curve")).to_be_visible()
