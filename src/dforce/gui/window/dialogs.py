@@ -72,7 +72,7 @@ def dialog(name: str, look: str = "") -> Iterator[ui.dialog]:
     with ui.dialog(value=True) as made, ui.card().classes(f"df-dialog {look}"):
         made.props["aria-label"] = name
         yield made
-    made.on("hide", made.delete)
+    made.on("hide", made.delete, js_handler="() => { window.dforceFocus.back(); emit(); }")
 
 
 LONGEST = 200  # characters of an answer
