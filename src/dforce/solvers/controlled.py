@@ -36,9 +36,7 @@ WIDEST = 4096  # periods of such a window
 FAST = 16  # periods after which controllers of the first tone act: its motion at constant drive may be unstable
 SPAN = 12  # windows in which errors that are noise change their signs, so that half of their sum or more cancels
 NOISE = 10.0  # times the accuracy: largest noise, which is averaged over so many windows
-IRREGULAR = (
-    16384  # periods, or so many windows: a motion whose errors neither vanish nor drift within them does not repeat
-)
+IRREGULAR = 16384  # periods without drift or decay of errors that are no noise: such a motion does not repeat
 
 
 @dataclass(frozen=True)
