@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import math
 
 import pytest
 from simulated import element, send, until, window
@@ -94,5 +95,7 @@ def test_the_range_of_a_slider_can_be_typed_while_its_field_has_no_value(tmp_pat
             page.view.edit(page.view.document.put(("drive", "A0"), typed))
             send(element(user, SliderElement), "range", ["12", "30"])
             assert [(one.low, one.high) for one in page.view.document.sliders] == [(12.0, 30.0)]
+            numbers = [element(user, SliderElement).props[name] for name in ("low", "high", "step", "given")]
+            assert all(math.isfinite(number) for number in numbers)  # others come to the browser as null
 
     asyncio.run(flow())
