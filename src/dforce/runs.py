@@ -92,7 +92,8 @@ def run(
 def carry_out(case: Case, report_progress: Progress, earlier: xr.Dataset | None = None) -> xr.Dataset:
     """Carry out the experiment of a case, and return its result with units, words and a status for each point.
 
-    The experiment names the function that does so: a function of the case, the experiment, `tell` and `earlier`.
+    The experiment names the function that does so: a function of the case, the experiment, `report_progress` and
+    `earlier`.
 
     Parameters
     ----------

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import math
 
 import pytest
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui.case.sliders import SliderElement
+from dforce.gui.case.sliders import SliderElement, toggle
+from dforce.gui.case.words import field_at
 from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.measured import at_field, fitting
 from dforce.gui.measured.at_field import FitAtField
@@ -67,5 +69,33 @@ def test_each_opening_has_a_slider_that_follows_what_is_typed_beyond_its_range(t
                 assert slider.props["given"] == slider.props["high"] == 90.0
                 page.view.session.undo()
                 await until(lambda: element(user, SliderElement).props["high"] < 90.0)
+
+    asyncio.run(flow())
+
+
+@pytest.mark.parametrize("typed", ["1 nm", "NaN GPa", "1e400 GPa", "x", "7 x"])
+def test_no_slider_starts_from_a_text_that_is_no_value_of_its_field(tmp_path, typed):
+    path = ("sample", "youngs_modulus")
+
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            document = page.view.document.put(path, typed)
+            page.view.session.look(document)
+            toggle(page.view, path, field_at(document, path))
+            assert page.view.document.sliders == document.sliders
+
+    asyncio.run(flow())
+
+
+@pytest.mark.parametrize("typed", ["1 GPa", "NaN nm", "1e400 nm", "x"])
+def test_the_range_of_a_slider_can_be_typed_while_its_field_has_no_value(tmp_path, typed):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            page.view.open(Document.of(df.example("hysteresis")))
+            page.view.edit(page.view.document.put(("drive", "A0"), typed))
+            send(element(user, SliderElement), "range", ["12", "30"])
+            assert [(one.low, one.high) for one in page.view.document.sliders] == [(12.0, 30.0)]
+            numbers = [element(user, SliderElement).props[name] for name in ("low", "high", "step", "given")]
+            assert all(math.isfinite(number) for number in numbers)  # others come to the browser as null
 
     asyncio.run(flow())

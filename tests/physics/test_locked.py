@@ -4,6 +4,8 @@ The values are those of two independent programs, harmonic balance and shooting 
 dForce; each has the digits that both agree on.
 """
 
+import math
+
 import numpy as np
 import pytest
 from tiers import some_long
@@ -11,6 +13,9 @@ from tiers import some_long
 import dforce as df
 from dforce.findings.set_point import at_distance
 from dforce.forces import REGISTRY
+from dforce.solvers.controlled import Controllers
+from dforce.solvers.controlled import follow as controlled
+from dforce.solvers.integrator import Engine, Motion
 
 AIR = {"f0": "48.9 kHz", "k": "0.9 N/m", "Q": 255}
 HERTZ = {"model": "hertz"}
@@ -481,6 +486,47 @@ def test_branches_show_the_states_of_both_directions_and_an_unstable_one_between
     assert len(shifts) == 3
     assert stable[np.argsort(shifts)].tolist() == [True, False, True]
     np.testing.assert_allclose(np.sort(shifts[stable]), np.sort(curve["frequency_shift"].values[1].ravel()), rtol=3e-3)
+
+
+STICKY = {  # a neck takes energy at each tap
+    "lever": {"f0": "70 kHz", "k": "2 N/m", "Q": 100},
+    "forces": [{"model": "capillary"}, HERTZ],
+    "zc": "12 nm",
+    "A0": "20 nm",
+    "tip": {"radius": "20 nm"},
+    "sample": STIFF | {"youngs_modulus": "2 GPa"},
+    "operation": "ce_fm",
+}
+
+
+def in_time(one, amplitude, loops):
+    """Return what loops make of a motion of an amplitude (m)."""
+    start = Motion((0.0, amplitude / one.tones[0].A0), np.zeros(0), np.zeros(len(one.forces) - 1), 0)
+    found = controlled(Engine(one, df.SolverSettings(settle_tolerance=1e-5), 0), [12e-9], start, [loops])
+    assert found.settled
+    return found.amplitude[-1, 0], found.frequency[-1, 0]
+
+
+def test_branches_find_the_states_that_no_curve_connects_with_the_free_lock():
+    asked = case(**STICKY)
+    states = df.branches(asked, zc=("25 nm", "5 nm"))
+    assert states.attrs["completeness"].startswith("not proven: a lock")
+    first, second = (states.isel(point=states["branch"].values == number) for number in (1, 2))
+    assert first["zc"].min() > 20e-9 > 19e-9 > second["zc"].max()
+    there = second.isel(point=second["stable"].values)
+    x, order = there["zc"].values, np.argsort(there["zc"].values)
+    amplitude, frequency = in_time(
+        asked.problem.unlocked, 6e-9, Controllers(math.pi / 2.0, None, phase_bandwidth=3500.0)
+    )
+    # straight lines between points of the curve, up to 0.2 nm apart
+    for name, found in (("amplitude", amplitude), ("drive_frequency", frequency)):
+        assert np.interp(12e-9, x[order], there[name].values[order, 0]) == pytest.approx(found, rel=1e-3)
+
+
+def test_a_search_for_states_of_a_lock_finds_none_where_all_motions_lead_to_the_one_that_is_known():
+    asked = case(AIR, [DMT], "9.6 nm", A0="10 nm")
+    states = df.branches(asked, zc=("12 nm", "9.4 nm"), search=3)
+    assert len(states["searched"]) == 3 and set(states["branch"].values.tolist()) == {1}
 
 
 def test_a_sweep_in_phase_modulation_passes_the_phase_of_fm_at_its_frequency_and_drive():

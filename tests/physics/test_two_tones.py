@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.observables.averaging import weights
+from dforce.observables.finish import finish
 from dforce.procedures.in_time import InTime
 from dforce.procedures.two_tones import TwoTones
 
@@ -147,6 +149,25 @@ def test_motions_without_a_torus_are_found_in_time_and_advice_says_so(change):
     assert found.frequency_shift.values[1] > 500.0
     assert "found_in_time" in [one.name for one in df.advice(found)]
     assert np.ptp(found.deflection.values) == pytest.approx(2.0 * float(found.half_peak_to_peak), rel=0.05)
+
+
+@pytest.mark.long
+def test_motion_that_a_neck_makes_irregular_has_the_means_of_a_long_run_and_says_that_it_does_not_repeat():
+    sticky = AM_FM.replace(drive={"tones": [{"A0": "6 nm"}, TAPPING[1]]}, tip={"radius": 5e-9})
+    sticky = sticky.replace(forces=[df.forces.Capillary(), df.forces.Hertz()])
+    lock = InTime(sticky.problem, sticky.solver, lambda: None, 8e-9, sticky.problem.unlocked, np.ones(2), None)
+    found, became = lock.at(5.4e-9)
+    assert became == df.Status.NOT_REPEATING
+    # at most 75 windows of 256 periods; it took 200, and gave the numbers of the last one
+    assert found["settling_periods"] < 20_000
+    integrator = lock.integrator
+    _, rows = integrator.observe(lock.motion, 25_600)  # at constant drive and frequency
+    even = weights([tone.frequency for tone in integrator.problem.tones], len(rows))
+    free = finish(integrator.problem, integrator.scales, 0, rows, even)
+    # windows of 256 periods differ by 0.4 %, means of 64 of them by less
+    assert found["amplitude"][0] == pytest.approx(free["amplitude"][0], rel=5e-3)
+    assert found["phase"][0] == pytest.approx(free["phase"][0], abs=1.0)
+    assert found["total_dissipated_energy"] == pytest.approx(free["total_dissipated_energy"], rel=0.02)
 
 
 def test_curve_of_am_fm_goes_on_behind_a_fold_of_its_tori():

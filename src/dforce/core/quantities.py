@@ -254,6 +254,7 @@ AXES = DRIFTING | table(
              "sum of sign det(1 - M) over the states at a searched value, with the monodromy matrix M of each. It differs "
              "from 1 "
              "if a state is missing. Forces that jump, have branches or a memory are not covered"),
+    Quantity("unknowns", "", "1", "1", "unknowns", "scaled numbers of locked states, from which a stopped run goes on"),
     Quantity("start_amplitude", "A", "m", "nm", "initial amplitude", "amplitude of the motion at the start"),
     Quantity("start_phase", r"\phi", "degree", "°", "initial phase lag",
              "lag behind the first tone at the start"),

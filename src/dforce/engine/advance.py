@@ -142,7 +142,7 @@ def meets(lane: Any, force: float, longest: float) -> Any:
 
 @compiled
 def landing(lane: Any, laws: Any, level: float, v: float) -> float:
-    """Return how near to a kink a step has to end."""
+    """Return how near to a kink a step has to end, scaled: the nearer, the larger the jump of the force there."""
     near = max(LANDED, NEAR * math.sqrt(lane.limits[0]))
     if lane.latched.shape[0] > 0:
         return LANDED

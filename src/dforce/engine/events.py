@@ -165,7 +165,9 @@ def crest(force: Any, f1: float, lowest: float, highest: float) -> float:
 
 @compiled
 def salt(lane: Any, jump: float, v: float) -> None:
-    """Let the columns pass a jump of the force at a distance: a neighbor meets it earlier or later.
+    """Apply the saltation matrix of a jump of the force to the derivatives of the motion, the columns of u.
+
+    A neighboring motion meets the jump earlier or later.
 
     Source: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer (2004).
     """

@@ -25,16 +25,19 @@ from dforce.procedures import locked
 from dforce.procedures.found import Found, Layout, dataset, with_levers
 from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, states_of
 from dforce.procedures.varied import VariedParameter, varied_by
+from dforce.solvers import locked_search
 from dforce.solvers.continuation import Curve
 from dforce.solvers.doubling import doublings
 from dforce.solvers.escape import UnstableStates, escape
 from dforce.solvers.locked import Locked
 from dforce.solvers.locked_orbits import LockedRange
 from dforce.solvers.orbit import Orbit, ParameterRange
-from dforce.solvers.search import Known, index_sum, search, why_unproven
+from dforce.solvers.search import Known, candidates, index_sum, search, why_unproven
+from dforce.solvers.transient import never_cancelled
 
 UNDER_WAY = "under_way"  # of a stopped run: the number of the search, 0 before the first one, and the curves before it
 SHARP = 1e-11  # of the way between two points of a branch: how well a state at a set point is located
+UNKNOWNS = "unknowns"  # of a stopped run of locked states: their scaled numbers
 BEGUN = "begun"  # of a stopped run: where each curve was found, see `Curve`
 
 
@@ -45,17 +48,13 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
     if is_locked:
         states = Locked(case.problem, case.solver, plan.harmonics, lambda: check_cancelled())
         among: ParameterRange = LockedRange(states, start / states.length, stop / states.length)
-        earlier = None  # such states are found again as a whole
     else:
         among = _among(case, plan)
-    searched = np.linspace(start, stop, 0 if is_locked else plan.search)
+    searched = np.linspace(start, stop, plan.search)
     curves: list[Curve] = []
     kept: list[Curve] = []  # of an earlier run, from the search that it was stopped in on
     # which search, and how many curves there were before it; after the last one doubled motions are followed
-    under_way, total = (0, 0), 1 if is_locked else 2 + plan.search
-    if earlier is not None:
-        kept, under_way = _restored(earlier, among, path.name), tuple(earlier.attrs[UNDER_WAY].tolist())
-        curves, kept = kept[: under_way[1]], kept[under_way[1] :]
+    under_way, total = (0, 0), 1 + plan.search + (not is_locked)
 
     def check_cancelled() -> None:
         done = under_way[0]
@@ -64,6 +63,10 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
         last = max((curves[-1].forth, curves[-1].back), key=len)[-1]
         here = units.show(last.value, quantity.unit, 4)
         return report_progress(done, total, f"curve {len(curves)}, {path.name} = {here}")
+
+    if earlier is not None:
+        kept, under_way = _restored(earlier, among, path.name), tuple(earlier.attrs[UNDER_WAY].tolist())
+        curves, kept = kept[: under_way[1]], kept[under_way[1] :]
 
     def grow(curve: Curve) -> bool:
         left = plan.max_points - sum(len(curve.points) for curve in curves)
@@ -76,7 +79,8 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
     def found() -> Iterator[Curve]:
         number, _ = under_way
         if number <= plan.search:
-            return search(Known(among, curves, searched[number - 1] / among.span), check_cancelled)
+            known = Known(among, curves, searched[number - 1] / among.span)
+            return search(known, check_cancelled, locked_search.candidates if is_locked else candidates)
         return doublings(among, curves, plan.largest_step, check_cancelled)
 
     with until_stopped() as stopped:
@@ -91,12 +95,16 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
             while kept and grow(kept[0]):  # a search on another machine may miss what the first one has found
                 pass
         report_progress(total, total, "")
+    if isinstance(among, LockedRange):
+        among.locked.block.check_cancelled = never_cancelled  # what was found is measured, whether stopped or not
     if stopped.came:
         curves += kept
     data = _dataset(plan, among, curves, path, quantity, searched)
     if stopped.came:
         begun = np.array([curve.begun for curve in curves], dtype=int)
         data.attrs |= {"interrupted": 1, UNDER_WAY: np.array(under_way), BEGUN: begun}
+        if curves and isinstance(among, LockedRange):
+            data[UNKNOWNS] = ("point", "unknown"), among.kept([point for curve in curves for point in curve.points])
         data.attrs["completeness"] = "not checked: the run was stopped"
     return data
 
@@ -169,20 +177,27 @@ def _meeting(
 
 def _restored(earlier: xr.Dataset, among: ParameterRange, name: str) -> list[Curve]:
     """Return the curves of an interrupted result: their motions tell all else."""
-    states, values = split_rows(earlier[MOTION].values, among.problem), earlier[name].values.tolist()
-    for i, value in enumerate(values):
-        problem = among.problem_at(value)
-        states.x[i] += base_of(problem) * scales_of(problem)
-    steps, repeats = earlier["corrections"].values.tolist(), (earlier[REPEATS].values // among.common).tolist()
-    orbits = [
-        replace(among.orbit(value, states.take([i]), steps[i], repeats[i]), special=str(special))
-        for i, (value, special) in enumerate(zip(values, earlier["special"].values, strict=True))
-    ]
+    special = [str(one) for one in earlier["special"].values]
+    if isinstance(among, LockedRange):
+        found: list[Orbit] = among.restored(earlier[UNKNOWNS].values)
+    else:
+        found = _orbits_of(earlier, among, earlier[name].values.tolist())
+    orbits = [replace(orbit, special=one) for orbit, one in zip(found, special, strict=True)]
     places = [np.flatnonzero(earlier["branch"].values == n + 1) for n in range(np.size(earlier.attrs[BEGUN]))]
     return [
         Curve.of_points([orbits[i] for i in some], int(begun))
         for some, begun in zip(places, np.atleast_1d(earlier.attrs[BEGUN]), strict=True)
     ]
+
+
+def _orbits_of(earlier: xr.Dataset, among: ParameterRange, values: list[float]) -> list[Orbit]:
+    """Return the orbits of a result at values of the parameter."""
+    states = split_rows(earlier[MOTION].values, among.problem)
+    for i, value in enumerate(values):
+        problem = among.problem_at(value)
+        states.x[i] += base_of(problem) * scales_of(problem)
+    steps, repeats = earlier["corrections"].values.tolist(), (earlier[REPEATS].values // among.common).tolist()
+    return [among.orbit(value, states.take([i]), steps[i], repeats[i]) for i, value in enumerate(values)]
 
 
 def _quantity(plan: Branches, case: Case) -> ParameterQuantity:
@@ -214,7 +229,7 @@ def _dataset(
     problems = [among.problem_of(orbit) for _, orbit in orbits]
     values = np.array([orbit.value for _, orbit in orbits], dtype=float)
     points = CurvePlan("point", values, [(i,) for i in range(len(orbits))])
-    if isinstance(among, LockedRange):
+    if orbits and isinstance(among, LockedRange):
         found, values = locked.on_curve(among.locked, [orbit for _, orbit in orbits])
     else:
         found = Found.of([among.steady(orbit) for _, orbit in orbits], problems)
@@ -241,6 +256,7 @@ def _dataset(
     if sums:
         data.coords["searched"] = ("search", searched)
         data["searched"].attrs["units"] = quantity.unit
+    if sums and not among.problem.is_locked:
         data["index_sum"] = ("search", np.array(sums, dtype=int))
     if path.zc is not None:
         data.coords["zc"] = path.zc
@@ -253,7 +269,6 @@ def _dataset(
     }
     if isinstance(among, LockedRange):
         data.attrs |= locked.attributes(among.locked)
-        data.attrs["completeness"] = "not checked: only states that are connected with the free lock are followed"
     return data
 
 

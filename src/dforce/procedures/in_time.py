@@ -77,4 +77,4 @@ def measured(problem: Problem, integrator: Integrator, followed: Followed, ratio
     each = {name: np.asarray(value)[None] for name, value in values.items()}
     values |= {name: value[0] for name, value in of_locks(problem, frequency, ratio[None], each).items()}
     values["settling_periods"] = float(followed.periods)
-    return Steady(values, followed.motion, followed.settled, repeats=True)
+    return Steady(values, followed.motion, followed.settled, followed.repeats)

@@ -99,7 +99,7 @@ def _far_from_the_sample(case: Case, problem: Problem) -> Problem:
 def _record(problem: Problem, sensitivity: Array, length: float, report_progress: Callable[[int], None]) -> Array:
     """Return what the detector reads (m): each mode exactly as it moves at the samples, and its own noise.
 
-    `tell` is called with the parts that are done, so many for each mode.
+    `report_progress` is called with the parts that are done, so many for each mode.
     """
     rate, noise = rate_of(problem), problem.noise
     count = int(length * rate)

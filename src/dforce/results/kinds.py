@@ -95,7 +95,8 @@ class Kind:
     pictures
         Pictures that suit such a result, the one that says most first, as far as it has their quantities.
     own
-        Functions that draw some quantities with what a reader looks for, by the quantities: of the result and a figure.
+        Functions that draw some of `pictures` with what a reader looks for, by their quantities: of the result and a figure,
+        and of an approach a `measured` curve, too.
     figure
         Function that gives the figure of the window, where it shows no lines.
     """

@@ -1,7 +1,8 @@
 """Curves of periodic orbits along a parameter, stable or not, through folds: pseudo-arclength continuation.
 
 An orbit is predicted along the curve's tangent and corrected by Newton's method in the plane across it, so that a fold
-is a point like any other. Lengths along a curve are scaled as in ``orbit``. How a curve goes on depends on its orbits alone.
+is a point like any other. Lengths along a curve are those of ``Orbit.u``, scaled. How a curve goes
+on depends on its orbits alone.
 
 Sources: H. B. Keller, in Applications of Bifurcation Theory, Academic Press (1977), p. 359; R. Seydel, Practical
 Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.

@@ -36,6 +36,7 @@ WIDEST = 4096  # periods of such a window
 FAST = 16  # periods after which controllers of the first tone act: its motion at constant drive may be unstable
 SPAN = 12  # windows in which errors that are noise change their signs, so that half of their sum or more cancels
 NOISE = 10.0  # times the accuracy: largest noise, which is averaged over so many windows
+IRREGULAR = 16384  # periods without drift or decay of errors that are no noise: such a motion does not repeat
 
 
 @dataclass(frozen=True)
@@ -80,8 +81,8 @@ class Followed(NamedTuple):
         (windows, tones).
     motion
         At the end, scaled as the integrator's last problem is.
-    settled
-        Whether all loops came to rest.
+    settled, repeats
+        Whether all loops came to rest, or fluctuate about it; whether the motion repeats: else all are means of many windows.
     periods
         Of the first tone until then.
     rows
@@ -94,6 +95,7 @@ class Followed(NamedTuple):
     phase: Array
     motion: Motion
     settled: bool
+    repeats: bool
     periods: int
     rows: Array
 
@@ -109,7 +111,7 @@ def follow(
 
     The controllers act after each period of one tone, or each window over several, in which their beats cancel, those of the
     first tone more often; there is a distance for each. In the end errors of phase (rad) and amplitude (as a share), and their
-    changes, are below `settle_tolerance` for a response time of the slowest loop, or small noise. The integrator starts from
+    changes, are below `settle_tolerance` for a response time of the slowest loop, or noise. The integrator starts from
     its problem, and is left with the last frequencies and drives, and with the phases of the tones at the end.
     """
     problem, settings = integrator.problem, integrator.settings
@@ -129,7 +131,7 @@ def follow(
     recent: list[Array] = []
     errors: list[tuple[Array, ...]] = []
     calm = age = 0.0
-    periods = 0
+    periods, many, repeats = 0, SPAN, True
 
     def correct(read: Complexes, period: float, who: Bools) -> tuple[Array, Array]:
         """Let controllers of some tones act on what their lock-ins read, and return the errors."""
@@ -169,19 +171,25 @@ def follow(
         change, periods = (read - before) / set_amplitude, periods + window
         acts = held * (RESPONSE / period if several else rates)
         slowest = min(rate for rate in (*acts.ravel(), *pole) if rate)
-        errors = [*errors[1 - SPAN :], (e, short, change.real, change.imag)]
-        recent = [*recent[1 - SPAN :], measured]
+        many = max(SPAN, IRREGULAR // window) if several else SPAN
+        errors = [*errors[1 - many :], (e, short, change.real, change.imag)]
+        recent = [*recent[1 - many :], measured]
         age, there_long = age + period * slowest, len(rows) >= len(way)
         calm = calm + period * slowest if there_long and np.abs(errors[-1]).max() < settings.settle_tolerance else 0.0
-        if several and len(rows) >= len(way) + SPAN and _is_noise(np.array(errors), settings.accuracy or 0.0):
-            measured = np.concatenate(recent)
-            rows[-1] = tuple(np.mean(rows[-SPAN:], axis=0))
+        waited, averaged = len(rows) - len(way), 0
+        if several and waited >= SPAN and _is_noise(np.array(errors[-SPAN:]), settings.accuracy or 0.0):
+            averaged = SPAN
+        elif several and waited >= many and _is_stationary(np.array(errors)):
+            averaged, repeats = many, False
+        if averaged:
+            measured = np.concatenate(recent[-averaged:])
+            rows[-1] = tuple(np.mean(rows[-averaged:], axis=0))
             break
     integrator.take(_driven(problem, 2.0 * math.pi * rows[-1][0], rows[-1][1], turned))
     integrator.place(way[-1])
     settled = age < LONGEST and motion.is_finite
     frequency, drive, amplitude, phase = np.array(rows).swapaxes(0, 1)
-    return Followed(frequency, drive, amplitude, phase, replace(motion, period=0), settled, periods, measured)
+    return Followed(frequency, drive, amplitude, phase, replace(motion, period=0), settled, repeats, periods, measured)
 
 
 def _read(integrator: Integrator, rows: Array, loops: Sequence[Controllers], each: Array) -> Complexes:
@@ -201,8 +209,18 @@ def window_over(omega: Array) -> int:
 
 def _is_noise(errors: Array, accuracy: float) -> bool:
     """Return whether errors, (windows, ...), are below an accuracy, or small with changing signs."""
-    size, changes = np.abs(errors), (np.abs(errors.sum(axis=0)) <= 0.5 * np.abs(errors).sum(axis=0)).all()
-    return bool(size.max() < (NOISE if changes else 1.0) * accuracy)
+    return bool(np.abs(errors).max() < (NOISE if _changes_signs(errors) else 1.0) * accuracy)
+
+
+def _is_stationary(errors: Array) -> bool:
+    """Return whether errors, (windows, ...), change their signs in both halves, and are no smaller in the second one."""
+    first, second = np.array_split(errors, 2)
+    return _changes_signs(first) and _changes_signs(second) and bool(np.std(second) > 0.5 * np.std(first))
+
+
+def _changes_signs(errors: Array) -> bool:
+    """Return whether half of the sum of errors, (windows, ...), or more cancels."""
+    return bool((np.abs(errors.sum(axis=0)) <= 0.5 * np.abs(errors).sum(axis=0)).all())
 
 
 def _units(problem: Problem) -> Array:

@@ -6,6 +6,7 @@ Frequency and drive change the more, the stiffer the contact is: they count by t
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,6 +50,11 @@ class LockedOrbit(Orbit):
     def stability(self) -> int:
         """Whether small disturbances die out or grow under ideal controllers."""
         return CRITICAL if self.special == FOLD else STABLE if self.steady else UNSTABLE
+
+    @property
+    def index(self) -> int:
+        """Sign of the determinant of the equations at a constant parameter."""
+        return int(np.sign(np.linalg.det(self.equations[:, :-1])))
 
 
 class LockedRange(ParameterRange):
@@ -105,6 +111,23 @@ class LockedRange(ParameterRange):
             equations=matrix[0, :-1] / locked.weights,
             steady=bool(locked.is_stable(found)[0]),
         )
+
+    def kept(self, orbits: Sequence[Any]) -> Array:
+        """Return numbers of states from which a stopped run goes on, a row for each; see :meth:`restored`."""
+        return np.array(
+            [np.concatenate([*(part.ravel() for part in one.found[:2]), one.found.matrix[0, -1]]) for one in orbits]
+        )
+
+    def restored(self, rows: Array) -> list[Orbit]:
+        """Return the states with these numbers."""
+        self.locked.begin(self.high)  # what is stable is told by the free lock
+        size, out = len(self.locked.weights), list[Orbit]()
+        for row in rows:
+            matrix = np.tile(row[-size:], (1, size, 1))
+            out.append(
+                self.on_curve(LockedStates(row[None, :size], row[None, size:-size], matrix, np.ones(1, dtype=bool)))
+            )
+        return out
 
 
 def follow(locked: Locked, first: Anchor, at: Array) -> tuple[LockedStates, list[StateJump], Anchor]:

@@ -253,9 +253,10 @@ def continues(
 
 
 def fold_ahead(value: float, slope: float, value_before: float, slope_before: float) -> float:
-    """Return the value at which two slopes, the longest of an orbit each, foretell a fold, or NaN.
+    """Return the value at which a fold is expected from the slopes of two orbits, the largest component of each; or NaN.
 
-    There the state moves like the root of the way that is left: the inverse square of the slope falls to zero like a line.
+    Near a fold the state moves like the square root of the distance to it, so the inverse square of the slope falls linearly to
+    zero.
     """
     if not (slope > slope_before > 0.0):
         return np.nan

@@ -21,7 +21,7 @@ Comput. 37, A2026 (2015), for deflation.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, islice, product
 
@@ -30,7 +30,7 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.problem import Problem
 from dforce.solvers.continuation import Curve
-from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+from dforce.solvers.integrator import Integrator, free_amplitudes, with_amplitudes
 from dforce.solvers.newton import LARGEST
 from dforce.solvers.orbit import MOST_REPEATS, Orbit, ParameterRange
 from dforce.solvers.states import States
@@ -98,6 +98,8 @@ def index_sum(curves: list[Curve], value: float) -> int:
 
 def why_unproven(problem: Problem) -> str:
     """Return why the sum of the indices need not be one with these forces; empty where it must."""
+    if problem.is_locked:
+        return "a lock changes frequency and drive"
     for force in problem.forces:
         if force.switch is not None:
             return f"{force.name} has two branches"
@@ -143,11 +145,13 @@ class Known:
     def hold(self, orbit: Orbit) -> bool:
         """Say whether an orbit is one of them, begun in any of its periods."""
         alike = [known for known in self.orbits() if known.repeats == orbit.repeats]
-        state = orbit.state
-        for _ in range(orbit.repeats):
-            if any(self._is(known, self.among.vectors(state)[0], orbit) for known in alike):
+        x, state = orbit.x, orbit.state
+        for turn in range(orbit.repeats):
+            if turn:
+                state = self.among.later(state, self.value, 1)
+                x = self.among.vectors(state)[0]
+            if any(self._is(known, x, orbit) for known in alike):
                 return True
-            state = self.among.later(state, self.value, 1)
         return False
 
     def _is(self, known: Orbit, x: Array, orbit: Orbit) -> bool:
@@ -159,17 +163,8 @@ class Known:
         return there is not None and float(np.abs(there.x - x).max()) < SAME
 
 
-def search(known: Known, check_cancelled: CancelCheck) -> Iterator[Curve]:
-    """Give the beginnings of curves through orbits that are not known.
-
-    The known curves are to grow by each before the next one is asked for.
-    """
-    for orbit in _candidates(known, check_cancelled):
-        if not known.hold(orbit):
-            yield Curve.rising(orbit)
-
-
-def _candidates(known: Known, check_cancelled: CancelCheck) -> Iterator[Orbit]:
+def candidates(known: Known, check_cancelled: CancelCheck) -> Iterator[Orbit]:
+    """Give orbits, known or not, as long as one may be missing."""
     yield from _of_transients(known, check_cancelled)
     yield from _of_edges(known, check_cancelled)
     if why_unproven(known.among.problem):
@@ -183,11 +178,24 @@ def _candidates(known: Known, check_cancelled: CancelCheck) -> Iterator[Orbit]:
             return
 
 
+def search(
+    known: Known, check_cancelled: CancelCheck, candidates: Callable[[Known, CancelCheck], Iterator[Orbit]] = candidates
+) -> Iterator[Curve]:
+    """Give the beginnings of curves through orbits that are not known.
+
+    The known curves are to grow by each before the next one is asked for.
+    """
+    for orbit in candidates(known, check_cancelled):
+        if not known.hold(orbit):
+            yield Curve.rising(orbit)
+
+
 def _of_transients(known: Known, check_cancelled: CancelCheck) -> Iterator[Orbit]:
     """Give orbits that Newton's method finds from the ends of transients, and stable ones of several periods."""
     among, value = known.among, known.value
     check_cancelled()
-    ends = among.later(_of_amplitudes(among, value), value, _periods(among))
+    integrator = among.integrator(value)
+    ends = among.later(of_amplitudes(integrator, integrator.p[0], LAGS), value, _periods(among))
     for i in np.flatnonzero(np.isfinite(ends.x).all(axis=1)).tolist():
         check_cancelled()
         end = ends.take([i])
@@ -228,21 +236,25 @@ def least_repeats(among: ParameterRange, orbit: Orbit) -> int:
 
 def _periods(among: ParameterRange) -> int:
     """Return the common periods of a search's transients."""
-    return math.ceil(min(SEARCH_DECAYS * decay_periods(among.problem), MOST_SEARCH) / among.common)
+    return math.ceil(periods_of_transients(among.problem) / among.common)
 
 
-def _of_amplitudes(among: ParameterRange, value: float) -> States:
-    """Return states with several amplitudes and phases at the first tone.
+def periods_of_transients(problem: Problem) -> int:
+    """Return the periods of the first tone after which Newton's method takes a transient over."""
+    return min(SEARCH_DECAYS * decay_periods(problem), MOST_SEARCH)
 
-    The amplitudes are shares of the free amplitude, or of the distance where that is less.
+
+def of_amplitudes(integrator: Integrator, zc: float, lags: Sequence[float]) -> States:
+    """Return states with several amplitudes and these phase lags (degrees) at the first tone.
+
+    The amplitudes are shares of the free amplitude, or of the distance (m) where that is less.
     """
-    integrator = among.integrator(value)
-    first, zc = integrator.problem.tones[0], integrator.p[0]
+    first = integrator.problem.tones[0]
     room = min(first.A0, zc) if zc > 0.0 else first.A0
     amplitudes = free_amplitudes(integrator)
     amplitudes[0] = 0.0
     motions = []
-    for share, lag in product(SHARES, LAGS):
+    for share, lag in product(SHARES, lags):
         amplitudes[0, first.mode] = share * room * np.exp(1j * (first.phase - math.radians(lag)))
         motions.append(with_amplitudes(integrator, amplitudes))
     return States.of(*motions)

@@ -10,7 +10,6 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
-from dforce.core import units
 from dforce.core.units import parse
 from dforce.gui.case import values
 from dforce.gui.case.fields import Field, name_of, within_sentence
@@ -40,20 +39,13 @@ def toggle(view: View, path: Path, field: Field) -> None:
 
 
 def number_at(view: View, path: Path, field: Field) -> tuple[float | None, str]:
-    """Return the number at a path in the unit that its field shows, and that unit."""
+    """Return the number at a path in the unit that its field shows, None where it shows none, and that unit."""
     value = view.document.value(path)
-    value = field.default if value is None else value
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        if field.quantity is None or field.unit == "1":
-            return float(value), "1"
-        value = units.show(float(value), field.unit)
-    if not isinstance(value, str):
-        return None, ""
-    text, unit = values.taken_apart(value, field.unit or "1")
+    text, unit = values.shown(field, field.default if value is None else value)
     try:
-        return float(values.with_point(text)), unit
+        return number(float(values.with_point(text)), -LARGEST, LARGEST), unit
     except (ValueError, df.ParameterError):
-        return None, ""
+        return None, unit
 
 
 def within(field: Field, unit: str, low: float, high: float) -> tuple[float, float]:
