@@ -52,6 +52,17 @@ def test_the_boundaries_of_regimes_lie_on_the_map_where_they_were_solved():
     assert len(pictures.figure(job.result, turned, regimes=job.regimes)["data"]) == len(figure["data"])
 
 
+def test_the_boundaries_of_a_force_with_two_branches_are_drawn_on_its_map():
+    sticky = CASE.replace(forces=[df.forces.Hertz(), df.forces.AdhesionHysteresis()])
+    job = plan_job(
+        Document.of(sticky), sticky, dataclasses.replace(AMPLITUDE, points=2), dataclasses.replace(SHARES, points=2), {}
+    )
+    job.work()
+    assert job.state == "done", job.error
+    figure = pictures.figure(job.result, explore.fitting(job.result, explore.Choice()), regimes=job.regimes)
+    assert "the tip just touches" in {trace.get("name") for trace in figure["data"]}
+
+
 def test_the_point_that_was_clicked_is_marked_on_a_map_and_across_lines():
     result = mapped().result
     choice = explore.fitting(result, explore.Choice("peak_force", "A0", "set_point"))

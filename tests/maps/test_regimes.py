@@ -1,4 +1,4 @@
-"""The regime map: boundaries against folds found otherwise, and its picture."""
+"""The regime map: boundaries against folds and approaches, and its picture."""
 
 from __future__ import annotations
 
@@ -110,7 +110,49 @@ def test_a_mistake_is_one_sentence(over, sentence):
         df.regimes(STIFF, over)
 
 
-def test_forces_that_remember_are_refused():
-    jkr = STIFF.replace(forces=[df.forces.JKR(surface_energy="50 mJ/m^2")])
-    with pytest.raises(df.ParameterError, match="jkr has a memory"):
-        df.regimes(jkr, {"drive.A0": ["1 nm", "2 nm"]})
+SOFT = STIFF.replace(
+    forces=[
+        df.forces.VanDerWaals(hamaker="6e-20 J"),
+        df.forces.SLSSimple(instant_modulus="3 GPa", relaxed_modulus="1 GPa"),
+    ]
+)
+STICKY = STIFF.replace(forces=[df.forces.Hertz(), df.forces.AdhesionHysteresis()])
+JUMPING = STIFF.replace(forces=[df.forces.JKR(surface_energy="20 mJ/m^2", hamaker="6e-20 J")])
+
+
+def around(case, A0: float, share: float):
+    """Return the map at one set point over 4 nm around a free amplitude (nm)."""
+    return df.regimes(case, {"drive.A0": {"start": f"{A0 - 2} nm", "stop": f"{A0 + 2} nm", "points": 3}}, [share])
+
+
+def approach_past(case, found, kind: str):
+    """Return an approach past a boundary in steps of 1e-4 A0, and by how many A0 each distance is above the boundary."""
+    [i] = np.flatnonzero(found.edge_kind == kind)
+    A0, zc = float(found.edge_A0[i]), float(found.edge_zc[i])
+    above = np.concatenate([np.arange(1.3 - zc / A0, 2e-3, -0.005), 1e-4 * np.arange(10.5, -8.0, -1.0)])
+    return df.approach(case.replace("drive.A0", A0), zc=zc + A0 * above, harmonics=1), above
+
+
+def test_a_boundary_of_a_force_with_memory_passes_through_the_fold_of_the_branches():
+    # the fold of the curve of orbits at A0 = 28 nm, by df.branches: 20.5522134 nm, phase 132.630486 degrees
+    found = around(SOFT, 28.0, 0.735587236)
+    [i] = np.flatnonzero(found.edge_kind == "fold")
+    assert float(found.edge_A0[i]) == pytest.approx(28e-9, rel=2e-5, abs=0.0)
+    assert float(found.edge_zc[i]) == pytest.approx(20.5522134e-9, rel=2e-5, abs=0.0)
+    assert float(found.edge_phase[i]) == pytest.approx(132.630486, abs=1e-3)
+    assert (found.states.values[0], found.states.values[-1]) == (2, 1)
+
+
+def test_an_approach_with_hysteresis_jumps_at_the_fold_of_the_map():
+    curve, above = approach_past(STICKY, around(STICKY, 27.0, 0.78), "fold")
+    jump = int(np.argmax(np.abs(np.diff(curve.phase.values[:, 0]))))
+    assert above[jump + 1] < 0.0 < above[jump] or np.abs(above[jump : jump + 2]).min() < 1e-4
+
+
+def test_a_state_of_two_branches_ends_where_an_approach_no_longer_settles():
+    found = around(JUMPING, 24.0, 0.934327446)  # by df.branches its state grazes at A0 = 24 nm
+    assert edge(found, "grazing", 0) == pytest.approx(24e-9, rel=2e-5, abs=0.0)
+    curve, above = approach_past(JUMPING, found, "grazing")
+    assert abs(above[curve.status.values == 0].min()) < 1e-4
+    assert (curve.status.values[above < -1e-4] != 0).all()
+    assert set(found.edge_kind.values.tolist()) == {"grazing", "contact"}

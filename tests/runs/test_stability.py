@@ -136,10 +136,15 @@ def test_no_unstable_part_begins_before_the_fold():
 def test_a_place_within_the_margin_of_a_fold_is_no_boundary_of_another_kind(aside):
     def place(x):
         equations = np.array([[-2.0 * x, 0.3, 1.0, 0.0], [0.0, -0.5, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-        return LinePoint(np.array([x, 0.0, 0.5, 0.5]), equations, 2, {"virial": 1.0, "min_distance": 1.0})
+        return LinePoint(
+            np.array([x, 0.0, 0.5, 0.5]), np.empty((1, 0)), equations, 2, {"virial": 1.0, "min_distance": 1.0}
+        )
 
     class Between:
         size = 2
+
+        def switches_beside(self, last):
+            return False
 
         def between(self, a, b, test):
             return place(0.0)

@@ -4,9 +4,10 @@ Unknown are the orbit, the average distance and the parameter. With the map P ov
 
 .. math:: P(x, z_c, p) = x, \quad A(x, z_c, p) = s A_0
 
-are one fewer than the unknowns, so that their solutions are lines. A point is predicted along the line's tangent and corrected
-by Newton's method in the plane across it (pseudo-arclength continuation): a line may turn back along the parameter, and where
-it does its states begin or end. Motion and distance are scaled by free amplitudes, the parameter by its range.
+are one fewer than the unknowns, so that their solutions are lines; the forces' memory belongs to x. A point is predicted along
+the line's tangent and corrected by Newton's method in the plane across it (pseudo-arclength continuation): a line may turn back
+along the parameter, and where it does its states begin or end. Where a force with two branches is about to switch P jumps, and
+lines end. Motion and distance are scaled by free amplitudes, the parameter by its range.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 5.
 """
@@ -24,12 +25,12 @@ from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core.arrays import Array
 from dforce.core.errors import DForceError
-from dforce.kernel import size_of
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
 from dforce.problem import Problem
 from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
+from dforce.solvers.period_map import FD_STEP
 from dforce.solvers.stability import stability
 from dforce.solvers.states import States
 
@@ -45,6 +46,7 @@ STRAIGHT = 0.9  # cosine of the largest turn of the tangent in a step
 SHARP = 1e-4  # of a step: how well a turning point is located
 MOST_LOOKS = 14  # at points between two, to locate one
 MOST_POINTS = 400  # of a line, each way
+JUMP = 0.1  # of the neighbors' distance: bend of the map between them at which a force switches there
 
 
 @dataclass(frozen=True)
@@ -71,12 +73,28 @@ class FreeParameter:
 
 @dataclass(frozen=True)
 class LinePoint:
-    """A point of a line: scaled motion, distance and parameter in `u`, the equations' derivatives, and what was measured."""
+    """A point of a line.
+
+    Attributes
+    ----------
+    u, branch
+        Scaled motion and memory, `size` numbers, then distance and parameter; the forces' branches, (1, branches).
+    equations
+        Derivatives of the equations, (size + 1, size + 2).
+    measured
+        What was measured over a common period.
+    bend
+        By how much the derivatives on both sides differ.
+    is_turn
+        Whether the line turns back along the parameter.
+    """
 
     u: Array
+    branch: Array
     equations: Array
     size: int
     measured: dict[str, float]
+    bend: float = 0.0
     is_turn: bool = False
 
     @functools.cached_property
@@ -106,7 +124,7 @@ class LinePoint:
 
 
 class Lines:
-    """Lines along a parameter of a case at a set point (a share of A0), for forces without memory and branches.
+    """Lines along a parameter of a case at a set point (a share of A0).
 
     Parameters
     ----------
@@ -127,8 +145,14 @@ class Lines:
         self.case, self.free_parameter, self.set_point = case, free_parameter, set_point
         self.check_cancelled = check_cancelled
         self.length = max(self.problem(value).tones[0].A0 for value in values)
-        self.size = size_of(case.problem)
         self._block = functools.lru_cache(maxsize=64)(self._new_block)
+        block = self._block(0.0)
+        self.memory_scale = block.memory_scale
+        self.size, self.has_branches = block.size + len(block.memory_scale), block.hysteresis > 0
+        # where a force is about to switch neighbors must not; of memory there may be much, and one side is enough
+        side = FD_STEP if self.has_branches else SIDE
+        self._sides = np.array([side] * block.size + [FD_STEP] * len(block.memory_scale) + [side, side])
+        self._both = np.delete(np.arange(self.size + 2), np.arange(block.size, self.size))
 
     def problem(self, value: float) -> Problem:
         """Return the problem at a value (SI) of the parameter."""
@@ -139,62 +163,71 @@ class Lines:
         settings = self.case.solver
         return block_type(settings).of_one(self.problem(self.free_parameter.value(scaled)), settings, 1)
 
-    def _march(self, us: Array) -> tuple[Array, list[dict[str, Array]]]:
-        """Return where motions end a common period later, and what is measured on the way, at any values of the parameter."""
+    def _march(self, us: Array, branch: Array) -> tuple[Array, Array, list[dict[str, Array]]]:
+        """Return where motions end a common period later, the branches of the first, and what is measured on the way.
+
+        Each may be at another value of the parameter.
+        """
         ends: Array = np.empty((len(us), self.size))
+        after = branch
         measured: list[dict[str, Array]] = [{} for _ in us]
         for value in dict.fromkeys(us[:, -1].tolist()):
             block, group = self._block(value), np.flatnonzero(us[:, -1] == value)
-            x, zc = us[group, : self.size], us[group, self.size] * self.length
-            slots = block.slots(States(x, np.empty((len(x), 0)), np.empty((len(x), 0))), zc)
+            start = States.of_vectors(us[group, : self.size], branch, self.memory_scale)
+            slots = block.slots(start, us[group, self.size] * self.length)
             slots.case[:] = 0
             block.march(slots, 1, True)
-            ends[group] = slots.ends[:, 0]
+            end = States(slots.ends[:, 0], slots.memory_after, slots.branch_after)
+            ends[group] = end.vectors(self.memory_scale)
+            if group[0] == 0:
+                after = end.branch[:1]
             numbers, tones = block.tables(np.zeros((1, 1)))
-            numbers, tones = np.repeat(numbers, len(x), axis=0), np.repeat(tones, len(x), axis=0)
+            numbers, tones = np.repeat(numbers, len(group), axis=0), np.repeat(tones, len(group), axis=0)
             even = weights(block.frequencies, block.common)
             with np.errstate(all="ignore"):
                 found = finish_each(block.batch.example, 1, slots.rows, even, numbers, tones)
             for i, number in enumerate(group):
                 measured[number] = {name: values[i] for name, values in found.items()}
-        return ends, measured
+        return ends, after, measured
 
-    def _look(self, u: Array) -> tuple[Array, LinePoint]:
-        """Return the residual of the equations at a point, and the point with their derivatives."""
-        count = len(u)
-        near = SIDE * np.eye(count)
-        around = np.concatenate([u[None], u + near, u - near])
-        ends, measured = self._march(around)
-        equations: Array = np.empty((count - 1, count))
-        equations[: self.size] = (ends[1 : count + 1] - ends[count + 1 :]).T / (2.0 * SIDE)
-        equations[: self.size, : self.size] -= np.eye(self.size)
-        values = np.array([float(found["amplitude_ratio"]) - self.set_point for found in measured])
-        equations[self.size] = (values[1 : count + 1] - values[count + 1 :]) / (2.0 * SIDE)
-        residual = np.append(ends[0] - u[: self.size], values[0])
+    def _look(self, u: Array, branch: Array, wider: float = 1.0) -> tuple[Array, Array, LinePoint]:
+        """Return the residual of the equations at a point, the branches a period later, and the point with derivatives."""
+        count, both, sides = len(u), self._both, wider * self._sides
+        near = np.diag(sides)
+        ends, after, measured = self._march(np.concatenate([u[None], u + near, (u - near)[both]]), branch)
+        values = [float(found["amplitude_ratio"]) - self.set_point for found in measured]
+        table = np.column_stack([ends, values])
+        here, ahead, behind = table[0], table[1 : count + 1], table[count + 1 :]
+        slopes = (ahead - here) / sides[:, None]
+        slopes[both] = (ahead[both] - behind) / (2.0 * sides[both, None])
+        equations = slopes.T - np.eye(count - 1, count) * (np.arange(count) < self.size)
+        bends = (ahead[both] + behind - 2.0 * here)[:, : self.size] / sides[both, None]
+        residual = here - np.append(u[: self.size], 0.0)
         scalars = {name: float(np.ravel(value)[0]) for name, value in measured[0].items() if np.size(value)}
-        return residual, LinePoint(u, equations, self.size, scalars)
+        return residual, after, LinePoint(u, branch, equations, self.size, scalars, float(np.abs(bends).max()))
 
-    def correct(self, guess: Array, normal: Array) -> tuple[LinePoint, int] | None:
+    def correct(self, guess: Array, branch: Array, normal: Array) -> tuple[LinePoint, int] | None:
         """Return the point of a line in the plane through a guess across `normal`, and how many steps led there."""
         u, before = guess.copy(), np.inf
         for steps in range(1, MOST_STEPS + 1):
             try:
-                residual, place = self._look(u)
+                residual, after, place = self._look(u, branch)
                 step = np.linalg.solve(np.vstack([place.equations, normal]), np.append(residual, 0.0))
             except (DForceError, np.linalg.LinAlgError, ValueError):  # outside of what is allowed, or no number
                 return None
             longest = float(np.abs(step).max())
             if not longest < 0.5 or (longest > 2.0 * before):
                 return None
-            if longest < TOLERANCE:
-                return place, steps
-            u, before = u - step, longest
+            if longest < TOLERANCE and np.array_equal(after, branch):
+                return None if self.has_branches and place.bend > JUMP else (place, steps)
+            u, branch, before = u - step, after, longest
         return (place, MOST_STEPS) if before < 100.0 * TOLERANCE else None
 
-    def seed(self, x: Array, zc: float, value: float) -> LinePoint | None:
+    def seed(self, state: States, zc: float, value: float) -> LinePoint | None:
         """Return the point of a line near a motion at a distance (m), at this value (SI) of the parameter or near it."""
+        [x] = state.vectors(self.memory_scale)
         guess = np.concatenate([x, [zc / self.length, self.free_parameter.scaled(value)]])
-        found = self.correct(guess, np.eye(len(guess))[-1])
+        found = self.correct(guess, state.branch, np.eye(len(guess))[-1])
         return None if found is None else found[0]
 
     def trace(self, start: LinePoint, inside: Callable[[LinePoint], bool]) -> list[LinePoint]:
@@ -214,7 +247,7 @@ class Lines:
             is_end, normal = step >= reach, ahead
             if is_end:
                 normal, step = np.eye(len(ahead))[-1], reach
-            found = self.correct(last.u + step * ahead, normal)
+            found = self.correct(last.u + step * ahead, last.branch, normal)
             if found is None or not self._follows(last, found[0], ahead, step):
                 step *= 0.5
                 continue
@@ -229,6 +262,10 @@ class Lines:
             step = min(LARGEST, step * (GROWTH if steps <= EASY else 1.0))
         return points
 
+    def switches_beside(self, place: LinePoint) -> bool:
+        """Say whether a line ends at a point because the map jumps beside it: a force switches there that did not before."""
+        return self.has_branches and self._look(place.u, place.branch, 2.0)[2].bend > JUMP
+
     def between(self, a: LinePoint, b: LinePoint, test: Callable[[LinePoint], float]) -> LinePoint:
         """Return the point between two neighbors at which a function passes zero, as near as it was found."""
         chord, low, high = b.u - a.u, 0.0, 1.0
@@ -236,7 +273,7 @@ class Lines:
         normal = chord / np.linalg.norm(chord)
         for number in range(MOST_LOOKS):
             share = low + (high - low) * (at_low / (at_low - at_high) if number % 3 else 0.5)
-            found = self.correct(a.u + share * chord, normal)
+            found = self.correct(a.u + share * chord, a.branch, normal)
             if found is None:
                 break
             best, value = found[0], test(found[0])
@@ -258,7 +295,7 @@ class Lines:
         slow, fast, best = float(ahead[-1]), behind, last
         while high - low > SHARP * step:
             share = low + (high - low) * min(0.9, max(0.1, slow / (slow - fast)))
-            found = self.correct(last.u + share * ahead, ahead)
+            found = self.correct(last.u + share * ahead, last.branch, ahead)
             if found is None:
                 break
             best = found[0]

@@ -64,7 +64,7 @@ def regimes(
     Parameters
     ----------
     case
-        The case; its experiment is not used. Its forces have no memory and no branches.
+        The case; its experiment is not used.
     over
         One path with its values, such as ``{"drive.A0": {"start": "2 nm", "stop": "40 nm", "points": 39}}``, or two, for a map
         over both at one set point; lines follow the first path.
@@ -80,23 +80,18 @@ def regimes(
         Over the parameter and `set_point`, or over both parameters: `states`, the number of stable states, and `regime`. The
         attributes explain the numbers of `regime`: ``"none"``, ``"no contact"`` (net attraction, and the tip never touches),
         ``"attractive"``, ``"both"``, ``"repulsive"``. Along `edge` the boundaries: `edge_kind` (``"fold"``, ``"net force"``,
-        ``"contact"``, ``"end"``, ``"instability"``, ``"lost"``), their parameters, distance, phase and forces. Along `point`
-        the lines, with `line_stable`. :func:`dforce.plot.map` draws it.
+        ``"contact"``, ``"end"``, ``"instability"``, ``"grazing"``, ``"lost"``), their parameters, distance, phase and forces.
+        Along `point` the lines, with `line_stable`. :func:`dforce.plot.map` draws it.
 
     Raises
     ------
     ParameterError
-        For an unknown path, more than two paths, values or set points that are not allowed, and forces with memory or branches.
+        For an unknown path, more than two paths, and values or set points that are not allowed.
     """
     axes = make_axes(case, over)
     shares = shares_of(set_points)
     free_parameter = free_parameter_of(axes, shares)
     refuse_others(case)
-    for force in case.problem.forces:  # lines along a parameter count no memory to the state
-        if force.memory or force.switch is not None:
-            raise ParameterError(
-                f"{force.name} has a memory, but a regime map needs forces without memory; use df.plan"
-            )
     for axis in axes:
         if len(axis.values) > MOST_VALUES:
             raise ParameterError(f"{axis.path} has {len(axis.values)} values; at most {MOST_VALUES} are allowed here")

@@ -18,7 +18,7 @@ from dforce.procedures.motion import scaled
 
 # what a cell of the map says; its numbers stand in the result
 REGIMES = ("none", "no contact", "attractive", "both", "repulsive")
-FOLD, END, UNSTABLE, LOST = "fold", "end", "instability", "lost"
+FOLD, END, UNSTABLE, GRAZING, LOST = "fold", "end", "instability", "grazing", "lost"
 NET_FORCE, CONTACT = "net force", "contact"
 AT_VALUE = 1e-9  # scaled: a point so near to a value of the parameter is at it
 AT_END = 1e-6  # scaled: a line that ends so near to an end of the range has left it
@@ -57,10 +57,10 @@ def lines_at(
     out: list[StateLine] = []
     for seed in curves.seeds([of.share]):
         value, problem = values[seed.case], lines.problem(values[seed.case])
-        x = scaled(seed.motion[None], problem).x[0]
-        if any(_lies_on(line.places, x, seed.zc / lines.length, free_parameter.scaled(value)) for line in out):
+        state = scaled(seed.motion[None], problem)
+        if any(_lies_on(line.places, state.x[0], seed.zc / lines.length, free_parameter.scaled(value)) for line in out):
             continue
-        start = lines.seed(x, seed.zc, value)
+        start = lines.seed(state, seed.zc, value)
         if start is None:
             continue
         places = lines.trace(start, lambda place: bool(place.u[lines.size] > DEEPEST))
@@ -74,7 +74,7 @@ def _lies_on(places: list[LinePoint], x: Array, zc: float, scaled: float) -> boo
         u = a.u + share * (b.u - a.u)
         # the motion is beside the set point: both motion and distance differ from the line's by as much
         moved = abs(zc - u[-2])
-        if np.abs(x - u[:-2]).max() < SAME + 2.0 * moved and moved < 5.0 * SAME:
+        if np.abs(x - u[: len(x)]).max() < SAME + 2.0 * moved and moved < 5.0 * SAME:
             return True
     return False
 
@@ -106,7 +106,7 @@ def _edges(lines: Lines, places: list[LinePoint], a0: float) -> list[tuple[str, 
     for last in {id(place): place for place in (places[0], places[-1])}.values():
         left = min(last.u[lines.size + 1], 1.0 - last.u[lines.size + 1]) < AT_END or last.u[lines.size] < DEEPEST
         if last.is_stable and not left:  # where the map is too rough no step leads on: that is said, not passed over
-            found.append((LOST, last))
+            found.append((GRAZING if lines.switches_beside(last) else LOST, last))
     # a place on an edge is neither stable nor unstable: the edge lies between the two beside it
     for a, b in itertools.pairwise([place for place in places if place.stability]):
         if not (a.is_stable or b.is_stable):

@@ -15,6 +15,7 @@ EDGES = {
     "fold": ("a state ends", "solid"),
     "end": ("a state ends", "solid"),
     "instability": ("a state ends", "solid"),
+    "grazing": ("a state ends", "solid"),
     "lost": ("a line was lost", "dashdot"),
     "net force": ("net force is zero", "dashed"),
     "contact": ("the tip just touches", "dotted"),

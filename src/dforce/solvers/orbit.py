@@ -208,12 +208,11 @@ class ParameterRange:
 
     def states(self, x: Array, branch: Array) -> States:
         """Return scaled motions and memories, (states, size), with the branches of a state."""
-        memory = x[:, self._motion :] * self._memory_scale
-        return States(x[:, : self._motion], memory, np.repeat(branch, len(x), axis=0))
+        return States.of_vectors(x, branch, self._memory_scale)
 
     def vectors(self, states: States) -> Array:
         """Return the scaled motions and memories of states, (states, size)."""
-        return np.concatenate([states.x, states.memory / self._memory_scale], axis=1)
+        return states.vectors(self._memory_scale)
 
     def later(self, states: States, scaled: float, periods: int) -> States:
         """Return states at a scaled value of the parameter so many common periods later."""

@@ -38,6 +38,16 @@ class States:
         """Return one of them as integrators take it."""
         return Motion(tuple(self.x[i].tolist()), self.memory[i].copy(), self.branch[i].copy(), 0)
 
+    def vectors(self, memory_scale: Array) -> Array:
+        """Return scaled motions and memories side by side, (states, numbers)."""
+        return np.concatenate([self.x, self.memory / memory_scale], axis=1)
+
+    @classmethod
+    def of_vectors(cls, vectors: Array, branch: Array, memory_scale: Array) -> States:
+        """Return the states with these scaled motions and memories, and the branches of one state."""
+        motion = vectors.shape[1] - len(memory_scale)
+        return cls(vectors[:, :motion], vectors[:, motion:] * memory_scale, np.repeat(branch, len(vectors), axis=0))
+
     @classmethod
     def of(cls, *motions: Motion) -> States:
         """Return motions as states."""

@@ -65,7 +65,7 @@ class PlanJob(Job):
             over = {path: values for path, values in self.over.items() if not isinstance(values, list)}
             try:
                 self.regimes = df.regimes(self.case, over, self.set_points, progress=self._watch)
-            except df.ParameterError as error:  # such as forces with memory; the plan itself is whole
+            except df.ParameterError as error:  # such as a map over contact.a0; the plan itself is whole
                 plan.attrs["findings"] += f"\nThe boundaries of the regimes are not drawn: {error}."
         return plan
 
