@@ -1,4 +1,4 @@
-"""What it costs to call forces by their address: whole curves with such code, beside code compiled for their forces.
+"""What it costs to call forces by their address in each step: whole curves, beside steps compiled for their forces.
 
     python benchmarks/by_address.py [--repeat 5]
 
@@ -14,8 +14,8 @@ import time
 import numpy as np
 
 import dforce as df
-from dforce.kernel import any_force, load_any, load_laws
-from dforce.kernel.tip import TipFunctions
+from dforce.solvers import block
+from dforce.solvers.integrator import CALLED, SHARED
 
 SOFT = df.Case(
     cantilever=df.Cantilever(f0="30 kHz", k="0.5 N/m", Q=2),
@@ -43,22 +43,6 @@ CURVES = {
 }
 
 
-class ByAddress(TipFunctions):
-    """A tip equation whose forces are called by their address, and that is not compiled for its own."""
-
-    def _stands_in(self, missing: list[str]) -> bool:
-        general, laws = load_any(self._problem, self._called), load_laws(self._problem.forces)
-        self._addresses |= {name: general.address(name, self._types[name]) for name in missing}
-        for place, (name, (_, types)) in enumerate(any_force.functions_of(self._problem.forces).items()):
-            self._laws[place] = laws.address(f"{name}_at", types)
-        return True
-
-    def at(self, p: tuple[float, ...], names: object) -> tuple[object, ...]:
-        """Return it for one parameter tuple, with these functions compiled."""
-        self._stands_in([str(name) for name in names])  # type: ignore[attr-defined]
-        return self.unready(p)
-
-
 def timed(case: df.Case, start: str, stop: str, repeat: int) -> tuple[float, float]:
     """Return the least CPU time (s) of a curve, and the share of its points that touch."""
     times = []
@@ -75,13 +59,11 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     repeat = parser.parse_args().repeat
     print(f"{'curve':16} {'touching':>8} {'own code':>9} {'by address':>10} {'ratio':>5}")
-    import dforce.solvers.block as block
-
     for name, (case, start, stop) in CURVES.items():
         own, touching = timed(case, start, stop, repeat)
-        block.TipFunctions = ByAddress  # type: ignore[misc]
+        block.SHARED = CALLED
         other, _ = timed(case, start, stop, repeat)
-        block.TipFunctions = TipFunctions  # type: ignore[misc]
+        block.SHARED = SHARED
         print(f"{name:16} {touching:8.0%} {own * 1e3:6.1f} ms {other * 1e3:7.1f} ms {other / own:5.1f}")
 
 

@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 os.environ["MPLBACKEND"] = "agg"  # no window, whatever the machine
-os.environ["DFORCE_FIRST_ANSWER"] = "full"  # nothing goes on in the background beside later pages
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 import dforce as df

@@ -16,9 +16,6 @@ for name in ("COLUMNS", "LINES"):
 # Before anything imports matplotlib: no test needs a screen.
 os.environ["MPLBACKEND"] = "Agg"
 
-# What runs leave to the background would go on beside later tests.
-os.environ["DFORCE_FIRST_ANSWER"] = "full"
-
 # No deadline: the first example of a case compiles its kernel.
 settings.register_profile("here", deadline=None)
 # In CI the same examples every time, so that a red run is a change's own fault.

@@ -33,7 +33,6 @@ NOT_OF_USERS = {
     "gui/window/pages.py": "shipped with the package",
     "gui/document/store.py": "what the window wrote for itself",
     "gui/window/security.py": "the secret that the window wrote for itself",
-    "kernel/behind.py": "a journal of dForce's own",
     "kernel/cache.py": "compiled code of dForce's own",
     "kernel/cache_files.py": "compiled code of dForce's own",
     "kernel/texts.py": "sources of the package",

@@ -26,7 +26,6 @@ from dforce.cli._report import (
 )
 from dforce.cli._terminal import BAD_INPUT, DONE, SOME_POINTS_FAILED, STOPPED, print_json, say
 from dforce.core.files import check_target, exists
-from dforce.core.first_answer import early_answers
 from dforce.core.garbage import seldom_collected
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
@@ -42,7 +41,6 @@ CLOSE, BELOW, LOW_Q = 0.1, -0.5, 10.0
 
 
 @seldom_collected()
-@early_answers()
 def run(
     *,
     case: CaseName,

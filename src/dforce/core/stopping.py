@@ -197,11 +197,6 @@ def heard() -> None:
         _ending.hear()
 
 
-def was_stopped() -> bool:
-    """Say whether a stop has come since the outermost context that hears stops began."""
-    return _ending.is_heard or _ending.is_due
-
-
 class Stop:
     """Whether a stop `came`."""
 

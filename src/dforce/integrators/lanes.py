@@ -1,7 +1,8 @@
 """Runge–Kutta steps of many motions side by side, so that the compiler uses vector instructions.
 
 The same method as ``rk4``, for forces without memory and branches: the innermost loops go over the lanes, and nothing in
-them branches or calls. Where a lane passes a kink of the force, its step is done again by itself, cut at the kink.
+them branches or calls. Where a lane passes a kink of the force, its step is done again by itself, cut at the kink: by code
+that is compiled once for all forces.
 """
 
 from __future__ import annotations
@@ -38,6 +39,63 @@ def padded(count: int) -> int:
     return LANES * ((count + LANES - 1) // LANES)
 
 
+@by_address(
+    "void(f8[:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,:,::1],f8[::1],i8,i8,i8,f8[:,::1],i8[::1],f8[::1],f8[:,::1],"
+    "{p})"
+)
+def cut_lanes(
+    here: Any,
+    there: Any,
+    numbers: Any,
+    drive: Any,
+    kinks: Any,
+    tones: Any,
+    phases: Any,
+    i: int,
+    period: int,
+    points: int,
+    waves: Any,
+    crossed: Any,
+    nothing: Any,
+    work: Any,
+    p: Any,
+) -> None:
+    """Do step i again in each lane that is marked as `crossed`, from its sample `here` to the one `there`."""
+    h, place, levels = TAU / points, motion_size(), np.empty(kinks.shape[0])
+    c0, c1, c2 = waves_at(waves, 2 * i), waves_at(waves, 2 * i + 1), waves_at(waves, 2 * i + 2)
+    for j in range(crossed.shape[0]):
+        if crossed[j]:
+            p = parameters_of(numbers, j)
+            y, uncut, f = column(here, j), column(there, j), here[place, j]
+            u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
+            for k in range(kinks.shape[0]):
+                levels[k] = kinks[k, j]
+            if crossed[j] & CROSSED:
+                end = cut_at_kink(
+                    y,
+                    uncut,
+                    f,
+                    u0,
+                    u1,
+                    u2,
+                    i * h,
+                    h,
+                    period,
+                    nothing,
+                    nothing,
+                    tones[j],
+                    phases,
+                    levels,
+                    work[0],
+                    work,
+                    p,
+                )
+            else:
+                t = seconds(period * TAU + i * h, p)
+                end = divided(y, uncut, f, u0, u1, u2, h, t, nothing, nothing, levels, work[0], work, p)
+            put_column(there, j, end)
+
+
 @apart
 @by_address(
     "i8(f8[:,:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,:,::1],f8[::1],i8,i8,f8[:,::1],i8[::1],f8[::1],f8[:,::1],{p})"
@@ -55,7 +113,7 @@ def advance_lanes(
     crossed: Any,
     nothing: Any,
     work: Any,
-    p: Any,
+    tip: Any,
 ) -> int:
     """Advance motions of different problems by one period, cut at kinks, and keep their samples.
 
@@ -63,13 +121,12 @@ def advance_lanes(
     turns. Returns the row where the period ends. `numbers`, `kinks` and `drive` (real parts of each tone on each mode, then
     imaginary ones) have one column a lane, tones[j] is the tone table of lane j, with `phases` at the start of the period.
     `waves` holds cosine and minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1). `crossed`
-    is scratch, `nothing` an empty array in the place of memory and branches. Each lane's own numbers take the place of those
-    of `p`.
+    is scratch, `nothing` an empty array in the place of memory and branches. Of `tip` only the addresses matter: each lane has
+    parameters of its own.
     """
     h = TAU / points
     rows, size = block.shape[0], block.shape[2]
     place = motion_size()
-    levels = np.empty(kinks.shape[0])
     for i in range(points):
         here, there = block[i % rows], block[(i + 1) % rows]
         c0, c1, c2 = waves_at(waves, 2 * i), waves_at(waves, 2 * i + 1), waves_at(waves, 2 * i + 2)
@@ -82,37 +139,9 @@ def advance_lanes(
             here[place, j] = f
             put_column(there, j, step(y, f, u0, u1, u2, h, t, None, None, None, None, None, p))
         if mark_crossed(here, there, numbers, kinks, h, crossed):
-            for j in range(size):
-                if crossed[j]:
-                    p = parameters_of(numbers, j)
-                    y, uncut, f = column(here, j), column(there, j), here[place, j]
-                    u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
-                    for k in range(kinks.shape[0]):
-                        levels[k] = kinks[k, j]
-                    if crossed[j] & CROSSED:
-                        end = cut_at_kink(
-                            y,
-                            uncut,
-                            f,
-                            u0,
-                            u1,
-                            u2,
-                            i * h,
-                            h,
-                            period,
-                            nothing,
-                            nothing,
-                            tones[j],
-                            phases,
-                            levels,
-                            work[0],
-                            work,
-                            p,
-                        )
-                    else:
-                        t = seconds(period * TAU + i * h, p)
-                        end = divided(y, uncut, f, u0, u1, u2, h, t, nothing, nothing, levels, work[0], work, p)
-                    put_column(there, j, end)
+            cut_lanes(
+                here, there, numbers, drive, kinks, tones, phases, i, period, points, waves, crossed, nothing, work, tip
+            )
     end_row = points % rows
     last = block[end_row]
     for j in range(size):

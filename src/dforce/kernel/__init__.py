@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -25,7 +25,6 @@ from dforce.kernel.codegen import (
     motion_size,
     parameter_count,
 )
-from dforce.kernel.interpreted import interpreted
 from dforce.kernel.whole import is_part
 from dforce.problem import Problem
 
@@ -205,9 +204,7 @@ class Kernel:
         self.module = module
         self.what = what
         self.name = module.__name__
-        self._announced = False
         self._entries: dict[str, Callable[..., Any]] = {}
-        self._interpreted: dict[str, dict[str, Callable[..., Any]]] = {}
         self._addresses: dict[str, int] = {}
 
     @property
@@ -222,12 +219,6 @@ class Kernel:
     def entry(self, name: str) -> Callable[..., Any]:
         """Return an entry function; its first call compiles it or loads it from disk."""
         return self._entries.get(name) or self._first(name)
-
-    def interpreted(self, name: str, compiled: str) -> Callable[..., Any]:
-        """Return an entry function as Python runs it, which leaves the work to another one that is compiled."""
-        if compiled not in self._interpreted:
-            self._interpreted[compiled] = interpreted(self.module, compiled, self.entry(compiled))
-        return self._interpreted[compiled][name]
 
     def compile_for(self, name: str, arguments: Sequence[Any]) -> None:
         """Compile an entry function for arguments of such types, or load it from disk, and do not run it."""
@@ -257,8 +248,8 @@ class Kernel:
                 with cache.alone(), unbroken():
                     yield
                 return
-            if not self._announced or log.is_heard():  # printed once, and told to each who waits
-                self._announced = True
+            if self.what not in _ANNOUNCED or log.is_heard():  # printed once, and told to each who waits
+                _ANNOUNCED.add(self.what)
                 log.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
             with cache.one_at_a_time(self.module, name):
                 yield
@@ -280,7 +271,7 @@ def signature(force: Force) -> tuple[Any, ...]:
     return type(force), force.law_function(), force.memory, force.layout(), force.is_rooted
 
 
-def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
+def load(problem: Problem, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]] = ()) -> Kernel:
     """Return the kernel of a problem's combination of modes and forces.
 
     Parameters
@@ -289,17 +280,19 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
         What is to be solved; of its numbers only those matter that decide which laws the forces have.
     entries
         Entry functions by name, written over :mod:`dforce.kernel.vocabulary`.
+    called
+        All functions that the solvers call by their address, see :func:`codegen.compose`.
     """
     modes, tones = len(problem.modes), len(problem.tones)
     forces = tuple(signature(force) for force in problem.forces)
     lagging, late = problem.lagging, problem.late_fluid
-    parts = (modes, tones, lagging, late, [rest for _, _, *rest in forces], _places(entries))
+    parts = (modes, tones, lagging, late, [rest for _, _, *rest in forces], _places(entries), _names(called))
     return _loaded(
-        (modes, tones, forces, tuple(entries.items()), lagging, late),
+        (modes, tones, forces, tuple(entries.items()), tuple(called), lagging, late),
         lambda: texts.remembered(
-            parts, problem.forces, lambda: compose(modes, tones, problem.forces, entries, lagging, late)
+            parts, problem.forces, lambda: compose(modes, tones, problem.forces, entries, called, lagging, late)
         ),
-        f"the tip equation for {' + '.join(force.name for force in problem.forces) or 'a free tip'}",
+        _tip_equation_for(problem.forces),
     )
 
 
@@ -307,16 +300,16 @@ def load_solvers(
     modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]], late: int = 0
 ) -> Kernel:
     """Return the entry functions that are the same for all forces; what they call lies elsewhere, see `Tip`."""
-    parts = (modes, late, [(f.__module__, f.__qualname__) for f in (*entries.values(), *called)], list(entries))
+    parts = (modes, late, _places(entries), _names(called))
     return _loaded(
         (modes, late, tuple(entries.items()), tuple(called)),
         lambda: texts.remembered(parts, (), lambda: compose_solvers(modes, entries, called, late)),
-        f"the solvers for {modes} mode{'s' * (modes > 1)}",
+        _solvers_for(modes),
     )
 
 
 def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
-    """Return the entry functions for any forces with as many states as a problem's, see ``any_force``."""
+    """Return functions that are the same for any forces with as many states as a problem's, see ``any_force``."""
     modes, late, forces = len(problem.modes), problem.late_fluid, problem.forces
     states = sum(force.memory for force in forces), sum(force.switch is not None for force in forces)
     rooted = any(force.is_rooted for force in forces)
@@ -324,7 +317,7 @@ def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel
     return _loaded(
         ("any", modes, late, states, rooted, tuple(entries.items())),
         lambda: texts.remembered(parts, (), lambda: any_force.compose_any(modes, late, forces, entries)),
-        f"the tip equation of any force for {modes} mode{'s' * (modes > 1)}",
+        _solvers_for(modes),
     )
 
 
@@ -335,12 +328,24 @@ def load_laws(forces: Sequence[Force]) -> Kernel:
     return _loaded(
         ("laws", signatures),
         lambda: texts.remembered(parts, forces, lambda: any_force.compose_laws(forces)),
-        f"the laws of {' + '.join(force.name for force in forces) or 'a free tip'}",
+        _tip_equation_for(forces),
     )
 
 
-def _places(entries: dict[str, Callable[..., Any]]) -> list[tuple[str, str, str]]:
-    return [(name, entry.__module__, entry.__qualname__) for name, entry in entries.items()]
+def _solvers_for(modes: int) -> str:
+    return f"the solvers for {modes} mode{'s' * (modes > 1)}"
+
+
+def _tip_equation_for(forces: Sequence[Force]) -> str:
+    return f"the tip equation for {' + '.join(force.name for force in forces) or 'a free tip'}"
+
+
+def _places(entries: dict[str, Callable[..., Any]]) -> list[tuple[str, tuple[str, str]]]:
+    return list(zip(entries, _names(entries.values()), strict=True))
+
+
+def _names(functions: Iterable[Callable[..., Any]]) -> list[tuple[str, str]]:
+    return [(function.__module__, function.__qualname__) for function in functions]
 
 
 def _loaded(key: tuple[Any, ...], text: Callable[[], str], what: str) -> Kernel:
@@ -350,4 +355,5 @@ def _loaded(key: tuple[Any, ...], text: Callable[[], str], what: str) -> Kernel:
     return _KERNELS[key]
 
 
+_ANNOUNCED: set[str] = set()  # what this process has said that it compiles
 _KERNELS: dict[tuple[Any, ...], Kernel] = {}  # of this process; the parameters' values are no part of the key

@@ -8,11 +8,20 @@ parameters. The text counts modes, states of fluid and forces, and whether there
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 from dforce.forces import Force
-from dforce.kernel.codegen import HEADER, OMEGA, OTHERS, forces_text, parameter_count, shared_text, sizes_of, tuple_of
+from dforce.kernel.codegen import (
+    HEADER,
+    OMEGA,
+    OTHERS,
+    forces_text,
+    parameter_count,
+    pointers,
+    shared_text,
+    sizes_of,
+    tuple_of,
+)
 from dforce.kernel.linker import Linker
 
 # the first parameters, which laws may ask for, the place of their own and the way to the next, and the addresses
@@ -20,7 +29,10 @@ LAWS = "Tuple((f8,f8,f8,f8,i8,i8,i8,i8,i8))"
 FIRST = OMEGA + 1
 STATES = "f8[::1],f8[::1]"
 # what each function takes, with its types: of forces that are functions of motion and time, and of all others
-PLAIN = {"force": ("d, rate, t", f"f8(f8,f8,f8,{LAWS})")}
+PLAIN = {
+    "force": ("d, rate, t", f"f8(f8,f8,f8,{LAWS})"),
+    "each_force": ("d, rate, t, step, out", f"void(f8[::1],f8[::1],f8,f8,f8[::1],{LAWS})"),
+}
 WITH_STATES = {
     "force": ("d, rate, t, memory, latched", f"f8(f8,f8,f8,{STATES},{LAWS})"),
     "evolve": ("d, rate, t, memory, latched, change", f"void(f8,f8,f8,{STATES},f8[::1],{LAWS})"),
@@ -34,6 +46,11 @@ def functions_of(forces: Sequence[Force]) -> dict[str, tuple[str, str]]:
     return WITH_STATES if has_states else PLAIN
 
 
+def _given(name: str) -> str:
+    """Return what a function of the vocabulary takes, whatever the forces."""
+    return (PLAIN | WITH_STATES)[name][0]
+
+
 def compose_any(modes: int, late: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]]) -> str:
     """Return the text of a module with entry functions for any forces, see ``codegen.compose``.
 
@@ -43,7 +60,7 @@ def compose_any(modes: int, late: int, forces: Sequence[Force], entries: dict[st
     sizes["root_count"] = min(sizes["root_count"], 1)
     linker = Linker(sizes)
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
-    linker.emit(_pointers())
+    linker.emit(pointers())
     first = parameter_count(modes, late)
     for text in (*shared_text(sizes, modes, late), *_lanes(modes, first)):
         linker.emit(text, "inlined")
@@ -53,7 +70,7 @@ def compose_any(modes: int, late: int, forces: Sequence[Force], entries: dict[st
         tip = taken.count(",") + 1
         text = f"def {name}_at(context, {taken}, p):\n    return call_by_address({types!r}, {tip}, {place}, {taken}, p)"
         linker.emit(text, "intrinsic")
-        linker.emit(f"def {name}({WITH_STATES[name][0]}, p):\n    return {name}_at({taken}, {laws})", "inlined")
+        linker.emit(f"def {name}({_given(name)}, p):\n    return {name}_at({taken}, {laws})", "inlined")
     if "switch" not in functions:
         linker.emit("def switch(which, latched, d, rate, t, p):\n    return -1.0", "inlined")
     for name, function in entries.items():
@@ -65,12 +82,12 @@ def compose_laws(forces: Sequence[Force]) -> str:
     """Return the text of a module with the functions of some forces that are called by their address, see `functions_of`."""
     linker = Linker()
     linker.emit(HEADER.format(what=" + ".join(force.name for force in forces) or "no force"))
-    linker.emit(_pointers())
+    linker.emit(pointers())
     linker.emit("def number(context, at):\n    return number_at(at)", "intrinsic")
     for text in forces_text(linker, 0, forces, _number):
         linker.emit(text, "inlined")
     for name, (taken, _) in functions_of(forces).items():
-        given = [one if one in taken.split(", ") else "None" for one in WITH_STATES[name][0].split(", ")]
+        given = [one if one in taken.split(", ") else "None" for one in _given(name).split(", ")]
         linker.emit(f"def {name}_at({taken}, p):\n    return {name}({', '.join(given)}, p)", "compiled")
     return "\n\n".join(linker.text) + "\n"
 
@@ -79,10 +96,6 @@ def _number(place: int, several: int | None) -> str:
     if several is not None:
         return tuple_of([_number(place + k, None) for k in range(several)])
     return f"number(p[{FIRST}] + {place} * p[{FIRST + 1}])"
-
-
-def _pointers() -> str:
-    return Path(__file__).with_name("pointers.py").read_text(encoding="utf-8")
 
 
 def _lanes(modes: int, first: int) -> list[str]:

@@ -52,6 +52,16 @@ def native_types(function: Callable[..., Any], size: int, addresses: int) -> str
     return signature_of(function).format(y=MOTION.format(size=size), p=tip)
 
 
+def places_of(called: Sequence[Callable[..., Any]], size: int) -> dict[Callable[..., Any], tuple[int, str]]:
+    """Return where in the tip equation the address of each function lies, and its types; for motions of so many numbers."""
+    return {f: (OTHERS + 1 + i, native_types(f, size, len(called))) for i, f in enumerate(called)}
+
+
+def pointers() -> str:
+    """Return the text with which a module calls functions by their address."""
+    return Path(__file__).with_name("pointers.py").read_text(encoding="utf-8")
+
+
 def compose_solvers(
     modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]], late: int = 0
 ) -> str:
@@ -69,15 +79,15 @@ def compose_solvers(
         States of the fluid's memory of each mode.
     """
     count, first, size = len(called), OTHERS + 1, motion_size(modes, late)
-    linker = Linker(elsewhere={f: (first + i, native_types(f, size, count)) for i, f in enumerate(called)})
+    linker = Linker(elsewhere=places_of(called, size))
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
-    linker.emit(Path(__file__).with_name("pointers.py").read_text(encoding="utf-8"))
+    linker.emit(pointers())
     linker.emit("def pointer(context, at):\n    return pointer_to(at)", "intrinsic")
     places, addresses = range(size), [f"p[{first + i}]" for i in range(count)]
-    for text in (
-        f"def mode_count():\n    return {modes}",
-        f"def fluid_size():\n    return {late * modes}",
-        f"def motion_size():\n    return {size}",
+    for text in (  # to numba a mere 1 is a type of its own, for which what is called would be compiled anew
+        f"def mode_count():\n    return np.int64({modes})",
+        f"def fluid_size():\n    return np.int64({late * modes})",
+        f"def motion_size():\n    return np.int64({size})",
         f"def at_distance(p, zc):\n    return {tuple_of(['zc', *(f'p[{k}]' for k in range(1, first + count))])}",
         "def of_case(p, table, j, zc, others):\n"
         f"    for k in range(others.shape[0]):\n        others[k] = table[{OTHERS} + k, j]\n"
@@ -98,6 +108,7 @@ def compose(
     tones: int,
     forces: Sequence[Force],
     entries: dict[str, Callable[..., Any]],
+    called: Sequence[Callable[..., Any]] = (),
     lagging: bool = True,
     late: int = 0,
 ) -> str:
@@ -111,15 +122,21 @@ def compose(
         Bound forces; only their laws, layouts and numbers of states matter, not their parameters' values.
     entries
         The functions to be called from Python, by name, written over :mod:`dforce.kernel.vocabulary`.
+    called
+        All functions that the solvers call by their address, in the order of the addresses; those that are no entries lie
+        in another module.
     lagging
         Whether the drive may have imaginary parts; lanes take longer with them.
     late
         States of the fluid's memory of each mode.
     """
     sizes = sizes_of(modes, forces, late)
-    linker = Linker(sizes)
+    elsewhere = places_of(called, sizes["motion_size"])
+    linker = Linker(sizes, {f: place for f, place in elsewhere.items() if f not in entries.values()})
     what = " + ".join(force.name for force in forces) or "no force"
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)}, {tones} tone{'s' * (tones > 1)} and {what}"))
+    if called:
+        linker.emit(pointers())
     count = parameter_count(modes, late) + sum(len(force.numbers()) for force in forces)
     for text in (*shared_text(sizes, modes, late), *_lanes(modes, tones, count, lagging)):
         linker.emit(text, "inlined")
@@ -312,6 +329,8 @@ def forces_text(
     scale = f"    for i in range({state}):\n        change[i] /= p[{OMEGA}]" if evolutions else "    pass"
     return [
         f"def force(d, rate, t, memory, latched, p):\n    return {' + '.join(terms) or '0.0'}",
+        "def each_force(d, rate, t, step, out, p):\n    for i in range(out.shape[0]):\n"
+        "        out[i] = force(d[i], rate[i], t + i * step, None, None, p)",
         "def evolve(d, rate, t, memory, latched, change, p):\n" + "\n".join([*evolutions, scale]),
         "def switch(which, latched, d, rate, t, p):\n" + "\n".join([*switches, "    return -1.0"]),
     ]

@@ -94,9 +94,10 @@ class Linker:
     def _call(self, function: Callable[..., Any], name: str) -> None:
         """Add a function that calls one elsewhere by its address: in place, for a call on the way would count references."""
         place, types = self._elsewhere[function]
-        names = function.__code__.co_varnames[: function.__code__.co_argcount]
+        names = arguments_of(function)
         given = ", ".join(names)
-        returned = f"call_by_address({types!r}, {names.index('p')}, {place}, {given})"
+        tip = names.index("p" if "p" in names else "tip")
+        returned = f"call_by_address({types!r}, {tip}, {place}, {given})"
         self.emit(f"def {name}(context, {given}):\n    return {returned}", "intrinsic")
 
     def _copy(self, function: Callable[..., Any], source: _Source, name: str, decorator: str) -> str:
@@ -117,13 +118,14 @@ class Linker:
         """
         if signature_of(function):
             head, _, body = self._copy(function, _read(function, self._sizes), name, "compiled").partition("\n")
-            self.emit(f"{head}\n    p = whole(p)\n{body}", "apart" if getattr(function, "apart", False) else "compiled")
+            whole = "    p = whole(p)\n" if "p" in arguments_of(function) else ""
+            self.emit(f"{head}\n{whole}{body}", "apart" if getattr(function, "apart", False) else "compiled")
             return
         if function not in self._names:
             self.add(function, name, "entry")
             return
         inner = self._names[function]
-        arguments = ", ".join(function.__code__.co_varnames[: function.__code__.co_argcount])
+        arguments = ", ".join(arguments_of(function))
         self.emit(f"def {name}({arguments}):\n    return {inner}({arguments})", "entry")
 
     def emit(self, text: str, decorator: str = "") -> None:
@@ -165,6 +167,11 @@ class Linker:
         return self._tables[text]
 
 
+def arguments_of(function: Callable[..., Any]) -> tuple[str, ...]:
+    """Return the names of what a function takes."""
+    return function.__code__.co_varnames[: function.__code__.co_argcount]
+
+
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Mark a function that must not stay a call: only a loop without calls is turned into vector instructions."""
     function.inlined = True  # type: ignore[attr-defined]
@@ -195,7 +202,8 @@ def apart(function: Function) -> Function:
 def by_address(signature: str) -> Callable[[Function], Function]:
     """Mark a function that is compiled for each tip equation, while what calls it, by its address, is compiled once for all.
 
-    `signature` are numba's types of the result and the arguments, with the motion as {y} and the tip equation as {p}.
+    `signature` are numba's types of the result and the arguments, with the motion as {y} and the tip equation as {p}. An
+    argument `p` is that with all numbers unpacked; one named `tip` stays as it is, to be passed on.
     """
 
     def mark(function: Function) -> Function:

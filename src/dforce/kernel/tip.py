@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.core.first_answer import may_be_early
-from dforce.kernel import Kernel, any_force, behind, load_any, load_laws, size_of
+from dforce.kernel import Kernel, any_force, load_any, load_laws, size_of
 from dforce.kernel.codegen import OTHERS, native_types
 from dforce.problem import Problem
 
@@ -18,62 +16,45 @@ from dforce.problem import Problem
 class TipFunctions:
     """The tip equation as the solvers take it: its parameters, and where the compiled functions lie that they call.
 
-    Where answers may be early (:mod:`dforce.core.first_answer`), functions that are not compiled yet are compiled in the
-    background, and those for any force called meanwhile. Where these are not compiled either, that is done in the background.
+    Parameters
+    ----------
+    kernel
+        Holds the functions that are compiled for this combination of forces.
+    called
+        All functions that the solvers call, in the order of their addresses.
+    shared
+        Which of them are the same for any forces, whose laws they call by address.
     """
 
-    def __init__(self, kernel: Kernel, problem: Problem, called: dict[str, Callable[..., Any]]) -> None:
-        self._kernel, self._problem, self._called = kernel, problem, called
+    def __init__(
+        self,
+        kernel: Kernel,
+        problem: Problem,
+        called: dict[str, Callable[..., Any]],
+        shared: dict[str, Callable[..., Any]],
+    ) -> None:
+        self._kernel, self._problem, self._shared = kernel, problem, shared
         size = size_of(problem)
         self._types = {name: native_types(function, size, len(called)) for name, function in called.items()}
         self._addresses = dict.fromkeys(called, 0)
-        self._is_own = dict.fromkeys(called, False)
         self._laws = np.zeros(len(any_force.WITH_STATES))  # their addresses, numbers behind all parameters
 
     def at(self, p: tuple[float, ...], names: Sequence[str]) -> tuple[Any, ...]:
         """Return it for one parameter tuple, with these functions compiled."""
-        wanted = [name for name in names if not self._is_own[name]]
-        missing = [name for name in wanted if not self._kernel.is_ready(name)]
-        if missing and not self._stands_in(missing):
-            missing = []
-        for name in wanted:
-            if name not in missing:
-                self._addresses[name], self._is_own[name] = self._kernel.address(name, self._types[name]), True
-        return self.unready(p)
-
-    def unready(self, p: tuple[float, ...]) -> tuple[Any, ...]:
-        """Return it for one parameter tuple, with 0 in the place of what is not compiled."""
+        for name in names:
+            if not self._addresses[name]:
+                is_shared = name in self._shared
+                where = load_any(self._problem, self._shared) if is_shared else self._kernel
+                self._addresses[name] = where.address(name, self._types[name])
+                if is_shared and not self._laws[0]:
+                    self._find_laws()
         return (*p[:OTHERS], np.array([*p[OTHERS:], *self._laws]), *self._addresses.values())
 
     def numbers(self, table: Array) -> Array:
         """Return parameters (problems, parameters) as the solvers take them, (parameters + 3, problems), after :meth:`at`."""
         return np.ascontiguousarray(np.vstack([table.T, np.repeat(self._laws[:, None], len(table), axis=1)]))
 
-    def code(self, name: str) -> tuple[Path, dict[str, str]]:
-        """Return the file that holds a function's text, and the function with its types, for another process to compile."""
-        return self._kernel.file, {name: self._types[name]}
-
-    def prepare(self, names: Sequence[str]) -> None:
-        """Compile these functions for any force, so that the first answer of the next combination can be early."""
-        for name in names:
-            load_any(self._problem, self._called).address(name, self._types[name])
-
-    def _stands_in(self, missing: list[str]) -> bool:
-        """Return whether functions for any force are called in the place of these."""
-        if not may_be_early():
-            return False
-        instead, functions = load_any(self._problem, self._called), {name: self._types[name] for name in missing}
-        if not all(map(instead.is_ready, missing)):
-            behind.begin(instead.file, functions)
-            return False
-        what = (
-            f"Compiling {self._kernel.what} in the background; until then, slower general code gives the same result."
-        )
-        if not behind.begin(self._kernel.file, functions, what):
-            return False
-        for name, types in functions.items():
-            self._addresses[name] = instead.address(name, types)
+    def _find_laws(self) -> None:
         laws = load_laws(self._problem.forces)
         for place, (name, (_, types)) in enumerate(any_force.functions_of(self._problem.forces).items()):
             self._laws[place] = laws.address(f"{name}_at", types)  # whole numbers below 2**53 are exact
-        return True

@@ -58,6 +58,11 @@ def force(d: float, rate: float, t: float, memory: Any, latched: Any, p: Any) ->
     raise NotImplementedError
 
 
+def each_force(d: Any, rate: Any, t: float, step: float, out: Any, p: Any) -> None:
+    """Write the force on the tip (N) at each of many distances, at times from t on; for forces without memory or branches."""
+    raise NotImplementedError
+
+
 def free_acceleration(u: Any, y: Any, p: Any) -> Any:
     """Return d2x/dtau2 of each mode under the drive `u` (one value per mode) without forces."""
     raise NotImplementedError

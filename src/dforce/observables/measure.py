@@ -18,6 +18,7 @@ from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.kernel.linker import by_address, inlined, reordered
 from dforce.kernel.vocabulary import (
     distance,
+    each_force,
     evolve,
     latch_count,
     memory_size,
@@ -194,8 +195,8 @@ def measure_force(
         real, imaginary = flat_lock_in(f, middle, kind, cosine[j], sine[j], math.cos(half), math.sin(half))
         add_lock_in(real, imaginary, math.cos(bases[j]), math.sin(bases[j]), points, out, forces + 2 * j)
     add_steep(
-        block, h, start, d, v, b0, b1, kind, points, tones, bases, cosine, sine, p, rates, stage, middle, sums, forces,
-        out,
+        block, h, start, d, v, b0, b1, kind, points, tones, bases, cosine, sine, p, rates, stage, room[3:6], sums,
+        forces, out,
     )  # fmt: skip
     cuts, phasor, piece, tops = (
         np.empty((2, MOST_CUTS + 1)),
@@ -314,6 +315,18 @@ def extremes(h: float, d: Any, v: Any, f: Any, sums: Any) -> None:
     sums[D_LOW], sums[D_HIGH], sums[FASTEST] = d_low, d_high, fast
 
 
+def forces_at(
+    s: float, first: int, block: Any, h: float, start: float, d: Any, v: Any, rates: Any, stage: Any, p: Any, out: Any
+) -> None:
+    """Write the forces at the share s of the steps from `first` on, where distances and velocities are these."""
+    if memory_size() or latch_count():
+        for i in range(out.shape[0]):
+            at = first + i
+            out[i] = force_at(d[i], v[i], s, block, at, start + at * h, h, rates, stage, False, p)
+    else:
+        each_force(d, v, start + (first + s) * h, h, out, p)
+
+
 def sort_steps(
     block: Any,
     h: float,
@@ -336,13 +349,14 @@ def sort_steps(
     for kink in kinks:
         near = max(near, kink)
     for i in range(points):
-        d0, v0, d1, v1 = d[i], v[i], d[i + 1], v[i + 1]
-        dm, vm = cubic(0.5, h, d0, v0, d1, v1), cubic_rate(0.5, h, d0, v0, d1, v1)
-        fm = force_at(dm, vm, 0.5, block, i, start + i * h, h, rates, stage, False, p)
+        d_middle[i] = cubic(0.5, h, d[i], v[i], d[i + 1], v[i + 1])
+        v_middle[i] = cubic_rate(0.5, h, d[i], v[i], d[i + 1], v[i + 1])
+    forces_at(0.5, 0, block, h, start, d_middle[:points], v_middle[:points], rates, stage, p, middle[:points])
+    for i in range(points):
+        d0, v0, d1, v1, fm = d[i], v[i], d[i + 1], v[i + 1], middle[i]
         flat = abs(f[i] - 2.0 * fm + f[i + 1]) <= BENT * (abs(f[i]) + abs(f[i + 1]))
         outside = d0 > near and d1 > near
         whole = v0 * v1 > 0.0 and not (d0 - p[4]) * (d1 - p[4]) < 0.0
-        d_middle[i], v_middle[i], middle[i] = dm, vm, fm
         kind[i] = (FLAT if flat and outside else STEEP) if whole else CUTS
     for k in range(block.shape[1] - 1 - latch_count(), block.shape[1] - 1):
         for i in range(points):
@@ -409,58 +423,45 @@ def add_steep(
     forces: int,
     out: Any,
 ) -> None:
-    """Add the steep steps by Gauss–Legendre quadrature, each node in all steps at once."""
+    """Add the steep steps by Gauss–Legendre quadrature, each node in all steps at once; `scratch` has three rows."""
     first, after, inside = points, 0, 0
     for i in range(points):
         if kind[i] == STEEP:
             first, after = min(first, i), i + 1
             inside += 1 if d[i] < p[4] else 0
     sums[TOUCHED] += inside
-    for q in range(PLAIN if first < after else 0):
-        force_sum, with_z, with_v = steep_sums(
-            NODES[q], WEIGHTS[q], block, h, start, d, v, b0, b1, kind, first, after, p, rates, stage, scratch
-        )
-        sums[SUM], sums[SUM_Z], sums[SUM_V] = sums[SUM] + force_sum, sums[SUM_Z] + with_z, sums[SUM_V] + with_v
-        for i in range(first, after):
+    count = max(after - first, 0)
+    kind, d, v, b0, b1 = kind[first:], d[first:], v[first:], b0[first:], b1[first:]
+    here, rate, f = scratch[0, :count], scratch[1, :count], scratch[2, :count]
+    for q in range(PLAIN if count else 0):
+        for i in range(count):
+            here[i] = quintic(NODES[q], h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
+            rate[i] = quintic_rate(NODES[q], h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
+        forces_at(NODES[q], first, block, h, start, here, rate, rates, stage, p, f)
+        for i in range(count):
             if kind[i] == STEEP:
-                note_force(scratch[i] / WEIGHTS[q], i, sums)
+                note_force(f[i], first + i, sums)
+            else:
+                f[i] = 0.0
+        force_sum, with_z, with_v = steep_sums(here, rate, f, p[0])
+        sums[SUM] += WEIGHTS[q] * force_sum
+        sums[SUM_Z] += WEIGHTS[q] * with_z
+        sums[SUM_V] += WEIGHTS[q] * with_v
         for j in range(tones.shape[0]):
             angle = bases[j] + tones[j, 0] * TAU / points * NODES[q]
-            shares = scratch[first:after]
-            real, imaginary = dot(shares, cosine[j, first:after]), dot(shares, sine[j, first:after])
+            real = WEIGHTS[q] * dot(f, cosine[j, first:after])
+            imaginary = WEIGHTS[q] * dot(f, sine[j, first:after])
             add_lock_in(real, imaginary, math.cos(angle), math.sin(angle), points, out, forces + 2 * j)
 
 
 @reordered
-def steep_sums(
-    s: float,
-    weight: float,
-    block: Any,
-    h: float,
-    start: float,
-    d: Any,
-    v: Any,
-    b0: Any,
-    b1: Any,
-    kind: Any,
-    first: int,
-    after: int,
-    p: Any,
-    rates: Any,
-    stage: Any,
-    scratch: Any,
-) -> Any:
-    """Return sums like those of `flat_sums` over one node of the steep steps; `scratch` gets what each step adds."""
+def steep_sums(d: Any, v: Any, f: Any, zc: float) -> Any:
+    """Return the sums of forces, and of forces times deflection and velocity."""
     force_sum, with_z, with_v = 0.0, 0.0, 0.0
-    for i in range(first, after):
-        here = quintic(s, h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
-        rate = quintic_rate(s, h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
-        f = force_at(here, rate, s, block, i, start + i * h, h, rates, stage, False, p)
-        share = weight * f if kind[i] == STEEP else 0.0
-        scratch[i] = share
-        force_sum += share
-        with_z += share * (here - p[0])
-        with_v += share * rate
+    for i in range(f.shape[0]):
+        force_sum += f[i]
+        with_z += f[i] * (d[i] - zc)
+        with_v += f[i] * v[i]
     return force_sum, with_z, with_v
 
 

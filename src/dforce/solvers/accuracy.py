@@ -13,7 +13,6 @@ import time
 import numpy as np
 
 from dforce.core.arrays import Array, Indices
-from dforce.core.first_answer import may_be_early
 from dforce.core.parallel import Stopped
 from dforce.kernel.codegen import ZC
 from dforce.observables.averaging import weights
@@ -141,4 +140,4 @@ def assure_in_grace(block: Block, values: Array, points: Points) -> int:
 def _at_once(block: Block) -> bool:
     """Say whether errors can be estimated before anything is compiled."""
     _, solvers = load_kernels(block.batch.example)
-    return may_be_early() or all(solvers.is_ready(name) for name in ("remeasure", "follow"))
+    return all(solvers.is_ready(name) for name in ("remeasure", "follow"))

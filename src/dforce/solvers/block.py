@@ -19,8 +19,7 @@ from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.beside import solver
-from dforce.solvers.integrator import CALLED, INTEGRATORS, Integrator, load_kernels, sample_count
+from dforce.solvers.integrator import CALLED, INTEGRATORS, SHARED, Integrator, load_kernels, sample_count
 from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Model, SharedDrive, Slots
 from dforce.solvers.problem_batch import Levers, ProblemBatch
@@ -92,7 +91,10 @@ class Block:
             self.responses = np.repeat(kernel.responses(example)[None], len(batch), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
         self._kernel, self._solvers = load_kernels(example)
-        self._tip, self._parameters = TipFunctions(self._kernel, example, CALLED), kernel.parameters(example, 0.0)
+        self._tip, self._parameters = (
+            TipFunctions(self._kernel, example, CALLED, SHARED),
+            kernel.parameters(example, 0.0),
+        )
         self._ahead = max(1, COLUMNS // (len(batch) * (self.size + 2))) if whole and self.is_smooth else 1
         self._alone: Integrator | None = None
         self._finer: dict[int, Block] = {}
@@ -280,7 +282,7 @@ class Block:
 
     def model(self, which: Any) -> Model:
         """Return the tip equations of some problems as the compiled solvers take them."""
-        names = ["advance_lanes" if self.is_smooth else "advance", "measure_force"]
+        names = [*(["advance_lanes", "cut_lanes"] if self.is_smooth else ["advance"]), "measure_force"]
         tip, levers = self._tip.at(self._parameters, names), self._levers
         return Model(
             self._tip.numbers(self.numbers[which]),
@@ -298,9 +300,6 @@ class Block:
             self.hysteresis,
             tip,
         )
-
-    def _solver(self, name: str, orbits: int = 1) -> Callable[..., Any]:
-        return solver(self._solvers, name, orbits, self.batch.example, self._tip)
 
     def follow(
         self, which: Indices, starts: States, at: Array, values: Array, counts: Indices | None = None, repeats: int = 1
@@ -330,7 +329,7 @@ class Block:
             np.zeros((cases, size)),
             np.full(cases, np.nan),
         )
-        follow = self._solver("follow", int(counts.sum()))
+        follow = self._solvers.entry("follow")
         for start in range(0, cases, ABREAST):
             part = slice(start, start + ABREAST)
             some = len(counts[part])
@@ -358,7 +357,7 @@ class Block:
                 motion, _ = self.integrator(case, at[i]).lock_in(out.motion(i), periods * self.common)
                 out.put([i], States.of(motion))
             return out
-        advance = self._solver("advance_block", len(which))
+        advance = self._solvers.entry("advance_block")
         for start in range(0, len(which), ABREAST):
             part = slice(start, start + ABREAST)
             slots = self.slots(out.take(part), at[part])
@@ -416,11 +415,11 @@ class Block:
     def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
         """Find the orbits of the first problem near motions by Newton's method."""
         count, room = len(slots.case), self._room(len(slots.case), self.size + 2)
-        self._solver("find_orbits")(slots, count, False, self._first, self.drive(repeats), orbits, room)
+        self._solvers.entry("find_orbits")(slots, count, False, self._first, self.drive(repeats), orbits, room)
 
     def take_step(self, slots: Slots, each: int, orbits: Orbits) -> None:
         """Take the Newton step of the only slot, which holds no memory, see ``newton.take_steps``."""
-        self._solver("take_steps")(slots, np.zeros(1, np.int64), 1, each, np.empty(0), orbits)
+        self._solvers.entry("take_steps")(slots, np.zeros(1, np.int64), 1, each, np.empty(0), orbits)
 
     @functools.cached_property
     def _driven(self) -> Model:
@@ -437,7 +436,7 @@ class Block:
         Of forces that are functions of the motion; see ``relaxation``.
         """
         out, settled, periods = states.copy(), np.zeros(len(which), dtype=bool), np.zeros(len(which))
-        relax = self._solver("relax", len(which))
+        relax = self._solvers.entry("relax")
         for start in range(0, len(which), ABREAST):
             part = slice(start, start + ABREAST)
             count, size, looks = len(which[part]), self.size, 0
@@ -465,7 +464,7 @@ class Block:
         `monodromy` are matrices known from elsewhere: of the same orbits with other samples.
         """
         rows = np.empty((len(which), self.common, self.columns))
-        remeasure = self._solver("remeasure")
+        remeasure = self._solvers.entry("remeasure")
         for start in range(0, len(which), ABREAST):
             part = slice(start, start + ABREAST)
             slots = self.slots(states.take(part), at[part])

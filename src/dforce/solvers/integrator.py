@@ -24,15 +24,14 @@ from dforce.solvers.settings import SolverSettings
 if TYPE_CHECKING:
     from dforce.engine.marching import Marched
 
-# what the solvers call by its address: compiled for each combination of forces
-CALLED: dict[str, Callable[..., Any]] = {
-    "advance": rk4.advance,
-    "advance_lanes": lanes.advance_lanes,
-    "measure_force": measure.measure_force,
-}
+# what the solvers call by its address: compiled for each combination of forces, and once for all of them
+OWN: dict[str, Callable[..., Any]] = {"advance": rk4.advance, "advance_lanes": lanes.advance_lanes}
+SHARED: dict[str, Callable[..., Any]] = {"cut_lanes": lanes.cut_lanes, "measure_force": measure.measure_force}
+CALLED = OWN | SHARED
 # compiled once for all forces
 SOLVERS: dict[str, Callable[..., Any]] = {
     "march_rk4": rk4.march,
+    "measure": measure.measure,
     "follow": quasi_static.follow,
     "advance_block": period_map.advance_block,
     "march": period_map.march,
@@ -41,11 +40,10 @@ SOLVERS: dict[str, Callable[..., Any]] = {
     "relax": relaxation.relax,
     "remeasure": newton.remeasure,
 }
-ENTRIES: dict[str, Callable[..., Any]] = CALLED | {
+ENTRIES: dict[str, Callable[..., Any]] = OWN | {
     "derivative": lsoda.derivative,
     "sample": lsoda.sample,
     "lock_in": lockin.lock_in,
-    "measure": measure.measure,
     "phases": loops.phases,
 }
 PHASE_ERROR = 1e-4  # rad that RK4's own error may turn the slowest-damped mode by, at most
@@ -116,7 +114,7 @@ def enough_samples(needs: Array, settings: SolverSettings) -> Any:
 
 def load_kernels(problem: Problem) -> tuple[kernel.Kernel, kernel.Kernel]:
     """Return the composed tip equation of a problem, and the solvers that call it."""
-    return kernel.load(problem, ENTRIES), kernel.load_solvers(
+    return kernel.load(problem, ENTRIES, tuple(CALLED.values())), kernel.load_solvers(
         len(problem.modes), SOLVERS, tuple(CALLED.values()), problem.late_fluid
     )
 
@@ -149,7 +147,7 @@ class Integrator(ABC):
         self.kinks = kernel.kink_distances(problem)
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
-        self._tip = TipFunctions(self.kernel, problem, CALLED)
+        self._tip = TipFunctions(self.kernel, problem, CALLED, SHARED)
         self._turns: dict[int, lockin.Turns] = {}
 
     def turns(self, points: int) -> lockin.Turns:
@@ -165,6 +163,11 @@ class Integrator(ABC):
     def tip(self, *names: str) -> tuple[Any, ...]:
         """Return the tip equation at the distance as the solvers take it, which call these functions."""
         return self._tip.at(self.p, names)
+
+    def measure(self, period: int, bases: Array, row: Array) -> None:
+        """Write what is measured over the period whose samples are kept; `bases` are the tones' phases at its start."""
+        tip, turns = self.tip("measure_force"), self.turns(self.points)
+        self.solvers.entry("measure")(self.block, period, turns, self.tones, bases, tip, self.kinks, row)
 
     def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, Complexes]:
         """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""
@@ -326,7 +329,7 @@ class LSODA(Integrator):
         )
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
-        phases, reading = self.kernel.entry("phases"), self.kernel.entry("measure" if every else "lock_in")
+        phases, lock_in = self.kernel.entry("phases"), self.kernel.entry("lock_in")
         flow, bases, turns = self._flow_from(motion), np.empty(len(self.tones)), self.turns(self.points)
         out.fill(np.nan)
         for row in range(periods):
@@ -340,9 +343,9 @@ class LSODA(Integrator):
                 break
             phases(self.tones, period, bases)
             if every:
-                reading(self.block, period, turns, self.tones, bases, self.p, self.kinks, out[row])
+                self.measure(period, bases, out[row])
             else:
-                reading(self.block, turns, bases, out[row])
+                lock_in(self.block, turns, bases, out[row])
         size = len(motion.y)
         y = tuple(map(float, flow.state[:size]))
         left = Motion(y, flow.state[size:].copy(), flow.latched.copy(), motion.period + periods)

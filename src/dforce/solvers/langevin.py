@@ -265,9 +265,9 @@ class Langevin(Integrator):
 
     def _measure(self, period: int, row: Array) -> None:
         """Write what is measured over the period that was computed last."""
-        bases, turns = np.empty(len(self.tones)), self.turns(self.points)
+        bases = np.empty(len(self.tones))
         self.kernel.entry("phases")(self.tones, period, bases)
-        self.kernel.entry("measure")(self.block, period, turns, self.tones, bases, self.p, self.kinks, row)
+        self.measure(period, bases, row)
 
     def turn_rate(self, low: float) -> float:
         r"""Return the largest :math:`\omega_c h`, step times the tip's angular frequency in contact, down to a distance (m)."""

@@ -12,7 +12,6 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.arrays import Bools
-from dforce.core.first_answer import early_answers
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import AMOUNTS, NONE
 from dforce.findings.set_point import SHOWN
@@ -98,8 +97,7 @@ def states_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset |
     names = dict.fromkeys([*ASKED_FIRST, wanted.x, *wanted.y, *SHOWN, *ERRORS])
     known = [name for name in names if name in result.variables and row_of(result, name) == row]
     try:
-        with early_answers():
-            return df.at_set_point(result, share, known)
+        return df.at_set_point(result, share, known)
     except df.ParameterError:  # it is no curve
         return None
 

@@ -15,7 +15,6 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.case import case_of
 from dforce.core.arrays import Array
-from dforce.core.first_answer import early_answers
 from dforce.findings.coexisting import coexisting
 from dforce.findings.set_point import at_distance
 from dforce.gui.case.values import with_point
@@ -227,8 +226,7 @@ class StatesPanel(Panel):
         """Return the states at the chosen place."""
         if self.distance and goes_along(states) == "zc":
             return at_distance(states, df.parse(with_point(self.distance), "m"))
-        with early_answers():
-            return df.at_set_point(states, self.view.document.set_point)
+        return df.at_set_point(states, self.view.document.set_point)
 
     def _at(self, distance: str) -> None:
         self.distance = distance

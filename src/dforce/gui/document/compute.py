@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import dforce as df
-from dforce.core.first_answer import early_answers
 from dforce.core.log import listening
 from dforce.core.progress import duration
 
@@ -204,7 +203,7 @@ def live_curve(
         if done < total and (computed > patience or waited > latest or (waited > 0.2 and overtaken())):
             raise KeyboardInterrupt
 
-    with listening(say) as heard, early_answers():
+    with listening(say) as heard:
         result = df.run(case, progress=report_progress)
     return Live(result, bool(result.attrs.get("interrupted")), heard.seconds > 0.0)
 
@@ -296,8 +295,7 @@ class Job:
 
     def compute(self) -> xr.Dataset:
         """Return what the case gives; when it is stopped, what there is of it."""
-        with early_answers():
-            return df.run(self.case, progress=self._watch)
+        return df.run(self.case, progress=self._watch)
 
     def _hear(self, text: str) -> None:
         self.note = text

@@ -1,0 +1,44 @@
+"""Most code is compiled once for all forces: it calls their laws by address."""
+
+import numpy as np
+import pytest
+
+import dforce as df
+from dforce import kernel
+from dforce.kernel import cache
+from dforce.kernel.tip import TipFunctions
+from dforce.problem import Problem
+from dforce.solvers.integrator import CALLED, OWN, SHARED, load_kernels
+
+CASE = df.example("figure-3-air")
+
+
+def addresses(*forces):
+    """Return by name where the functions lie that the solvers call for these forces."""
+    problem: Problem = CASE.replace(forces=list(forces)).problem
+    tip = TipFunctions(load_kernels(problem)[0], problem, CALLED, SHARED)
+    names = ["advance_lanes", *SHARED]
+    values = tip.at(kernel.parameters(problem, 1e-8), names)[-len(CALLED) :]
+    return {name: at for name, at in zip(CALLED, values, strict=True) if name in names}
+
+
+def test_what_measures_and_what_cuts_steps_is_the_same_code_for_all_forces():
+    hertz, dmt = addresses(df.forces.Hertz()), addresses(df.forces.DMT(hamaker="6e-20 J"))
+    assert {name for name in hertz if hertz[name] == dmt[name]} == set(SHARED)
+    assert hertz["advance_lanes"] != dmt["advance_lanes"] and "advance_lanes" in OWN
+
+
+@pytest.mark.slow  # two laws are compiled
+def test_a_law_that_is_new_compiles_the_plain_steps_and_itself_alone(monkeypatch):
+    compiled, usual = [], cache.one_at_a_time
+
+    def told(module, function):
+        compiled.append(function)
+        return usual(module, function)
+
+    for functions in np.random.default_rng().choice(["sin", "cos", "exp", "tanh"], (2, 10)):  # never compiled before
+        law = df.forces.Custom(law=f"P1 * exp(-d / P2) + P3 * ({' + '.join(f'{f}(-d / P2)' for f in functions)})",
+                               P1=1e-9, P2=1e-9, P3=1e-13)  # fmt: skip
+        df.approach(CASE.replace(forces=[law]), zc={"start": "12 nm", "stop": "9 nm", "points": 5})
+        monkeypatch.setattr(cache, "one_at_a_time", told)  # from the second on: the first may compile the solvers
+    assert sorted(compiled) == ["advance_lanes", "each_force_at", "force_at"]
