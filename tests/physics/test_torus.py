@@ -201,7 +201,7 @@ def test_free_tones_lock_at_the_resonances_of_their_modes():
 def test_a_start_too_far_away_leaves_its_mismatch_and_raises_nothing():
     near = balance(case(HERTZ, 20e-9, E_EFF).problem, 1.0 * NM, am_fm(4.0, 0.1))
     found = near.find(near.free((64, 16), F0 / F0[0]), 1e-9, most=3)
-    assert found.evaluations >= 3 and not found.mismatch <= 1e-9
+    assert not found.mismatch <= 1e-9
 
 
 def test_sum_of_laws_over_points_is_that_of_the_plain_laws():

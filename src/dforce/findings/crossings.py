@@ -128,10 +128,12 @@ class Crossings:
             cases = list(cases_of(result, places))
         except ParameterError:  # the case of a version that knew other keys
             return columns, solved
-        ways = [_way_to_solve(case, near) for case in cases]
+        ways = [_way_to_solve(number, case, near) for number, case in enumerate(cases)]
         before, after = self._beside(result, "zc")
-        for way in dict.fromkeys(filter(None, ways)):
-            some = np.flatnonzero([ways[i] is way for i in which])
+        for way, number in dict.fromkeys(ways):
+            if way is None:
+                continue
+            some = np.flatnonzero([ways[i] == (way, number) for i in which])
             found, good = way(
                 [cases[i] for i in which[some]], met, value, {name: one[some] for name, one in near.items()}
             )
@@ -169,14 +171,19 @@ class Crossings:
         return (*dims, *own), table, dict(variable.attrs)
 
 
-def _way_to_solve(case: Case, known: Collection[str]) -> Any:
-    """Return the function that solves states of curves of a case from guesses of some quantities; None where there is none."""
+def _way_to_solve(number: int, case: Case, known: Collection[str]) -> tuple[Any, int]:
+    """Return the function that solves states of curves of a case from guesses of some quantities; None where there is none.
+
+    With it comes the number of the case, or 0 where it solves states of all cases together.
+    """
     from dforce.procedures import branches, locked, operating, two_tones  # load the compiler
 
     if case.problem.is_locked and len(case.problem.tones) > 1:
-        return two_tones.at_value if "zc" in known else None
+        return two_tones.at_value if "zc" in known else None, number
     if case.problem.is_locked:
-        return locked.at_value if set(known) >= set(GUESSES) else None
+        return locked.at_value if set(known) >= set(GUESSES) else None, number
     if case.solver.method != "periodic" or REPEATS not in known:
-        return None
-    return branches.at_value if ENDS in known else operating.at_value if "zc" in known else None
+        return None, 0
+    if ENDS in known:
+        return branches.at_value, number
+    return operating.at_value if "zc" in known else None, 0

@@ -22,7 +22,7 @@ from dforce.experiments.base import CurvePlan, Progress
 from dforce.experiments.branches import Span
 from dforce.problem import Problem
 from dforce.procedures import locked
-from dforce.procedures.found import Found, Layout, dataset, with_levers
+from dforce.procedures.found import Found, Layout, dataset, tabled, with_levers
 from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, states_of
 from dforce.procedures.varied import VariedParameter, varied_by
 from dforce.solvers import locked_search
@@ -124,7 +124,7 @@ def _among(case: Case, plan: Branches) -> ParameterRange:
 def at_value(
     cases: Sequence[Case], name: str, value: float, near: Mapping[str, Array]
 ) -> tuple[dict[str, Array], Bools]:
-    """Return the orbits on branches of a case, stable or not, on which a quantity has a value, and where one was found.
+    """Return the orbits on branches of one case, stable or not, on which a quantity has a value, and where one was found.
 
     Parameters
     ----------
@@ -133,16 +133,12 @@ def at_value(
     """
     case, experiment = cases[0], cast(Branches, cases[0].experiment)
     among, parameter = _among(case, experiment), varied_by(case).name
-    out: dict[str, Array] = {}
-    good = np.zeros(len(cases), dtype=bool)
+    found: list[dict[str, Any] | None] = []
     for i, repeats in enumerate(np.nan_to_num(near[REPEATS]).round().astype(int)):
         ends = [_unknowns(among, *end) for end in zip(near[ENDS][i].tolist(), near[MOTIONS][i], strict=True)]
         orbit = _meeting(among, name, value, ends, int(repeats) // among.common)
-        good[i] = orbit is not None
-        columns = {} if orbit is None else {**among.steady(orbit).values, parameter: orbit.value}
-        for key, one in columns.items():
-            out.setdefault(key, np.full((len(cases), *np.shape(one)), np.nan))[i] = one
-    return out, good
+        found.append(None if orbit is None else {**among.steady(orbit).values, parameter: orbit.value})
+    return tabled(found)
 
 
 def _unknowns(among: ParameterRange, value: float, motion: Array) -> tuple[Array, Array]:

@@ -170,6 +170,15 @@ def dataset(layout: Layout, parts: Sequence[Found], example: Problem) -> xr.Data
     return xr.Dataset(variables, xr.Coordinates(coords))
 
 
+def tabled(states: Sequence[Mapping[str, Any] | None]) -> tuple[dict[str, Array], Bools]:
+    """Return the quantities of states as columns, NaN where there is no state, and where there is one."""
+    out: dict[str, Array] = {}
+    for i, state in enumerate(states):
+        for name, value in (state or {}).items():
+            out.setdefault(name, np.full((len(states), *np.shape(value)), np.nan))[i] = value
+    return out, np.array([state is not None for state in states])
+
+
 def split(data: xr.Dataset, layout: Layout) -> list[Found]:
     """Return what an interrupted result has of each part; the inverse of :func:`dataset`."""
     assert layout.plan is not None

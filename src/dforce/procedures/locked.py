@@ -127,7 +127,7 @@ def at_distance(
 def at_value(
     cases: Sequence[Case], name: str, value: float, near: Mapping[str, Array]
 ) -> tuple[dict[str, Array], Bools]:
-    """Return the locked states, a case for each, at which a quantity has a value, and where one was found.
+    """Return the locked states of one case at which a quantity has a value, and where one was found.
 
     Parameters
     ----------
@@ -136,17 +136,7 @@ def at_value(
     near
         Guesses: "zc", "drive_frequency", "drive_ratio" and the motion, states first.
     """
-    out: dict[str, Array] = {}
-    good = np.zeros(len(cases), dtype=bool)
-    for case in {id(case): case for case in cases}.values():
-        some = np.flatnonzero([one is case for one in cases])
-        columns, good[some] = _at_value(case, name, value, {key: one[some] for key, one in near.items()})
-        for key, one in columns.items():
-            out.setdefault(key, np.full((len(cases), *one.shape[1:]), np.nan))[some] = one
-    return out, good
-
-
-def _at_value(case: Case, name: str, value: float, near: Mapping[str, Array]) -> tuple[dict[str, Array], Bools]:
+    case = cases[0]
     experiment: Any = case.experiment
     level = None if name == "frequency_shift" else value
     locked = Locked(case.problem, case.solver, experiment.harmonics, never_cancelled, level=level)

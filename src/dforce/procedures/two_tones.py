@@ -17,7 +17,7 @@ from dforce.instrument.operation import HELD
 from dforce.observables import measure
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
-from dforce.procedures.found import Found, Layout, dataset
+from dforce.procedures.found import Found, Layout, dataset, tabled
 from dforce.procedures.in_time import InTime
 from dforce.procedures.locked import of_locks
 from dforce.procedures.motion import in_si
@@ -310,16 +310,10 @@ def at_distance(
 def at_value(
     cases: Sequence[Case], name: str, value: float, near: Mapping[str, Array]
 ) -> tuple[dict[str, Array], Bools]:
-    """Return the tori, a case for each, on which a quantity of the first tone has a value, and where one was found.
+    """Return the tori of one case on which a quantity of the first tone has a value, and where one was found.
 
     The way leads from far to the guessed distance, then by the secant method; behind a fold no torus is found. See
     ``locked.at_value`` for the arguments.
     """
-    out: dict[str, Array] = {}
-    good = np.zeros(len(cases), dtype=bool)
-    for i, (case, zc) in enumerate(zip(cases, near["zc"].tolist(), strict=True)):
-        columns = TwoTones(case.problem, case.solver, never_cancelled).meeting(name, value, zc)
-        good[i] = columns is not None
-        for key, one in (columns or {}).items():
-            out.setdefault(key, np.full((len(cases), *np.shape(one)), np.nan))[i] = one
-    return out, good
+    problem, settings = cases[0].problem, cases[0].solver
+    return tabled([TwoTones(problem, settings, never_cancelled).meeting(name, value, zc) for zc in near["zc"].tolist()])

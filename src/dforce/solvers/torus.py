@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -169,15 +169,12 @@ class Found:
     differences
         Differences of the coefficients from the answers of the lever, as forces where these are large, then of held numbers
         from their values; a vector of real numbers.
-    evaluations
-        Computations of the force until it was found.
     """
 
     torus: Torus
     force: Complexes
     response: Complexes
     differences: Array
-    evaluations: int = 1
 
     @property
     def needs_second(self) -> bool:
@@ -233,7 +230,7 @@ class Balance:
                 share *= 0.25
                 after, count = self.at(now.torus.moved(share * way)), count + 1
             now = after
-        return replace(now, evaluations=count)
+        return now
 
     def at(self, torus: Torus) -> Found:
         """Return a torus with its force."""
