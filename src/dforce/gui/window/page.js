@@ -70,7 +70,8 @@ const dforceFocus = {
 };
 window.dforceFocus = dforceFocus;
 document.addEventListener("focusin", (event) => {
-  if (!event.target.closest(".q-menu, .q-dialog")) dforceFocus.before = event.target;
+  const helper = event.target.matches(".q-focus-helper"); // within a button that a pointer pressed
+  if (!event.target.closest(".q-menu, .q-dialog")) dforceFocus.before = helper ? event.target.parentElement : event.target;
 });
 // Arrow keys go through an open menu.
 document.addEventListener("keydown", (event) => {
