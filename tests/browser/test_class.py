@@ -6,6 +6,7 @@ import json
 import re
 
 import pytest
+from playwright.sync_api import expect
 from served import Window, served, violations
 
 import dforce as df
@@ -65,6 +66,10 @@ def test_a_teacher_begins_a_class_sees_who_is_there_and_opens_the_case_of_a_stud
     case.page.wait_for_function(
         "() => document.querySelector('.df-entry[data-path=\"drive.A0\"] input').value === '17.5'"
     )
+    case.page.reload()
+    case.drawn()
+    expect(case.field(AMPLITUDE).locator("input.df-box")).to_have_value("17.5")
+    expect(teacher.field(AMPLITUDE).locator("input.df-box")).to_have_value("20")  # the teacher's own case stays
 
 
 def test_the_page_of_who_is_there_is_for_the_teacher_alone(visit, shared):

@@ -76,7 +76,7 @@ def test_an_experimenter_reads_modulus_peak_force_and_safe_settings_from_a_curve
         window.parameter(path).get_by_role("checkbox", name="fit").check()
     expect(panel.get_by_text("Finds DMT: Hamaker constant, Young's modulus of the sample")).to_be_visible()
     expect(fit).to_be_disabled()
-    panel.get_by_role("button", name="They are those of this curve").click()
+    panel.get_by_role("button", name="Confirm lever and tip").click()
     # 3. fit, and read the modulus with the k and R for which it holds, and whether the model suits
     fit.click()
     answers = panel.locator(".df-answers")

@@ -55,7 +55,7 @@ def test_a_dropped_curve_is_asked_about_drawn_fitted_and_taken_over(measured):
     assert np.allclose(points(measured, "measured amplitude"), rows[:, 1])
     expect(measured.parameter("sample.youngs_modulus").get_by_role("checkbox", name="fit")).to_be_checked()
     expect(panel.get_by_role("button", name="Fit", exact=True)).to_be_disabled()
-    panel.get_by_role("button", name="They are those of this curve").click()
+    panel.get_by_role("button", name="Confirm lever and tip").click()
     panel.get_by_role("button", name="Fit", exact=True).click()
     take = panel.get_by_role("button", name="Take over these values")
     take.wait_for()

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
+
 import pytest
 from playwright.sync_api import expect
 from served import Window
 
 WAIT = 120_000  # ms for a fit on a busy machine
+DATA = files("dforce.library") / "measured"
 MODULUS = "sample.youngs_modulus"
 
 
@@ -36,7 +39,7 @@ def test_a_story_goes_on_after_reload_and_back_and_in_a_second_tab(visit):
     panel = reloaded(window)
     expect(panel.get_by_text("126 points, approach")).to_be_visible()
     ticked(window).check()
-    panel.get_by_role("button", name="They are those of this curve").click()
+    panel.get_by_role("button", name="Confirm lever and tip").click()
     panel = reloaded(window)
     expect(ticked(window)).to_be_checked()
     expect(panel.get_by_text("Confirmed for this curve")).to_be_visible()
@@ -60,3 +63,25 @@ def test_a_story_goes_on_after_reload_and_back_and_in_a_second_tab(visit):
     window.drawn()
     assert page.url.partition("#")[0] == address.partition("#")[0]
     expect(window.field(MODULUS).locator("input.df-box")).to_have_value(box.input_value())
+
+
+def test_what_is_typed_in_a_pane_its_tab_and_a_curve_that_was_dropped_stay_when_the_page_is_loaded_anew(visit):
+    window = visit(enter=Window.go)
+    page = window.page
+    page.get_by_role("button", name="Explain my curve").click()
+    page.locator(".df-upload input[type=file]").set_input_files(str(DATA / "stiff.csv"))
+    page.get_by_label("Phases in the file").select_option("lag")
+    page.get_by_role("button", name="Read", exact=True).click()
+    page.locator(".df-measured").wait_for()
+    panel = page.get_by_role("complementary", name="over parameters")
+    window.tab("Against")
+    panel.get_by_label("quantity to keep within a limit").select_option("peak_force")
+    panel.get_by_label("limit to keep").fill("123 pN")
+    page.reload()
+    page.get_by_role("tab", name="Against", selected=True).wait_for()  # no first page, whatever was dropped on it
+    expect(panel.get_by_label("limit to keep")).to_have_value("123 pN")
+    second = page.context.new_page()
+    second.goto(window.server.home)
+    second.get_by_role("tab", name="Against", selected=True).wait_for()
+    page.get_by_role("tab", name="Fit").click()
+    page.locator(".df-measured").wait_for()

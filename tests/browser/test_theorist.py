@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from playwright.sync_api import expect
 from served import violations
 
 import dforce as df
@@ -37,7 +38,7 @@ def test_a_theorist_writes_a_law_sees_its_force_and_compares_it_with_dmt(visit):
     page.get_by_role("searchbox", name="search the forces").fill("own")
     page.get_by_role("menuitem", name="Own law").click()
     law = page.get_by_label("The force", exact=True)
-    law.wait_for()
+    expect(law).to_be_focused()
     example = amplitude(dmt.replace(forces=[df.forces.Custom(**df.forces.Custom.example)]))
     shown(window, example)
 

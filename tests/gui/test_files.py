@@ -420,6 +420,17 @@ def test_a_result_that_is_opened_is_kept_and_its_case_shown(tmp_path):
     asyncio.run(flow())
 
 
+def test_a_result_that_is_kept_is_the_curve_of_its_case_in_the_next_page(tmp_path):
+    async def flow():
+        session = Session({}, tmp_path)
+        await session.keep(result())
+        case = df.Case.from_toml(result().attrs["case"])
+        assert session.kept_as(session.kept_of(case)) == session.document.results[0]
+        assert session.kept_of(case.replace("drive.A0", "9 nm")) is None
+
+    asyncio.run(flow())
+
+
 @pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
 def test_a_figure_of_what_is_drawn_is_saved_in_each_format(ending, start):
     layers = [Layer(result(), "<b>$one", 1), Layer(result(), "two", 2)]

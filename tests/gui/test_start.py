@@ -208,7 +208,8 @@ def test_teaching_a_class_shows_the_address_of_a_window_that_is_shared(tmp_path)
         async with window(tmp_path, Session({}, tmp_path), live=False) as (user, page):
             page.start.classroom = Classroom("192.168.1.2:8080/abcd2345", SHARED)
             page.start._teach()
-            await user.should_see("192.168.1.2:8080/abcd2345")
+            await user.should_see("192.168.1.2:8080/")
+            await user.should_see("abcd2345")
             await user.should_see("See who is there")
             await user.should_not_see("--host 0.0.0.0")
 

@@ -117,6 +117,7 @@ SOFT = STIFF.replace(
     ]
 )
 STICKY = STIFF.replace(forces=[df.forces.Hertz(), df.forces.AdhesionHysteresis()])
+NECK = STIFF.replace(forces=[df.forces.DMT(hamaker="6e-20 J"), df.forces.Capillary(volume="5 nm^3")])
 JUMPING = STIFF.replace(forces=[df.forces.JKR(surface_energy="20 mJ/m^2", hamaker="6e-20 J")])
 
 
@@ -149,10 +150,31 @@ def test_an_approach_with_hysteresis_jumps_at_the_fold_of_the_map():
     assert above[jump + 1] < 0.0 < above[jump] or np.abs(above[jump : jump + 2]).min() < 1e-4
 
 
-def test_a_state_of_two_branches_ends_where_an_approach_no_longer_settles():
-    found = around(JUMPING, 24.0, 0.934327446)  # by df.branches its state grazes at A0 = 24 nm
+def test_a_state_grazes_at_the_free_amplitude_at_which_its_branch_does():
+    # the branch at A0 = 24 nm grazes at this share, by df.branches
+    found = around(JUMPING, 24.0, 0.934327446)
     assert edge(found, "grazing", 0) == pytest.approx(24e-9, rel=2e-5, abs=0.0)
-    curve, above = approach_past(JUMPING, found, "grazing")
-    assert abs(above[curve.status.values == 0].min()) < 1e-4
-    assert (curve.status.values[above < -1e-4] != 0).all()
     assert set(found.edge_kind.values.tolist()) == {"grazing", "contact"}
+
+
+@pytest.mark.parametrize(
+    ("case", "A0", "share"), [(JUMPING, 24.0, 0.93), pytest.param(NECK, 6.0, 0.8, marks=pytest.mark.long)]
+)
+def test_a_state_of_two_branches_ends_where_an_approach_no_longer_settles(case, A0, share):
+    case = case.replace("solver.points_per_period", 512)  # of fewer the lowest point lies deeper between two of them
+    curve, above = approach_past(case, around(case, A0, share), "grazing")
+    settles = curve.status.values == 0
+    assert abs(above[settles].min()) < 1e-4
+    assert settles[above > 1e-4].all()
+
+
+@pytest.mark.long
+def test_a_boundary_of_a_row_of_elements_passes_through_the_fold_of_its_branches():
+    sls = df.forces.SLS(instant_modulus="3 GPa", relaxed_modulus="1 GPa", elements=8)
+    case = STIFF.replace(forces=[df.forces.VanDerWaals(hamaker="6e-20 J"), sls])
+    states = df.branches(case.replace("drive.A0", "28 nm"), zc=("33.6 nm", "14 nm"), harmonics=1)
+    fold = states.isel(point=int(np.flatnonzero(states.special == "fold")[0]))
+    found = around(case, 28.0, float(fold.amplitude[0]) / 28e-9)
+    [i] = np.flatnonzero(found.edge_kind == "fold")
+    assert float(found.edge_A0[i]) == pytest.approx(28e-9, rel=2e-5, abs=0.0)
+    assert float(found.edge_zc[i]) == pytest.approx(float(fold.zc), rel=2e-5, abs=0.0)

@@ -17,7 +17,7 @@ from dforce.core.errors import DForceError, ParameterError, ResultError, checked
 READ_ONLY = sum(getattr(os, flag, 0) for flag in ("O_RDONLY", "O_BINARY", "O_CLOEXEC", "O_NOCTTY", "O_NONBLOCK"))
 CHUNK = 65_536  # bytes that are read at once where the system gives no size
 SUFFIXES = (".nc", ".csv")  # of results
-FOR_GUESTS = "is a file on the server, and guests may not read it; write the values themselves"
+FOR_GUESTS = "is a file on the server, and guests may not read it; type its values in the case"
 TEMPORARY = re.compile(r"\.dforce-[0-9a-f]{16}\.tmp")
 ABANDONED = 3600.0  # s after which a temporary file has no writer any more, where locks do not tell
 

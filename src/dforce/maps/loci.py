@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from dforce.solvers.transient import CancelCheck
 
 SIDE = 1e-5  # scaled: neighbors on either side that give derivatives
-TOLERANCE = 1e-8  # scaled: Newton step at which a point is accepted
+TOLERANCE, NEAR = 1e-8, 1e-6  # scaled: Newton step at which a point is accepted, and after the most steps
 MOST_STEPS, EASY = 8, 4  # Newton steps of a point, at most; with fewer the next step along the line is longer
 FIRST, LARGEST, SMALLEST = 0.01, 0.03, 1e-7  # scaled: steps along a line; with 0.06 a line was lost
 GROWTH = 1.5
@@ -218,10 +218,10 @@ class Lines:
             longest = float(np.abs(step).max())
             if not longest < 0.5 or (longest > 2.0 * before):
                 return None
-            if longest < TOLERANCE and np.array_equal(after, branch):
+            if (longest < TOLERANCE and np.array_equal(after, branch)) or (steps == MOST_STEPS and longest < NEAR):
                 return None if self.has_branches and place.bend > JUMP else (place, steps)
             u, branch, before = u - step, after, longest
-        return (place, MOST_STEPS) if before < 100.0 * TOLERANCE else None
+        return None
 
     def seed(self, state: States, zc: float, value: float) -> LinePoint | None:
         """Return the point of a line near a motion at a distance (m), at this value (SI) of the parameter or near it."""

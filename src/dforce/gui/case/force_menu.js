@@ -4,7 +4,8 @@ export default {
     <div class="df-forces">
       <h2>Add a force</h2>
       <input ref="search" class="df-box" type="search" v-model="wanted" placeholder="Search, such as adhesion or cell"
-             aria-label="search the forces" maxlength="60" @keydown.enter="shown.length && $emit('take', shown[0].items[0].name)" />
+             aria-label="search the forces" maxlength="60" @keydown.down.prevent="$el.querySelector('[role=menuitem]')?.focus()"
+             @keydown.enter="shown.length && $emit('take', shown[0].items[0].name)" />
       <div v-if="shown.length" role="menu" aria-label="forces" class="df-force-list">
         <div v-for="group in shown" :key="group.title" role="group" :aria-label="group.title">
           <div class="df-force-group" aria-hidden="true">{{ group.title }}</div>

@@ -16,13 +16,15 @@ from dforce.gui.case.entry import LONGEST
 from dforce.gui.case.fields import first_line, name_of
 from dforce.gui.case.words import in_words, plain
 from dforce.gui.curves.other_figures import force_distance
-from dforce.gui.document.compute import LIVE, Latest, in_thread
+from dforce.gui.document.compute import DRAFTS, Latest, in_thread
 from dforce.gui.document.document import Path, path_of, written
 from dforce.gui.window.dialogs import dialog
 
 if TYPE_CHECKING:
     from dforce.gui.case.fields import Field
     from dforce.gui.window.view import View
+
+TO_NEW_FORCE = "dforceFocus.go('.df-card:nth-last-child(1 of .df-card) :is(textarea, .df-box)')"
 
 
 class ForceList(ui.element, component="force_menu.js"):
@@ -42,6 +44,7 @@ def choose_force(take: Callable[[str], None]) -> None:
         if event.args in df.forces.REGISTRY:
             made.close()
             take(str(event.args))
+            models.client.run_javascript(TO_NEW_FORCE)
 
     models.on("take", taken)
 
@@ -90,7 +93,7 @@ class OwnLaw(ui.element, component="own_law.js"):
         document = self.view.document.put(self.path, " ".join(text.split()))
         try:
             case = document.case()
-            curve = await in_thread(LIVE, lambda: df.force_curve(case))
+            curve = await in_thread(DRAFTS, lambda: df.force_curve(case))
         except (df.DForceError, TypeError) as error:
             of_law = path_of(document, str(error))[: len(self.path)] == self.path
             self.show(mistake=in_words(document, str(error)) if of_law else "")

@@ -86,8 +86,8 @@ class Pane:
     """The tabs and the panel in sight, in the container that is open when it is made."""
 
     def __init__(self, view: View, panels: Sequence[Panel]) -> None:
-        self.panels, self.scene = panels, Scene()
-        self.wanted = self.current = panels[0]
+        self.panels, self.scene, self.session = panels, Scene(), view.session
+        self.wanted = self.current = next((panel for panel in panels if panel.title == view.session.tab), panels[0])
         self.frames: dict[Panel, ui.element] = {}
         self.on_turn: list[Callable[[], None]] = []
         with ui.element("div").classes("df-pane"):
@@ -109,6 +109,7 @@ class Pane:
     def open(self, panel: Panel) -> None:
         """Open a tab."""
         self.wanted = panel
+        self.session.tab = panel.title
         self._turn(panel)
         panel.show(self.scene)
 

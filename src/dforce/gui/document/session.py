@@ -80,6 +80,7 @@ class Session:
         self._seen = time.monotonic()
         self._keeping = asyncio.Lock()
         self.saving = Saving(store, lambda: self.document, self._show_unkept)
+        self.tab = ""  # that was opened last; the next page begins there
         self.person: str | None = None  # the name of a guest of a class; None: whose server it is
 
     def edit(self, document: Document, *, name: str = "", anew: bool = False) -> None:
@@ -256,6 +257,12 @@ class Session:
         identifier = next(same, "")
         return next((kept for kept in self.document.results if kept.id == identifier), None)
 
+    def kept_of(self, case: df.Case) -> xr.Dataset | None:
+        """Return a whole result of a case among those that are drawn and of this version, None where there is none."""
+        wanted = {"case": case.to_toml(complete=True), "dforce_version": df.__version__} if self.results_of else {}
+        whole = (result for result in self.results_of.values() if not result.attrs.get("interrupted"))
+        return next((result for result in whole if wanted.items() <= result.attrs.items()), None)
+
     async def drop(self, identifier: str) -> None:
         """Forget a result."""
         results = tuple(kept for kept in self.document.results if kept.id != identifier)
@@ -285,7 +292,7 @@ class Session:
             When it cannot be written; nothing has changed then.
         """
         self.stop_fit()
-        self.fitting = None
+        self.fitting, self.fresh = None, False
         self.look(await self.measured.keep(self.document, raw, name, settings))
         await self.measured.tidy(self.document)
 

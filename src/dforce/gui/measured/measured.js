@@ -2,7 +2,14 @@
 export default {
   template: `
     <aside class="df-motion df-measured" aria-label="measured curve">
-      <div class="df-motion-head"><h2>{{ name }}</h2></div>
+      <div class="df-motion-head"><h2>{{ name }}</h2>
+        <template v-if="ready">
+          <span class="df-text" role="status">{{ missingStep || words }}</span>
+          <progress v-if="busy" max="1" :value="share || undefined" aria-label="progress of the fit"></progress>
+          <button v-if="!busy" type="button" class="df-plain df-main-button" @click="$emit('fit')" :disabled="!!missingStep"
+                  :aria-describedby="unconfirmed ? 'df-unconfirmed' : undefined">Fit</button>
+          <button v-else type="button" class="df-plain" @click="$emit('stop')">Stop</button>
+        </template></div>
       <p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
       <ul class="df-facts"><li v-for="fact in facts" :key="fact">{{ fact }}</li></ul>
       <p v-if="hint" class="df-motion-note">{{ hint }}</p>
@@ -31,19 +38,12 @@ export default {
         <template v-if="unconfirmed">
           <p class="df-motion-note" id="df-unconfirmed">{{ unconfirmed }}</p>
           <div class="df-measured-buttons"><button type="button" class="df-plain" :disabled="!lever"
-              @click="$emit('confirm')">They are those of this curve</button></div>
+              @click="$emit('confirm')">Confirm lever and tip</button></div>
         </template>
         <p v-else class="df-text">Confirmed for this curve: {{ lever }}.</p>
         <h3>Fit</h3>
         <p v-if="free.length" class="df-text">Finds {{ free.join(", ") }}, from the values in the form.</p>
         <p v-else class="df-text">Tick <b>fit</b> at the fields of the form: the fit finds these parameters.</p>
-        <div class="df-measured-buttons">
-          <button v-if="!busy" type="button" class="df-plain df-main-button" @click="$emit('fit')"
-                  :disabled="!!unconfirmed || !free.length"
-                  :aria-describedby="unconfirmed ? 'df-unconfirmed' : undefined">Fit</button>
-          <button v-else type="button" class="df-plain" @click="$emit('stop')">Stop</button>
-          <progress v-if="busy" max="1" :value="share || undefined" aria-label="progress of the fit"></progress>
-          <span class="df-text" role="status">{{ words }}</span></div>
         <p v-if="failed" class="df-motion-note wrong" role="alert">{{ failed }}</p>
         <template v-if="report">
           <p v-if="stale" class="df-motion-note">This fit is of another case than the one in the forms.</p>
@@ -78,6 +78,12 @@ export default {
   },
   data() {
     return { wanted: this.limit || "1 nN", drafts: {} }; // drafts: no update from the server overwrites what is being typed
+  },
+  computed: {
+    missingStep() {
+      if (this.busy) return "";
+      return this.unconfirmed ? "Confirm lever and tip to fit." : this.free.length ? "" : "Tick “fit” at a field to fit it.";
+    },
   },
   methods: {
     typed_in(name) {

@@ -1,4 +1,6 @@
 // Results over parameters: what is looked at, a chart of it, and what a click takes over.
+const KEPT = "dforce-against"; // what is typed here, for when the page is loaded anew
+const TYPED = ["path", "low", "high", "points", "path2", "low2", "high2", "points2", "limited_", "above_", "limit_", "regime", "all"];
 const differ = (one, before) => JSON.stringify(one) !== JSON.stringify(before);
 
 export default {
@@ -71,7 +73,7 @@ export default {
   },
   data() {
     return { path: "", low: "", high: "", points: 21, path2: "", low2: "", high2: "", points2: 9, limited_: "", above_: false, limit_: "",
-             regime: "", all: false, whole: false };
+             regime: "", all: false, whole: false, before: JSON.parse(sessionStorage.getItem(KEPT)) };
   },
   computed: {
     // the first ones, and the one that is shown; all once they were asked for
@@ -81,7 +83,16 @@ export default {
   },
   watch: {
     // what is typed stays unless another range is suggested
-    suggested: { immediate: true, handler(one, before) { if (differ(one, before)) Object.assign(this, one); } },
+    suggested: {
+      immediate: true,
+      handler(one, before) {
+        if (!differ(one, before)) return;
+        Object.assign(this, one);
+        const typed = this.before;
+        if (this.rows.some((row) => row.name === typed?.path)) this.$nextTick(() => this.takeUp(typed));
+        if (this.rows.length) this.before = null;
+      },
+    },
     second: {
       immediate: true,
       handler(one, before) {
@@ -90,7 +101,16 @@ export default {
     },
     path2(now, before) { if (!before !== !now) this.points = now ? 11 : 21; },
   },
+  created() {
+    const typed = () => JSON.stringify(Object.fromEntries(TYPED.map((name) => [name, this[name]])));
+    this.$watch(typed, (text) => this.before ?? sessionStorage.setItem(KEPT, text));
+  },
   methods: {
+    // in two steps: a second parameter suggests numbers of values
+    takeUp(typed) {
+      Object.assign(this, typed);
+      this.$nextTick(() => Object.assign(this, typed));
+    },
     choose(changed) {
       this.$emit("choose", changed);
     },

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from nicegui import app, ui
+from nicegui.elements.mixins.text_element import TextElement
 from starlette.requests import Request
 
 from dforce.core.errors import shorten
@@ -20,7 +21,8 @@ LENGTH = 8  # letters of a code: 8e11 of them
 LONGEST = 60  # characters of a person's name
 LOOKED_EVERY = 2.0  # s between two looks of the teacher's page
 PAGE = "/class"
-FOR_TEACHERS = "This page is for the teacher. Open the address that dForce printed first."
+CASE_PAGE = "/class/case"  # of a guest's case, beside the teacher's own
+FOR_TEACHERS = "This page is for the teacher. The teacher's address is in the terminal."
 
 
 def new_code() -> str:
@@ -65,38 +67,52 @@ class Classroom:
                 bar.delete()
 
             name.on("keydown.enter", take)
-            ui.button("Join", on_click=take, color=None).props("flat dense no-caps").classes("df-button")
+            TextElement(tag="button", text="Join").classes("df-plain").props('type="button"').on("click", take)
 
-    def register(self, sessions: Mapping[str, Session], dress: Callable[[], object]) -> None:
-        """Make the teacher's page known; `dress` gives a page the looks of the window."""
+    def register(
+        self, sessions: Mapping[str, Session], dress: Callable[[], object], show_case: Callable[[int], object]
+    ) -> None:
+        """Make the teacher's pages known; `dress` gives one the looks of the window, `show_case` shows the case of a guest."""
+
+        def is_teacher(request: Request) -> bool:
+            guest = bool(request.scope.get(GUEST, True))
+            if guest:
+                dress()
+                ui.label(FOR_TEACHERS).classes("df-banner").props('role="alert"')
+            return not guest
 
         @ui.page(PAGE, title="Class: dForce")
         def page(request: Request) -> None:
-            dress()
-            if request.scope.get(GUEST, True):
-                ui.label(FOR_TEACHERS).classes("df-text").props('role="alert"')
-            else:
+            if is_teacher(request):
+                dress()
                 self._page(sessions)
 
+        @ui.page(CASE_PAGE, title="Case of a guest: dForce")
+        def case(request: Request, guest: int) -> None:
+            if is_teacher(request):
+                show_case(guest)
+
     def invitation(self) -> None:
-        """Show the address as a QR code and as text, and the limits of each guest."""
+        """Show the address as a QR code and as text."""
         import segno
 
-        ui.html(segno.make(self.address).svg_inline(scale=6, dark="#000", light="#fff"), sanitize=False).props(
-            f'role="img" aria-label="QR code of {self.address}"'
-        )
-        ui.label(self.address).classes("df-class-address")
-        ui.label(told(self.limits)).classes("df-text")
+        code = segno.make(self.address).svg_inline(omitsize=True, dark="#000", light="#fff")
+        ui.html(code, sanitize=False).props(f'role="img" aria-label="QR code of {self.address}"')
+        place, slash, code = self.address.removeprefix("http://").rpartition("/")
+        with ui.element("div").classes("df-class-address"):
+            ui.label(f"{place}{slash}")
+            ui.label(code)  # a line is broken before it, never within
 
     def _page(self, sessions: Mapping[str, Session]) -> None:
         with ui.element("div").classes("df-class"):
             with ui.element("section").props('aria-label="how to join"'):
                 ui.label("Join the class").classes("df-class-title").props('role="heading" aria-level="1"')
                 self.invitation()
+                ui.label(told(self.limits)).classes("df-text")
             with ui.element("section").props('aria-label="who is there"'):
                 count = ui.label().classes("df-class-title").props('role="heading" aria-level="2"')
                 rows = ui.element("div").classes("df-class-people").props('role="list"')
-        shown: list[tuple[str, str, str, str]] = []
+        shown: list[tuple[str, str, str, int, str]] = []
 
         def look() -> None:
             now = people(sessions)
@@ -106,12 +122,12 @@ class Classroom:
             count.set_text(f"{len(now)} here" if now else "Nobody is here yet")
             rows.clear()
             with rows:
-                for name, title, state, link in now:
+                for name, title, state, number, link in now:
                     with ui.element("div").classes("df-class-person").props('role="listitem"'):
                         ui.label(name).classes("df-class-name")
                         ui.label(title)
                         ui.label(state).classes("df-text")
-                        ui.link("Open this case", f"/#{link}", new_tab=True).props(
+                        ui.link("Open this case", f"{CASE_PAGE}?guest={number}#{link}", new_tab=True).props(
                             f'aria-label="open the case of {name}"'
                         )
 
@@ -119,14 +135,15 @@ class Classroom:
         ui.timer(LOOKED_EVERY, look)
 
 
-def people(sessions: Mapping[str, Session]) -> list[tuple[str, str, str, str]]:
-    """Return of each guest whose page is open: name, title of the case, state, and the case as the end of a link."""
+def people(sessions: Mapping[str, Session]) -> list[tuple[str, str, str, int, str]]:
+    """Return of each guest whose page is open: name, title of the case, state, number, and the case as the end of a link."""
     found = []
-    for number, session in enumerate(list(sessions.values()), 1):
-        if not session.views or session.person is None:
+    guests = [session for session in list(sessions.values()) if session.person is not None]
+    for number, session in enumerate(guests, 1):
+        if not session.views:
             continue
         busy = session.job is not None and session.job.busy
         name = session.person or f"Guest {number}"
         title = session.document.title or "Untitled"
-        found.append((name, title, "computing" if busy else "", to_link(session.document)))
+        found.append((name, title, "computing" if busy else "", number, to_link(session.document)))
     return sorted(found)

@@ -27,7 +27,7 @@ def as_sentence(words: str) -> str:
     """Return the words of an error as a sentence."""
     first = words.partition(" ")[0]
     is_name = any(sign in first for sign in "._=")  # of a file or a key: it stays as it is written
-    return f"{words[:1] if is_name else words[:1].upper()}{words[1:]}{'' if words.endswith('.') else '.'}"
+    return f"{words[:1] if is_name else words[:1].upper()}{words[1:]}{'' if words.endswith(('.', '?')) else '.'}"
 
 
 @contextlib.contextmanager
@@ -72,7 +72,7 @@ def dialog(name: str, look: str = "") -> Iterator[ui.dialog]:
     with ui.dialog(value=True) as made, ui.card().classes(f"df-dialog {look}"):
         made.props["aria-label"] = name
         yield made
-    made.on("hide", made.delete)
+    made.on("hide", made.delete, js_handler="() => { window.dforceFocus.back(); emit(); }")
 
 
 LONGEST = 200  # characters of an answer

@@ -54,6 +54,25 @@ for (const kind of ["dragover", "drop"]) {
     if (!event.target.closest?.(".q-uploader, .df-drop")) event.preventDefault();
   });
 }
+// Where a dialog ends, the keyboard goes on from where it was, also where a menu between both has gone.
+const dforceFocus = {
+  before: null,
+  back() {
+    if (document.activeElement === document.body) this.before?.focus();
+  },
+  // to what is being made, once it is there
+  go(place) {
+    requestAnimationFrame(() => requestAnimationFrame(() => {
+      this.before = document.querySelector(place);
+      this.before?.focus();
+    }));
+  },
+};
+window.dforceFocus = dforceFocus;
+document.addEventListener("focusin", (event) => {
+  const helper = event.target.matches(".q-focus-helper"); // within a button that a pointer pressed
+  if (!event.target.closest(".q-menu, .q-dialog")) dforceFocus.before = helper ? event.target.parentElement : event.target;
+});
 // Arrow keys go through an open menu.
 document.addEventListener("keydown", (event) => {
   const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];

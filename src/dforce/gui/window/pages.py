@@ -79,8 +79,8 @@ def register(
     for sheet in SHEETS:
         app.add_static_file(local_file=sheet, url_path=f"/assets/{sheet.name}", max_cache_age=0)
 
-    def session_of_browser() -> Session:
-        name = str(app.storage.browser["id"])
+    def session_of_browser(ending: str = "") -> Session:
+        name = f"{app.storage.browser['id']}{ending}"
         if name not in sessions:
             for old in [key for key, session in sessions.items() if session.idle(FORGOTTEN)]:
                 del sessions[old]  # its document is kept in the storage
@@ -107,7 +107,8 @@ def register(
         Page(session, session.fresh and over is None and not guest, None if guest else classroom)
 
     if classroom is not None:
-        classroom.register(sessions, dress)
+        # in a session of its own: what the teacher has typed stays
+        classroom.register(sessions, dress, lambda guest: Page(session_of_browser(f"-{guest}"), classroom=classroom))
 
     @app.on_shutdown
     def end() -> None:

@@ -28,6 +28,10 @@ KEY = "key"  # of the secret in the address
 GUEST = "dforce.guest"  # in the scope of a request: whether it comes from a guest of a class
 MOST_BYTES = 50_000_000  # of a request
 TOO_LARGE = f"This is larger than {MOST_BYTES // 1_000_000} MB, the limit of this server."
+NO_KEY = "This page needs the whole address that dForce printed when it was started."
+WRONG_CODE = (
+    "Check each letter of the address: it is not the address of this class. Each start of dForce has a new one."
+)
 POLICY = "; ".join(
     (
         "default-src 'self'",
@@ -123,9 +127,7 @@ class Guard:
             known = self._in_cookie(headers, self.secret)  # a teacher who looks at the class's address stays one
             await self._remember({**scope, "path": "/"}, send, self.secret if known else self.guests)
         elif not self._is_known(scope, headers):
-            await _refuse(
-                scope, send, 403, "This page needs the whole address that dForce printed when it was started."
-            )
+            await _refuse(scope, send, 403, WRONG_CODE if self.code else NO_KEY)
         elif _size(headers) > MOST_BYTES:
             await _refuse(scope, send, 413, TOO_LARGE)
         elif scope["type"] == "websocket":

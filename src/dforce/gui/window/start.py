@@ -174,6 +174,10 @@ HOW_TO_TEACH = (
     "This window is for you alone. Type this command in a terminal. It opens a window for everyone in your network, with a "
     "short address and a QR code for your students, and a page that shows who is there."
 )
+HOW_TO_JOIN = (
+    "Students in this network scan the code or type the address. The address of your page is a link to your case for all who "
+    "have joined. The button Class leads to the page that shows who is there."
+)
 
 
 class StartPage:
@@ -343,13 +347,14 @@ class StartPage:
                 TextElement(tag="h2", text="Teach a class")
                 if self.classroom is not None:
                     self.classroom.invitation()
+                    ui.label(HOW_TO_JOIN).classes("df-text")
                     name = "See who is there"
                     press: Callable[[], None] = partial(ui.navigate.to, CLASS_PAGE, new_tab=True)
                 else:
                     ui.label(HOW_TO_TEACH).classes("df-text")
                     TextElement(tag="code", text=COMMAND).classes("df-command")
-                    ui.label(f"Your students read: “{told(SHARED)}”").classes("df-text")
                     name, press = "Copy the command", self._copy
+                ui.label(f"Your students read: “{told(SHARED)}”").classes("df-text")
                 with ui.element("div").classes("df-save-buttons"):
                     quiet("Close").on("click", made.close)
                     quiet(name).classes("df-main-button").on("click", press)

@@ -220,7 +220,7 @@ class View:
                 raise df.ParameterError("experiment is missing; choose one under Experiment")
             if self.said.wrong:
                 self._say(Said(), wanted.document)
-            result = wanted.result if wanted.result is not None else self._there(wanted.document)
+            result = wanted.result if wanted.result is not None else await self._there(wanted.document, case)
             if result is None:
                 result = await self._live(case, wanted)
             if wanted.document.opened != self.document.opened:  # what is computed belongs under another title
@@ -233,12 +233,15 @@ class View:
                 await self.draw()
             self._beside.ask(Followed(wanted.document, case, result))
 
-    def _there(self, document: Document) -> xr.Dataset | None:
-        """Return the result of a document's case that need not be computed: the one shown, or that of the last run."""
+    async def _there(self, document: Document, case: df.Case) -> xr.Dataset | None:
+        """Return the result of a document's case that need not be computed: the one shown, of the last run, or kept."""
         job = self.session.job
         if self.curve is not None and self.curve.document.same_case(document):
             return self.curve.result
-        return job.result if job is not None and job.state == "done" and job.is_of(document) else None
+        if job is not None and job.state == "done" and job.is_of(document):
+            return job.result
+        await self.session.load_shown()
+        return self.session.kept_of(case)
 
     async def _show_beside(self, followed: Followed) -> None:
         """Show what stands beside the curves and the force, and ask for the advice."""
