@@ -523,6 +523,18 @@ def test_branches_find_the_states_that_no_curve_connects_with_the_free_lock():
         assert np.interp(12e-9, x[order], there[name].values[order, 0]) == pytest.approx(found, rel=1e-3)
 
 
+def test_a_curve_goes_on_where_controllers_lead_behind_the_end_of_a_state():
+    asked = case(**STICKY)
+    curve = df.approach(asked, zc=["22 nm", "20 nm", "19.5 nm", "18 nm", "12 nm"])
+    assert (curve["status"].values == df.Status.NO_STATE).tolist() == [False, True, True, False, False]
+    [jump] = curve["jump_zc"].values
+    assert jump == pytest.approx(20.5e-9, abs=1e-3 * 20e-9)  # the neck forms at 0.5 nm
+    loops = Controllers(math.pi / 2.0, None, phase_bandwidth=3500.0)
+    amplitude, frequency = in_time(asked.problem.unlocked, 6e-9, loops)
+    assert float(curve["amplitude"][-1, 0]) == pytest.approx(amplitude, rel=1e-4)
+    assert float(curve["drive_frequency"][-1, 0]) == pytest.approx(frequency, rel=1e-5)
+
+
 def test_a_search_for_states_of_a_lock_finds_none_where_all_motions_lead_to_the_one_that_is_known():
     asked = case(AIR, [DMT], "9.6 nm", A0="10 nm")
     states = df.branches(asked, zc=("12 nm", "9.4 nm"), search=3)

@@ -12,20 +12,24 @@ from typing import Any
 
 import numpy as np
 
+from dforce import kernel
 from dforce.core.arrays import Array
 from dforce.observables import measure
 from dforce.problem import Problem
 from dforce.solvers.continuation import trace
 from dforce.solvers.locked import Anchor, Locked, LockedStates
 from dforce.solvers.orbit import FOLD, Orbit, ParameterRange
-from dforce.solvers.period_map import ALL
+from dforce.solvers.period_map import ALL, MOTION
 from dforce.solvers.points import StateJump
+from dforce.solvers.search import periods_of_transients
 from dforce.solvers.stability import CRITICAL, STABLE, UNSTABLE
 
 FARTHEST = 100.0  # free amplitudes
 LARGEST = 0.1  # of the curve's unit: step through a fold
 BEFORE = 0.01  # of it: where the way through a fold begins
 MOST = 300  # points on this way
+SPEED = 0.3  # of an error, which a controller corrects in a period
+SLOWEST, FASTEST = 0.5, 2.0  # of the frequency of the free lock
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,8 @@ class LockedRange(ParameterRange):
 def follow(locked: Locked, first: Anchor, at: Array) -> tuple[LockedStates, list[StateJump], Anchor]:
     """Find the stable states at values that rise or fall, from a state on, and note jumps; return the last state, too.
 
-    Where a state ends at a fold, the curve leads on to the stable state at the next value.
+    Where a state ends at a fold, the curve leads on to the stable state at the next value; where the curve ends, controllers do
+    so, at the next value at which there is a state for them.
     """
     way, parts, jumps = math.copysign(1.0, at[-1] - first.at), [], []
     behind = int(np.sum(way * (at - first.at) < 0.0))
@@ -146,12 +151,14 @@ def follow(locked: Locked, first: Anchor, at: Array) -> tuple[LockedStates, list
         at, first = at[reached:], anchors[-1]
         if not len(at):
             break
-        landed = _behind_fold(locked, anchors, float(at[0]))
+        landed = _behind_fold(locked, anchors, float(at[0])) or _behind_end(locked, anchors[-1], at)
         if landed is None:
             parts.append(LockedStates.lost(first, len(at)))
             break
         first = landed[1]
         jumps += landed[0]
+        missed = int(np.sum(way * (at - first.at) < 0.0))
+        parts, at = [*parts, LockedStates.lost(first, missed)], at[missed:]
     return LockedStates.joined(parts), jumps, first
 
 
@@ -177,3 +184,47 @@ def _behind_fold(locked: Locked, anchors: list[Anchor], to: float) -> tuple[list
     )
     jumps = [StateJump(fold.value, before, after, way > 0.0) for fold in folds]
     return jumps, locked.anchor(end.found)
+
+
+def _behind_end(locked: Locked, last: Anchor, at: Array) -> tuple[list[StateJump], Anchor] | None:
+    """Return the first stable state to which controllers lead at one of some values, and the jump; None without one."""
+    start = np.tile(last.unknowns, (len(at), 1))
+    start[:, -1] = at
+    found = locked.newton(*settled(locked, start, np.tile(last.branch, (len(at), 1))))
+    there = np.flatnonzero(found.good)
+    there = there[locked.is_stable(found.take(there))]
+    if not len(there):
+        return None
+    end = locked.anchor(found.take(there[:1]))
+    states = np.array([last.unknowns, end.unknowns]), np.array([last.branch, end.branch])
+    before, after = np.abs(locked.signal(states[0], locked.march(*states)[2])) * locked.length
+    where = locked.number(states[0], locked.numbers[-1])[0]
+    return [StateJump(float(where), float(before), float(after), end.at > last.at)], end
+
+
+def settled(locked: Locked, unknowns: Array, branch: Array) -> tuple[Array, Array]:
+    """Return the unknowns and branches to which controllers lead motions at a constant parameter."""
+    unknowns = unknowns.copy()
+    [mode] = {locked.problem.modes[tone.mode] for tone in locked.problem.tones}
+    offset, unit = locked.scales["frequency"]
+    column = {name: locked.motion + place for place, name in enumerate(locked.free)}
+    # the zero of each controller cancels the pole of the lever, in periods
+    pole, example = math.pi / mode.Q, locked.block.batch.example
+    middle, push = locked.number(unknowns, "frequency"), locked.number(unknowns, "drive")
+    for _ in range(periods_of_transients(locked.problem)):
+        zc, at_frequency, ratio = locked.driven(unknowns)
+        after, rows = locked.block.driven(zc, locked.motions(unknowns, branch), at_frequency, ratio, MOTION)
+        signal = locked.signal(unknowns, rows) * np.exp(1j * locked.lock.phase)
+        branch, unknowns[:, locked.block.size : locked.motion] = after.branch, after.memory / locked.block.memory_scale
+        speed = np.ones(len(zc))
+        if "frequency" in column:
+            late = SPEED * np.angle(signal) / (2.0 * math.pi) * at_frequency
+            middle = middle + pole * late
+            frequency = np.clip(middle + late, SLOWEST * offset, FASTEST * offset)
+            unknowns[:, column["frequency"]], speed = (frequency - offset) / unit, at_frequency / frequency
+        if "drive" in column:
+            short = SPEED * (1.0 - np.abs(signal))
+            push = push + short
+            unknowns[:, column["drive"]] = push + short / pole - 1.0
+        unknowns[:, : locked.block.size] = after.x * kernel.units_of(example, np.ones(len(zc)), speed)
+    return unknowns, branch
