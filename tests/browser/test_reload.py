@@ -65,6 +65,7 @@ def test_a_story_goes_on_after_reload_and_back_and_in_a_second_tab(visit):
     expect(window.field(MODULUS).locator("input.df-box")).to_have_value(box.input_value())
 
 
+@pytest.mark.long
 def test_what_is_typed_in_a_pane_its_tab_and_a_curve_that_was_dropped_stay_when_the_page_is_loaded_anew(visit):
     window = visit(enter=Window.go)
     page = window.page
