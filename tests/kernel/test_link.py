@@ -194,8 +194,6 @@ def test_arrays_that_share_no_memory_are_compiled_as_such():
         texts.append(next(line for line in text.splitlines() if line.startswith("define") and "copied" in line))
     usual, apart = texts
     assert apart.count("noalias") > usual.count("noalias")
-    linker = Linker(
-        {"mode_count": 1, "motion_size": 2, "fluid_size": 0, "root_count": 0, "latch_count": 0, "memory_size": 0}
-    )
+    linker = Linker({"mode_count": 1, "motion_size": 2, "fluid_size": 0, "latch_count": 0, "memory_size": 0})
     linker.add_entry(advance_lanes, "advance_lanes")
     assert linker.text[-1].startswith("@apart\ndef advance_lanes(")

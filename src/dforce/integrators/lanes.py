@@ -20,12 +20,12 @@ from dforce.kernel.vocabulary import (
     column,
     distance,
     force,
+    is_rooted,
     lane_drive,
     motion_size,
     parameters_of,
     put_column,
     rate_of,
-    root_count,
     waves_at,
 )
 
@@ -166,7 +166,7 @@ def mark_crossed(here: Any, there: Any, numbers: Any, kinks: Any, h: float, cros
             far0 = 2.0 * REACH * abs(distance(coasted(column(here, j), 0.5 * h), p) - d0)
             far1 = 2.0 * REACH * abs(distance(coasted(column(there, j), 0.5 * h), p) - d1)
             close = abs(d0 - kinks[k, j]) < far0 or abs(d1 - kinks[k, j]) < far1
-            inside = root_count() > 0 and not before and not after
+            inside = is_rooted(p) and not before and not after
             outside = before and after and abs(d1 - d0) > STRIDE * min(d0, d1)
             crossed[j] |= BESIDE if close and (inside or outside) else 0
     found = 0

@@ -34,10 +34,10 @@ from dforce.kernel.vocabulary import (
     force,
     forced,
     free_acceleration,
+    is_rooted,
     memory_size,
     pushed,
     rate_of,
-    root_count,
     yielding,
 )
 from dforce.observables.interpolant import cubic, cubic_rate
@@ -292,7 +292,7 @@ def near_spikes(
 @uncounted
 def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
     """Return how many steps a step begins behind a root and ends before one, and how much parts count for that."""
-    if root_count():
+    if is_rooted(p):
         before, after = since_root(y, h, kinks, p), until_root(y, end, h, kinks, p)
         return before, after, weight(before), weight(after)
     return REACH, REACH, 0.0, 0.0

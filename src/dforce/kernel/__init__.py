@@ -312,10 +312,9 @@ def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel
     """Return functions that are the same for any forces with as many states as a problem's, see ``any_force``."""
     modes, late, forces = len(problem.modes), problem.late_fluid, problem.forces
     states = sum(force.memory for force in forces), sum(force.switch is not None for force in forces)
-    rooted = any(force.is_rooted for force in forces)
-    parts = ("any", modes, late, states, rooted, _places(entries))
+    parts = ("any", modes, late, states, _places(entries))
     return _loaded(
-        ("any", modes, late, states, rooted, tuple(entries.items())),
+        ("any", modes, late, states, tuple(entries.items())),
         lambda: texts.remembered(parts, (), lambda: any_force.compose_any(modes, late, forces, entries)),
         _solvers_for(modes),
     )

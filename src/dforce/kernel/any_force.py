@@ -1,8 +1,9 @@
-"""The tip equation of any sum of forces, called by its address: slower than a combination's own, and compiled long before.
+"""What is compiled once for any sum of forces, whose laws it calls by their address.
 
-Beside the motion such a tip equation knows the forces by whole numbers: where the first number of their laws lies, how far the
-next one is from it (bytes), and where the compiled functions lie that are called. Those addresses are the last numbers of the
-parameters. The text counts modes, states of fluid and forces, and whether there are roots; no number of a force, and no tone.
+Beside the motion such code knows the forces by whole numbers: where the first number of their laws lies, how far the next one
+is from it (bytes), where the compiled functions lie that are called, and whether one begins like a root beside a kink. All but
+the first two are the last numbers of the parameters. The text counts modes and states of fluid and forces; no number of a
+force, and no tone.
 """
 
 from __future__ import annotations
@@ -54,10 +55,9 @@ def _given(name: str) -> str:
 def compose_any(modes: int, late: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]]) -> str:
     """Return the text of a module with entry functions for any forces, see ``codegen.compose``.
 
-    Of the forces only the numbers of their states count, and whether one begins like a root.
+    Of the forces only the numbers of their states count.
     """
     sizes = sizes_of(modes, forces, late)
-    sizes["root_count"] = min(sizes["root_count"], 1)
     linker = Linker(sizes)
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
     linker.emit(pointers())
@@ -65,6 +65,7 @@ def compose_any(modes: int, late: int, forces: Sequence[Force], entries: dict[st
     for text in (*shared_text(sizes, modes, late), *_lanes(modes, first)):
         linker.emit(text, "inlined")
     laws = tuple_of([*(f"p[{k}]" for k in range(FIRST)), *(f"p[{first + k}]" for k in range(5))])
+    linker.emit(f"def is_rooted(p):\n    return p[{first + 5}] == 1", "inlined")
     functions = functions_of(forces)
     for place, (name, (taken, types)) in enumerate(functions.items(), FIRST + 2):
         tip = taken.count(",") + 1
@@ -107,10 +108,10 @@ def _lanes(modes: int, first: int) -> list[str]:
     drive = tuple_of([f"u{n}" for n in range(modes)])
     mine = [f"table[{k}, j]" for k in range(first)]
     laws = [f"table.ctypes.data + ({first} * table.shape[1] + j) * 8", "table.shape[1] * 8"]
-    laws += [f"np.int64(table[table.shape[0] - {k}, j])" for k in (3, 2, 1)]
+    laws += [f"np.int64(table[table.shape[0] - {k}, j])" for k in (4, 3, 2, 1)]
     numbers = [f"p[{k}]" for k in range(OTHERS)] + [f"others[{k - OTHERS}]" for k in range(OTHERS, first)]
     whole = [f"others.ctypes.data + {8 * (first - OTHERS)}", "np.int64(8)"]
-    whole += [f"np.int64(others[others.shape[0] - {k}])" for k in (3, 2, 1)]
+    whole += [f"np.int64(others[others.shape[0] - {k}])" for k in (4, 3, 2, 1)]
     return [
         f"def parameters_of(table, j):\n    return {tuple_of([*mine, *laws])}",
         "def waves_at(waves, i):\n    return waves, i",

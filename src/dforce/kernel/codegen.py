@@ -140,7 +140,8 @@ def compose(
     count = parameter_count(modes, late) + sum(len(force.numbers()) for force in forces)
     for text in (*shared_text(sizes, modes, late), *_lanes(modes, tones, count, lagging)):
         linker.emit(text, "inlined")
-    for text in forces_text(linker, parameter_count(modes, late), forces):
+    rooted = f"def is_rooted(p):\n    return {any(force.is_rooted for force in forces)}"
+    for text in (rooted, *forces_text(linker, parameter_count(modes, late), forces)):
         linker.emit(text, "inlined")
     for name, function in entries.items():
         linker.add_entry(function, name)
@@ -161,12 +162,10 @@ def sizes_of(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
     """Return the numbers that functions of the vocabulary without arguments stand for."""
     memory = sum(force.memory for force in forces)
     latches = sum(force.switch is not None for force in forces)
-    roots = sum(force.is_rooted for force in forces)
     return {
         "mode_count": modes,
         "memory_size": memory,
         "latch_count": latches,
-        "root_count": roots,
         "fluid_size": late * modes,
         "motion_size": motion_size(modes, late),
     }

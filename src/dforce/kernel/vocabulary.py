@@ -23,11 +23,6 @@ def latch_count() -> int:
     raise NotImplementedError
 
 
-def root_count() -> int:
-    """Return the number of forces that begin like a root of the distance beside a kink."""
-    raise NotImplementedError
-
-
 def mode_count() -> int:
     """Return the number of modes."""
     raise NotImplementedError
@@ -55,6 +50,11 @@ def rate_of(y: Any, p: Any) -> float:
 
 def force(d: float, rate: float, t: float, memory: Any, latched: Any, p: Any) -> float:
     """Return the sum of all forces on the tip (N)."""
+    raise NotImplementedError
+
+
+def is_rooted(p: Any) -> bool:
+    """Say whether a force begins like a root of the distance beside a kink."""
     raise NotImplementedError
 
 
