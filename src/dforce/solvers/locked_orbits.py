@@ -203,7 +203,10 @@ def _behind_end(locked: Locked, last: Anchor, at: Array) -> tuple[list[StateJump
 
 
 def settled(locked: Locked, unknowns: Array, branch: Array) -> tuple[Array, Array]:
-    """Return the unknowns and branches to which controllers lead motions at a constant parameter."""
+    """Return the unknowns and branches to which controllers lead motions at a constant parameter.
+
+    After each period a phase-locked loop and an amplitude control correct frequency and drive, as in ``controlled``.
+    """
     unknowns = unknowns.copy()
     [mode] = {locked.problem.modes[tone.mode] for tone in locked.problem.tones}
     offset, unit = locked.scales["frequency"]

@@ -1,8 +1,8 @@
 """The search for states of a lock that no known curve passes: where controllers lead motions of several amplitudes and phases.
 
-After each period a phase-locked loop and an amplitude control correct frequency and drive, as in ``controlled``; here many
-motions go side by side, and Newton's method takes over from where they settle. It finds states that are stable under fast
-controllers; curves lead from them to unstable ones. No sum of indices proves that none is missing.
+Controllers act on many motions side by side, see ``settled`` in ``locked_orbits``, then Newton's method takes over. It finds
+states that are stable under fast controllers; curves lead from them to unstable ones.
+No sum of indices proves that all are found.
 """
 
 from __future__ import annotations
