@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.inverse.material import Contact, Observed, estimate, neglected
+from dforce.inverse.material import Observed, PowerContact, estimate, neglected
 
 A, K, F0 = 4e-9, np.array([0.9, 28.0]), np.array([48.9e3, 282e3])
 PHASE = np.pi * (np.arange(200_000) + 0.5) / 200_000
@@ -37,12 +37,12 @@ def prescribed(contact, E_eff, depth, tau=0.0):
     ("share", "ratio"), [(0.0025, 1.0006), (0.0125, 1.0031), (0.046, 1.0116), (0.125, 1.0324), (0.25, 1.0671)]
 )
 def test_formula_of_a_paraboloid_errs_along_a_sinusoid_as_computed_by_hand(share, ratio):
-    contact = Contact.paraboloid(20e-9)
+    contact = PowerContact.paraboloid(20e-9)
     found = estimate(prescribed(contact, 1e7, share * A), contact)
     assert found.E_eff[0] / 1e7 == pytest.approx(ratio, abs=2e-4)
 
 
-@pytest.mark.parametrize("contact", [Contact.punch(5e-9), Contact.paraboloid(20e-9), Contact.cone(0.6)])
+@pytest.mark.parametrize("contact", [PowerContact.punch(5e-9), PowerContact.paraboloid(20e-9), PowerContact.cone(0.6)])
 def test_each_shape_has_its_modulus_indentation_force_and_viscosity_back(contact):
     tau = 1e-8
     found = estimate(prescribed(contact, 1e7, 1e-3 * A, tau), contact)
@@ -53,13 +53,13 @@ def test_each_shape_has_its_modulus_indentation_force_and_viscosity_back(contact
 
 
 def test_attraction_has_no_modulus():
-    seen = prescribed(Contact.punch(5e-9), 1e7, 0.1e-9)
+    seen = prescribed(PowerContact.punch(5e-9), 1e7, 0.1e-9)
     pulled = seen._replace(frequency=0.999 * F0[:, None])
-    assert np.isnan(estimate(pulled, Contact.punch(5e-9)).E_eff).all()
+    assert np.isnan(estimate(pulled, PowerContact.punch(5e-9)).E_eff).all()
 
 
 def test_answer_of_mode_2_to_harmonics_counts_most_where_one_falls_on_its_resonance():
-    contact = Contact.paraboloid(20e-9)
+    contact = PowerContact.paraboloid(20e-9)
     seen = prescribed(contact, 1e9, 0.2e-9)
     tuned = seen._replace(f0=np.array([F0[0], 6.0 * seen.frequency[0, 0]]))
     off = seen._replace(f0=np.array([F0[0], 6.5 * seen.frequency[0, 0]]))

@@ -7,7 +7,7 @@ import pytest
 from tiers import some_long
 
 import dforce as df
-from dforce.solvers.controlled import Controllers, follow
+from dforce.solvers.controlled import ToneControllers, follow
 from dforce.solvers.integrator import Engine, Motion
 
 NM, E_EFF, RIGHT = 1e-9, 1e9 / 0.91, math.pi / 2.0
@@ -47,7 +47,7 @@ ROWS = {
 def test_loops_lead_to_the_locked_state_of_an_independent_solver(name):
     f0, Q, A0, forces, E_eff, zc, divisor, (shift, digits), drive, amplitude = ROWS[name]
     one = problem(f0, Q, A0, forces, E_eff)
-    loops = Controllers(RIGHT, A0 if amplitude is None else None, f0 / divisor, f0 / divisor)
+    loops = ToneControllers(RIGHT, A0 if amplitude is None else None, f0 / divisor, f0 / divisor)
     found = followed(one, zc, loops)
     assert found.settled
     assert found.frequency[-1] - f0 == pytest.approx(shift, rel=0, abs=digits)
@@ -58,7 +58,7 @@ def test_loops_lead_to_the_locked_state_of_an_independent_solver(name):
 @pytest.mark.parametrize("order", some_long([0, 1, 2, 4], [1, 2]))
 def test_loops_of_a_sixth_of_the_frequency_settle_with_every_low_pass(order):
     one = problem(48.9e3, 255, 10 * NM, DMT)
-    loops = Controllers(RIGHT, 10 * NM, 48.9e3 / 6, 48.9e3 / 6, order)
+    loops = ToneControllers(RIGHT, 10 * NM, 48.9e3 / 6, 48.9e3 / 6, order)
     found = followed(one, 10.2 * NM, loops, df.SolverSettings())
     assert found.settled
     assert found.frequency[-1] - 48.9e3 == pytest.approx(-44.48312, abs=1e-4)
@@ -66,7 +66,7 @@ def test_loops_of_a_sixth_of_the_frequency_settle_with_every_low_pass(order):
 
 def test_free_loop_follows_a_change_of_set_point_with_its_bandwidth():
     one = problem(48.9e3, 255, 10 * NM, HERTZ)
-    loops = Controllers(RIGHT, 11 * NM, 50.0, 50.0)
+    loops = ToneControllers(RIGHT, 11 * NM, 50.0, 50.0)
     found = followed(one, 50 * NM, loops)
     left = 11 * NM - found.amplitude
     time = np.cumsum(1.0 / found.frequency)

@@ -13,7 +13,7 @@ from tiers import some_long
 import dforce as df
 from dforce.findings.set_point import at_distance
 from dforce.forces import REGISTRY
-from dforce.solvers.controlled import Controllers
+from dforce.solvers.controlled import ToneControllers
 from dforce.solvers.controlled import follow as controlled
 from dforce.solvers.integrator import Engine, Motion
 
@@ -516,7 +516,7 @@ def test_branches_find_the_states_that_no_curve_connects_with_the_free_lock():
     there = second.isel(point=second["stable"].values)
     x, order = there["zc"].values, np.argsort(there["zc"].values)
     amplitude, frequency = in_time(
-        asked.problem.unlocked, 6e-9, Controllers(math.pi / 2.0, None, phase_bandwidth=3500.0)
+        asked.problem.unlocked, 6e-9, ToneControllers(math.pi / 2.0, None, phase_bandwidth=3500.0)
     )
     # straight lines between points of the curve, up to 0.2 nm apart
     for name, found in (("amplitude", amplitude), ("drive_frequency", frequency)):
@@ -529,7 +529,7 @@ def test_a_curve_goes_on_where_controllers_lead_behind_the_end_of_a_state():
     assert (curve["status"].values == df.Status.NO_STATE).tolist() == [False, True, True, False, False]
     [jump] = curve["jump_zc"].values
     assert jump == pytest.approx(20.5e-9, abs=1e-3 * 20e-9)  # the neck forms at 0.5 nm
-    loops = Controllers(math.pi / 2.0, None, phase_bandwidth=3500.0)
+    loops = ToneControllers(math.pi / 2.0, None, phase_bandwidth=3500.0)
     amplitude, frequency = in_time(asked.problem.unlocked, 6e-9, loops)
     assert float(curve["amplitude"][-1, 0]) == pytest.approx(amplitude, rel=1e-4)
     assert float(curve["drive_frequency"][-1, 0]) == pytest.approx(frequency, rel=1e-5)

@@ -9,8 +9,8 @@ from tiers import some_long
 import dforce as df
 from dforce.engine.laws import laws_of
 from dforce.engine.over_points import force_over
-from dforce.inverse.material import Contact, Observed, estimate, neglected
-from dforce.solvers.torus import TONES, Balance, Held, Lever, over_phases
+from dforce.inverse.material import Observed, PowerContact, estimate, neglected
+from dforce.solvers.torus import TONES, Held, TorusBalance, TwoToneLever, over_phases
 
 NM, E_EFF, RIGHT = 1e-9, 1e9 / 0.91, np.pi / 2.0
 HERTZ, VISCOUS = [df.forces.Hertz()], [df.forces.Hertz(), df.forces.KelvinVoigt(viscosity="100 Pa s")]
@@ -33,8 +33,10 @@ def balance(problem, zc, held, sees=MODES):
     """Return the equations in units of 1 nm, the first mode's stiffness and angular frequency."""
     laws, numbers = laws_of(problem.forces), np.array([n for force in problem.forces for n in force.numbers()])
     speed, unit = NM * 2.0 * np.pi * F0[0], K[0] * NM
-    lever = Lever(problem.modes, F0[0], K[0], np.ones((2, 2)), sees)
-    return Balance(lever, held, lambda z, v: force_over(laws, numbers, zc, zc + NM * z, speed * v) / unit, laws.rate)
+    lever = TwoToneLever(problem.modes, F0[0], K[0], np.ones((2, 2)), sees)
+    return TorusBalance(
+        lever, held, lambda z, v: force_over(laws, numbers, zc, zc + NM * z, speed * v) / unit, laws.rate
+    )
 
 
 def approached(problem, zc, held, grid, tolerance, sees=MODES):
@@ -127,7 +129,7 @@ def observed(name):
 
 @pytest.mark.parametrize("name", RATIOS)
 def test_formulas_of_am_fm_err_as_the_exact_motion_says(name):
-    contact = Contact.paraboloid(ROWS[name][1])
+    contact = PowerContact.paraboloid(ROWS[name][1])
     found = estimate(observed(name), contact).E_eff[0] / ROWS[name][2]
     assert found == pytest.approx(RATIOS[name], abs=0.6 * 10.0 ** -(2 if name == "B4" else 3))
 
@@ -141,14 +143,14 @@ def test_formulas_of_am_fm_err_by_harmonics_however_small_the_second_amplitude(f
     found = numbers_of(*approached(problem, 4.0 * NM, am_fm(4.0, A2), (2048, 32), 1e-9))
     f, A = (F0 + found["frequency shift"])[:, None], NM * np.array([[4.0], [A2]])
     seen = Observed(K, np.array(AIR), f0, f, A, found["drive"][:1], np.radians(found["phase"][:1]))
-    E_eff = estimate(seen, Contact.paraboloid(20e-9)).E_eff[0]
+    E_eff = estimate(seen, PowerContact.paraboloid(20e-9)).E_eff[0]
     assert E_eff / E_EFF == pytest.approx(ratio, abs=5e-4 if A2 > 0.01 else 5e-5)
 
 
 def test_what_the_formulas_neglect_is_large_where_they_err_and_small_where_they_hold():
     shares = {}
     for name in ("B1", "B5", "B6"):
-        contact = Contact.paraboloid(ROWS[name][1])
+        contact = PowerContact.paraboloid(ROWS[name][1])
         seen = observed(name)
         shares[name] = neglected(seen, contact, estimate(seen, contact))
     assert shares["B1"]["harmonics"][0] > 0.05
@@ -156,7 +158,7 @@ def test_what_the_formulas_neglect_is_large_where_they_err_and_small_where_they_
 
 
 def test_viscosity_of_am_fm_errs_as_the_modulus_and_the_loss_tangent_do():
-    contact = Contact.paraboloid(2e-9)
+    contact = PowerContact.paraboloid(2e-9)
     found = estimate(observed("B6"), contact)
     assert found.viscosity[0] / found.E_eff[0] * ROWS["B6"][2] == pytest.approx(101.2, abs=0.06)  # the law has 100 Pa s
 

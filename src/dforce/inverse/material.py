@@ -99,24 +99,24 @@ def material(curve: xr.Dataset, model: Literal["hertz", "punch", "cone"] = "hert
     return describe(data)
 
 
-class Contact(NamedTuple):
+class PowerContact(NamedTuple):
     """A contact F = E_eff s d^m: its power m, and s (m^(2 - m))."""
 
     power: float
     shape: float
 
     @classmethod
-    def punch(cls, radius: float) -> Contact:
+    def punch(cls, radius: float) -> PowerContact:
         """Return a flat punch of a radius (m)."""
         return cls(1.0, 2.0 * radius)
 
     @classmethod
-    def paraboloid(cls, radius: float) -> Contact:
+    def paraboloid(cls, radius: float) -> PowerContact:
         """Return a paraboloid, as Hertz' sphere, of a radius (m)."""
         return cls(1.5, 4.0 / 3.0 * math.sqrt(radius))
 
     @classmethod
-    def cone(cls, half_angle: float) -> Contact:
+    def cone(cls, half_angle: float) -> PowerContact:
         """Return a cone of a half angle (rad)."""
         return cls(2.0, 2.0 / math.pi * math.tan(half_angle))
 
@@ -163,7 +163,7 @@ class Estimate(NamedTuple):
     peak_force: Array
 
 
-def estimate(seen: Observed, contact: Contact) -> Estimate:
+def estimate(seen: Observed, contact: PowerContact) -> Estimate:
     """Return the contact that the formulas find in observables; NaN where tone 1 or mode 2 is attracted."""
     m, A, stiffness, virial = contact.power, seen.amplitude[0], seen.mean_stiffness, seen.virial
     repels = (stiffness > 0.0) & (virial < 0.0)
@@ -175,7 +175,7 @@ def estimate(seen: Observed, contact: Contact) -> Estimate:
     return Estimate(modulus, indentation, modulus * tangent / (np.pi * seen.frequency[0]), tangent, c * indentation**m)
 
 
-def neglected(seen: Observed, contact: Contact, found: Estimate) -> dict[str, Array]:
+def neglected(seen: Observed, contact: PowerContact, found: Estimate) -> dict[str, Array]:
     """Return what the formulas neglect, each as a share of what they assume to be much larger, see `NEGLECTED`."""
     A, f1 = seen.amplitude[0], seen.frequency[0]
     theta = 2.0 * np.pi / PHASES * np.arange(PHASES)
@@ -196,15 +196,15 @@ def neglected(seen: Observed, contact: Contact, found: Estimate) -> dict[str, Ar
     }
 
 
-def _contact(case: Case, model: str) -> Contact:
+def _contact(case: Case, model: str) -> PowerContact:
     if model == "cone":
         if case.tip.half_angle is None:
             raise ParameterError("a cone needs tip.half_angle, which is missing; write half_angle under [tip]")
-        return Contact.cone(case.tip.half_angle)
+        return PowerContact.cone(case.tip.half_angle)
     radius = case.tip.radius or case.cantilever.tip_radius
     if radius is None:
         raise ParameterError(f"{model} needs tip.radius, which is missing; write radius under [tip]")
-    return Contact.punch(radius) if model == "punch" else Contact.paraboloid(radius)
+    return PowerContact.punch(radius) if model == "punch" else PowerContact.paraboloid(radius)
 
 
 def _observed(curve: xr.Dataset, case: Case) -> Observed:

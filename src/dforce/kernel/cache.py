@@ -35,7 +35,7 @@ from dforce.core.garbage import seldom_collected
 from dforce.core.places import not_own, user_folder
 from dforce.core.stopping import look, unbroken
 from dforce.kernel import whole
-from dforce.kernel.cache_files import CODE, Kept, keep, kept
+from dforce.kernel.cache_files import CODE, KeptCode, keep, kept
 
 LONGEST = 120.0  # s that a process waits for another one's compilation
 LOOK = 0.05  # s that it does so without a look whether it is to stop
@@ -233,7 +233,7 @@ def load(text: str) -> ModuleType:
             raise
         dispatchers: dict[str, Any] = {name: f for name, f in vars(module).items() if isinstance(f, Dispatcher)}
         for function, dispatcher in dispatchers.items():
-            dispatcher._cache = Kept(function, path.parent, functools.partial(_tell, path.parent.parent))
+            dispatcher._cache = KeptCode(function, path.parent, functools.partial(_tell, path.parent.parent))
         return module
 
 

@@ -67,7 +67,7 @@ def forget(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-class Kept:
+class KeptCode:
     """The compiled code of one function, in the place of numba's own cache, whose methods it has.
 
     Parameters

@@ -58,7 +58,7 @@ class SideBySide:
     def compute(self, crew: Crew, kept: frozenset[str]) -> bool:
         """Compute the cases that are missing, with the quantities that are kept; return False when stopped before the end."""
         parts = [
-            Part(case, self.layout.numbers, crew, kept, found)
+            SweepPart(case, self.layout.numbers, crew, kept, found)
             for case, found in zip(self.layout.side_by_side, self.founds, strict=True)
         ]
         self.example = parts[0].grid.example
@@ -69,7 +69,7 @@ class SideBySide:
         return finished(dataset(self.layout, self.founds, self.example), asked, self.layout)
 
 
-class Part:
+class SweepPart:
     """The cases of a sweep that differ in numbers only; those that are whole in `found` are not computed again."""
 
     def __init__(self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found) -> None:

@@ -31,7 +31,7 @@ from dforce.solvers.states import States
 from dforce.solvers.transient import LATE, CancelCheck, Steady, decay_periods, march, observe
 
 if TYPE_CHECKING:
-    from dforce.solvers.controlled import Followed
+    from dforce.solvers.controlled import ControlledMotion
 
 NOT_RECORDED = (Status.FAILED, Status.UNRESOLVED, Status.NO_STATE)
 
@@ -43,7 +43,7 @@ class Reached(NamedTuple):
     start: Motion
     motion: Motion
     found: Found
-    loops: Followed | None = None
+    loops: ControlledMotion | None = None
 
 
 def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Dataset | None) -> xr.Dataset:
@@ -101,11 +101,11 @@ def _held(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancell
 def _controlled(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
     """Return the motion that controllers lead to in time."""
     from dforce.procedures.in_time import measured  # loads the compiler
-    from dforce.solvers.controlled import Controllers, follow
+    from dforce.solvers.controlled import ToneControllers, follow
 
     given = plan.controllers
     assert given is not None
-    loops = Controllers.of(problem.tones[0], given.phase_bandwidth, given.amplitude_bandwidth, given.lock_in_order)
+    loops = ToneControllers.of(problem.tones[0], given.phase_bandwidth, given.amplitude_bandwidth, given.lock_in_order)
     engine = Engine(problem.unlocked, settings, plan.harmonics)
     engine.place(plan.zc)
     start = initial_motion(engine, plan.start)
@@ -118,7 +118,7 @@ def _controlled(plan: Dwell, problem: Problem, settings: SolverSettings, check_c
     return Reached(engine, start, steady.motion, found, followed)
 
 
-def with_loops(data: xr.Dataset, loops: Followed, reference: float) -> None:
+def with_loops(data: xr.Dataset, loops: ControlledMotion, reference: float) -> None:
     """Add what controllers did in each period."""
     data["loop_time"] = "loop_time", np.cumsum(1.0 / loops.frequency[:, 0])
     for name, values in (

@@ -13,7 +13,7 @@ from dforce.observables.finish import finish
 from dforce.procedures.locked import of_locks
 from dforce.procedures.statuses import status_of, without_failed
 from dforce.results.status import Status
-from dforce.solvers.controlled import Controllers, Followed, follow
+from dforce.solvers.controlled import ControlledMotion, ToneControllers, follow
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion
 from dforce.solvers.transient import Steady
 
@@ -61,7 +61,7 @@ class InTime:
         """Go to a distance (m); return the observables there, and what became of them."""
         steps = math.ceil(abs(zc - self.zc) / (STEP * self.problem.tones[0].A0)) + 1
         way = np.linspace(self.zc, zc, steps)[1:].tolist() or [zc]
-        loops = [Controllers.of(tone) for tone in self.problem.tones]
+        loops = [ToneControllers.of(tone) for tone in self.problem.tones]
         followed = follow(self.integrator, way, self.motion, loops, self.check_cancelled)
         self.zc, self.ratio, self.motion = zc, self.ratio * followed.ratio[-1], followed.motion
         found = measured(self.problem, self.integrator, followed, self.ratio, followed.rows)
@@ -69,7 +69,7 @@ class InTime:
         return without_failed(found.values, became), became
 
 
-def measured(problem: Problem, integrator: Integrator, followed: Followed, ratio: Array, rows: Array) -> Steady:
+def measured(problem: Problem, integrator: Integrator, followed: ControlledMotion, ratio: Array, rows: Array) -> Steady:
     """Return the observables of rows measured in the end; `ratio` are the drives as multiples of the free lock's."""
     frequency = followed.frequency[-1:]
     even = weights(frequency[0].tolist(), len(rows))

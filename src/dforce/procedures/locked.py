@@ -22,7 +22,7 @@ from dforce.procedures.motion import rows_of, states_of
 from dforce.procedures.statuses import without_failed
 from dforce.results.status import Status, graded
 from dforce.solvers.accuracy import SURE
-from dforce.solvers.locked import Anchor, Locked, LockedStates
+from dforce.solvers.locked import Locked, LockedAnchor, LockedStates
 from dforce.solvers.locked_orbits import follow
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.transient import never_cancelled
@@ -59,7 +59,7 @@ def curve(
     locked = Locked(case.problem, case.solver, experiment.harmonics, check_cancelled, plan.name, plan.zc or 0.0)
     offset, unit = locked.scales[plan.name]
     with until_stopped() as stop:
-        last: Anchor | None = None
+        last: LockedAnchor | None = None
         for some in _portions(plan.visits):
             values = plan.values[[place[0] for place in plan.visits[some]]]
             note = f"{plan.name} = {units.show(float(values[0]), 'm' if plan.zc is None else 'Hz', 4)}"
@@ -157,7 +157,7 @@ def at_value(
     return columns | {"zc": zc, "zc_ratio": zc / locked.length}, found.good
 
 
-def begun(locked: Locked, at: float) -> Anchor | None:
+def begun(locked: Locked, at: float) -> LockedAnchor | None:
     """Return a state from which a curve is followed; None where there is none.
 
     It lies at the given distance (scaled) or far above it; a curve along the frequency begins at that of the case.

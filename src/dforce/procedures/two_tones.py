@@ -25,7 +25,7 @@ from dforce.procedures.statuses import without_failed
 from dforce.results.status import Status, graded
 from dforce.solvers import torus
 from dforce.solvers.states import States
-from dforce.solvers.torus import TONES, Balance, Held, Lever, Torus
+from dforce.solvers.torus import TONES, Held, Torus, TorusBalance, TwoToneLever
 from dforce.solvers.transient import never_cancelled
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
     from dforce.solvers.integrator import Motion
-    from dforce.solvers.torus import Found as FoundTorus
+    from dforce.solvers.torus import FoundTorus
     from dforce.solvers.transient import CancelCheck
 
 COARSE, MOST_PHASES = (512, 32), 8192  # phases of both tones; of the first at most
@@ -75,7 +75,7 @@ class TwoTones:
             for tone, weights in zip(tones, problem.readout.weights, strict=True)
         ]
         acts = problem.drive / np.array([[tone.force] for tone in tones])
-        self.lever = Lever(problem.modes, self.frequency, first.k, acts, np.array(sees))
+        self.lever = TwoToneLever(problem.modes, self.frequency, first.k, acts, np.array(sees))
         self.laws, self.numbers = (
             laws_of(problem.forces),
             np.array([n for one in problem.forces for n in one.numbers()]),
@@ -96,13 +96,13 @@ class TwoTones:
         given = zip(Held._fields, values, strict=True)
         return Held(**{name: float(value) for name, value in given if name in tone.lock.held})
 
-    def balance(self, zc: float) -> Balance:
+    def balance(self, zc: float) -> TorusBalance:
         """Return the equations at a distance (m)."""
 
         def force(z: Array, v: Array) -> Array:
             return force_over(self.laws, self.numbers, zc, zc + self.length * z, self.speed * v) / self.force
 
-        return Balance(self.lever, self.held, force, self.laws.rate)
+        return TorusBalance(self.lever, self.held, force, self.laws.rate)
 
     def at(self, zc: float) -> tuple[dict[str, Any], Status]:
         """Go to a distance (m); return the observables there, and what became of them.

@@ -40,7 +40,7 @@ IRREGULAR = 16384  # periods without drift or decay of errors that are no noise:
 
 
 @dataclass(frozen=True)
-class Controllers:
+class ToneControllers:
     """What the controllers of a tone hold, and how fast.
 
     Attributes
@@ -71,7 +71,7 @@ class Controllers:
         return replace(made, of_mode=lock is not None and lock.of_mode)
 
 
-class Followed(NamedTuple):
+class ControlledMotion(NamedTuple):
     """Motion under the controllers.
 
     Attributes
@@ -104,9 +104,9 @@ def follow(
     integrator: Integrator,
     way: Sequence[float],
     start: Motion,
-    loops: Sequence[Controllers],
+    loops: Sequence[ToneControllers],
     check_cancelled: CancelCheck = never_cancelled,
-) -> Followed:
+) -> ControlledMotion:
     """Follow a motion along average distances (m), and at the last one until all loops have settled.
 
     The controllers act after each period of one tone, or each window over several, in which their beats cancel, those of the
@@ -189,10 +189,12 @@ def follow(
     integrator.place(way[-1])
     settled = age < LONGEST and motion.is_finite
     frequency, drive, amplitude, phase = np.array(rows).swapaxes(0, 1)
-    return Followed(frequency, drive, amplitude, phase, replace(motion, period=0), settled, repeats, periods, measured)
+    return ControlledMotion(
+        frequency, drive, amplitude, phase, replace(motion, period=0), settled, repeats, periods, measured
+    )
 
 
-def _read(integrator: Integrator, rows: Array, loops: Sequence[Controllers], each: Array) -> Complexes:
+def _read(integrator: Integrator, rows: Array, loops: Sequence[ToneControllers], each: Array) -> Complexes:
     """Return the lock-in reading of each tone (m) over periods with these weights, relative to the drives."""
     base, of_mode = kernel.base_of(integrator.tones)[None], [one.of_mode for one in loops]
     found = held_signals(integrator.problem, (each @ rows)[None], base, of_mode)[0]

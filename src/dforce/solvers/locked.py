@@ -73,13 +73,13 @@ class LockedStates(NamedTuple):
         return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
     @classmethod
-    def lost(cls, like: Anchor, count: int) -> LockedStates:
+    def lost(cls, like: LockedAnchor, count: int) -> LockedStates:
         """Return so many rows without a state."""
         unknowns, branch, matrix = (np.full((count, *part.shape), np.nan) for part in like[:3])
         return cls(unknowns, branch, matrix, np.zeros(count, dtype=bool))
 
 
-class Anchor(NamedTuple):
+class LockedAnchor(NamedTuple):
     """A state on the way along a parameter, and how its unknowns change with the parameter."""
 
     unknowns: Array
@@ -259,7 +259,7 @@ class Locked:
         integrator = self.block.integrator(0, self.reference)
         return States.of(with_amplitudes(integrator, free_amplitudes(integrator)))
 
-    def begin(self, at: float) -> Anchor | None:
+    def begin(self, at: float) -> LockedAnchor | None:
         """Return the state at a distance (scaled) or far above it, from motion without forces; None where there is none."""
         guess, start = np.zeros((1, len(self.weights))), self.free_motion
         guess[:, : self.motion] = np.concatenate([start.x, start.memory / self.block.memory_scale], axis=1)
@@ -271,7 +271,7 @@ class Locked:
                 return self.anchor(found)
         return None
 
-    def begin_at(self, other: Locked, found: LockedStates) -> Anchor | None:
+    def begin_at(self, other: Locked, found: LockedStates) -> LockedAnchor | None:
         """Return a state that was found along the distance as one along the frequency, at that of the case."""
         self._direction = other._direction
         guess = found.unknowns.copy()
@@ -279,15 +279,15 @@ class Locked:
         here = self.newton(guess, found.branch)
         return self.anchor(here) if here.good[0] else None
 
-    def anchor(self, found: LockedStates) -> Anchor:
+    def anchor(self, found: LockedStates) -> LockedAnchor:
         """Return the only state as an anchor."""
         matrix = found.matrix[0]
         matrix[-1] = 0.0
         matrix[-1, -1] = 1.0
         slope = np.append(-np.linalg.solve(matrix[:-1, :-1], matrix[:-1, -1]), 1.0)
-        return Anchor(found.unknowns[0], found.branch[0], matrix, slope)
+        return LockedAnchor(found.unknowns[0], found.branch[0], matrix, slope)
 
-    def walk(self, first: Anchor, stop: float) -> list[Anchor]:
+    def walk(self, first: LockedAnchor, stop: float) -> list[LockedAnchor]:
         """Return states on the way from one of them to a value, as far as they go on; the last one lies there exactly."""
         anchors, step = [first], FIRST
         while anchors[-1].at != stop:
@@ -311,7 +311,7 @@ class Locked:
             step = min(LARGEST, length * min(GROWTH, max(SHRINK, (AIMED / max(astray, 1e-12)) ** 0.25)))
         return anchors
 
-    def between(self, anchors: list[Anchor], at: Array) -> LockedStates:
+    def between(self, anchors: list[LockedAnchor], at: Array) -> LockedStates:
         """Find the states at values between anchors; each guess is a cubic through the nearest two."""
         if len(anchors) == 1:
             anchors = [*anchors, anchors[0]._replace(unknowns=anchors[0].unknowns + SMALLEST * anchors[0].slope)]

@@ -17,7 +17,7 @@ from dforce.core.arrays import Array
 from dforce.observables import measure
 from dforce.problem import Problem
 from dforce.solvers.continuation import trace
-from dforce.solvers.locked import Anchor, Locked, LockedStates
+from dforce.solvers.locked import Locked, LockedAnchor, LockedStates
 from dforce.solvers.orbit import FOLD, Orbit, ParameterRange
 from dforce.solvers.period_map import ALL, MOTION
 from dforce.solvers.points import StateJump
@@ -134,7 +134,7 @@ class LockedRange(ParameterRange):
         return out
 
 
-def follow(locked: Locked, first: Anchor, at: Array) -> tuple[LockedStates, list[StateJump], Anchor]:
+def follow(locked: Locked, first: LockedAnchor, at: Array) -> tuple[LockedStates, list[StateJump], LockedAnchor]:
     """Find the stable states at values that rise or fall, from a state on, and note jumps; return the last state, too.
 
     Where a state ends at a fold, the curve leads on to the stable state at the next value; where the curve ends, controllers do
@@ -162,7 +162,7 @@ def follow(locked: Locked, first: Anchor, at: Array) -> tuple[LockedStates, list
     return LockedStates.joined(parts), jumps, first
 
 
-def _behind_fold(locked: Locked, anchors: list[Anchor], to: float) -> tuple[list[StateJump], Anchor] | None:
+def _behind_fold(locked: Locked, anchors: list[LockedAnchor], to: float) -> tuple[list[StateJump], LockedAnchor] | None:
     """Return the stable state at a value to which the curve leads around folds, and the jump there; None where it ends."""
     way = math.copysign(1.0, to - anchors[-1].at)
     last = next((one for one in reversed(anchors) if abs(one.at - anchors[-1].at) > BEFORE), anchors[0])
@@ -186,7 +186,7 @@ def _behind_fold(locked: Locked, anchors: list[Anchor], to: float) -> tuple[list
     return jumps, locked.anchor(end.found)
 
 
-def _behind_end(locked: Locked, last: Anchor, at: Array) -> tuple[list[StateJump], Anchor] | None:
+def _behind_end(locked: Locked, last: LockedAnchor, at: Array) -> tuple[list[StateJump], LockedAnchor] | None:
     """Return the first stable state to which controllers lead at one of some values, and the jump; None without one."""
     start = np.tile(last.unknowns, (len(at), 1))
     start[:, -1] = at

@@ -44,7 +44,7 @@ class Held(NamedTuple):
     phase: float | None = None
 
 
-class Lever(NamedTuple):
+class TwoToneLever(NamedTuple):
     """A lever under two tones.
 
     Attributes
@@ -155,7 +155,7 @@ def weight_of(response: Complexes) -> Array:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundTorus:
     """A torus with its force.
 
     Attributes
@@ -190,7 +190,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Balance:
+class TorusBalance:
     """The equations of a torus.
 
     Attributes
@@ -203,7 +203,7 @@ class Balance:
         Whether the force depends on the velocity.
     """
 
-    lever: Lever
+    lever: TwoToneLever
     held: tuple[Held, Held]
     force: Force
     has_rate: bool
@@ -216,7 +216,7 @@ class Balance:
         return start._replace(z=self.answer(start, start.z, start.z))
 
     @one_blas_thread()
-    def find(self, start: Torus, tolerance: float, most: int = 60) -> Found:
+    def find(self, start: Torus, tolerance: float, most: int = 60) -> FoundTorus:
         """Return the motion near a start; where its mismatch is not below the tolerance, none was found.
 
         The force is computed about `most` times at most.
@@ -232,13 +232,13 @@ class Balance:
             now = after
         return now
 
-    def at(self, torus: Torus) -> Found:
+    def at(self, torus: Torus) -> FoundTorus:
         """Return a torus with its force."""
         velocity = torus.velocity() if self.has_rate else np.zeros(torus.grid)
         force = coefficients_of(self.force(torus.deflection(), velocity))
         response = self.lever.responses(torus.frequencies).sum(axis=0)
         off = weight_of(response) * (torus.z - self.answer(torus, response, force))
-        return Found(torus, force, response, np.append(off.ravel().view(float), self.misses(torus, force[TONES])))
+        return FoundTorus(torus, force, response, np.append(off.ravel().view(float), self.misses(torus, force[TONES])))
 
     def misses(self, torus: Torus, force: Complexes) -> Array:
         """Return by how much the held numbers are missed, (6,), with coefficients of the force at the tones.
@@ -267,7 +267,7 @@ class Balance:
         return out
 
 
-def _largest(lever: Lever, torus: Torus) -> tuple[AnyArray, AnyArray]:
+def _largest(lever: TwoToneLever, torus: Torus) -> tuple[AnyArray, AnyArray]:
     """Return the multiples of both frequencies with the largest answers; of p, q and -p, -q one."""
     along, across = (min(most, phases // 4) for most, phases in zip(FARTHEST, torus.grid, strict=True))
     p, q = np.meshgrid(np.arange(-along, along + 1), np.arange(across + 1), indexing="ij")
@@ -280,7 +280,7 @@ def _largest(lever: Lever, torus: Torus) -> tuple[AnyArray, AnyArray]:
 class _Linear:
     """The equations linearized at one motion."""
 
-    def __init__(self, balance: Balance, now: Found, exact: tuple[AnyArray, AnyArray]) -> None:
+    def __init__(self, balance: TorusBalance, now: FoundTorus, exact: tuple[AnyArray, AnyArray]) -> None:
         self.balance, self.now, self.exact, self.has_rate = balance, now, exact, balance.has_rate
         self.weight, torus, tones, held = weight_of(now.response), now.torus, now.force[TONES], now.differences[-6:]
         z, v = torus.deflection(), torus.velocity()

@@ -156,7 +156,7 @@ class FitNumbers(Panel):
         return {one.label: one.text for one in df.summary(result)}
 
 
-class Material(FitNumbers):
+class MaterialNumbers(FitNumbers):
     """The table of modulus and viscosity by the formulas of AM-FM, beside the true values."""
 
     title = "Material"

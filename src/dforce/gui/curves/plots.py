@@ -21,7 +21,7 @@ from dforce.gui.curves.advice import AdvicePanel
 from dforce.gui.curves.chart import Chart, ring, unit_of
 from dforce.gui.curves.kept import Differences, KeptResults
 from dforce.gui.curves.motion import MotionPanel
-from dforce.gui.curves.numbers import FitNumbers, Material, Numbers
+from dforce.gui.curves.numbers import FitNumbers, MaterialNumbers, Numbers
 from dforce.gui.curves.panel import Pane, Scene
 from dforce.gui.curves.setpoint import SetPoint
 from dforce.gui.curves.states import CoexistingStates, StatesPanel, with_states
@@ -90,7 +90,7 @@ class Plots:
             self.picker.on("own", self._own)
             self.kept = KeptResults(view)
         self.set_point, self.fit_numbers, self.motion = SetPoint(view), FitNumbers(view), MotionPanel(view)
-        self.material = Material(view)
+        self.material = MaterialNumbers(view)
         self.measured, self.explorer, self.numbers = MeasuredCurve(view), Explorer(view), Numbers(view)
         self.reconstruction, self.differences = Reconstruction(view, self.measured.beside), Differences(view)
         with ui.element("div").classes("df-stage") as self.stage:
