@@ -200,6 +200,21 @@ class Window:
         yield
         self.drawn(before, chart)
 
+    def grip(self, handle: Any) -> tuple[float, float, dict[str, float]]:
+        """Press the mouse on the thumb of a slider; return where that is, and the slider's box. The form may move before."""
+        while True:
+            handle.hover()
+            box = handle.bounding_box()
+            low, high, value = (
+                float(handle.evaluate(f"(one) => one.{name}")) for name in ("min", "max", "valueAsNumber")
+            )
+            # the thumb is 16 pixels wide, and stays within the box
+            x, y = box["x"] + 8 + (box["width"] - 16) * (value - low) / (high - low), box["y"] + box["height"] / 2
+            self.page.mouse.move(x, y)
+            if handle.evaluate("(one, [x, y]) => document.elementFromPoint(x, y) === one", [x, y]):
+                self.page.mouse.down()
+                return x, y, box
+
     def field(self, path: str) -> Any:
         """Return the field of a parameter of the case."""
         return self.page.locator(f'.df-entry[data-path="{path}"]')

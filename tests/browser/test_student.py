@@ -76,15 +76,10 @@ def test_axes_stand_still_while_a_student_drags_and_a_ghost_shows_where_the_curv
     page = window.page
     window.start("hysteresis")
     handle = page.locator('.df-slider[data-path="drive.A0"] input[type="range"]')
-    handle.scroll_into_view_if_needed()
-    box = handle.bounding_box()
     before, amplitude = page.evaluate(RANGES), window.lines("amplitude")[0]
-    low, high, value = (float(handle.evaluate(f"(one) => one.{name}")) for name in ("min", "max", "valueAsNumber"))
-    at = box["x"] + 8 + (box["width"] - 16) * (value - low) / (high - low)
-    page.mouse.move(at, box["y"] + box["height"] / 2)
-    page.mouse.down()
+    at, middle, box = window.grip(handle)
     with window.redrawn():
-        page.mouse.move(at - 0.3 * box["width"], box["y"] + box["height"] / 2, steps=10)
+        page.mouse.move(at - 0.3 * box["width"], middle, steps=10)
     page.wait_for_function(
         "() => document.querySelector('.df-main .df-plot')._fullData.some((trace) => trace.meta === 'ghost')"
     )
