@@ -9,6 +9,7 @@ import math
 import os
 import queue
 import re
+import socket
 import subprocess
 import threading
 import time
@@ -60,8 +61,10 @@ class Server:
     def start(self) -> None:
         """Start it, after the first time at the same port."""
         command = child.command("-m", "dforce", "gui", "--no-browser", "--folder", str(self.folder), *self.arguments)
-        if self.port:
-            command += ["--port", str(self.port)]
+        if not self.port:  # one of its own: of two servers that start at once only one gets the usual port
+            with socket.create_server(("127.0.0.1", 0)) as free:
+                self.port = free.getsockname()[1]
+        command += ["--port", str(self.port)]
         # NiceGUI waits for a simulated browser where it finds that pytest runs
         environment = {key: value for key, value in child.environment().items() if "PYTEST" not in key}
         self.process = subprocess.Popen(

@@ -76,8 +76,8 @@ def test_axes_stand_still_while_a_student_drags_and_a_ghost_shows_where_the_curv
     page = window.page
     window.start("hysteresis")
     handle = page.locator('.df-slider[data-path="drive.A0"] input[type="range"]')
-    before, amplitude = page.evaluate(RANGES), window.lines("amplitude")[0]
     at, middle, box = window.grip(handle)
+    before, amplitude = page.evaluate(RANGES), window.lines("amplitude")[0]  # held from now on
     with window.redrawn():
         page.mouse.move(at - 0.3 * box["width"], middle, steps=10)
     page.wait_for_function(
