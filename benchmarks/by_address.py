@@ -1,4 +1,4 @@
-"""What it costs to call forces by their address in each step: whole curves, beside steps compiled for their forces.
+"""The cost of forces that are called by their address in each step: whole curves, beside steps compiled for their forces.
 
     python benchmarks/by_address.py [--repeat 5]
 

@@ -168,7 +168,7 @@ def test_states_of_branches_are_those_that_a_phase_modulation_holds_stable_or_no
     )
     for i in range(3):
         there = df.dwell(held, float(states["zc"][i]))
-        # the drive found at this amplitude and frequency is the one that gives 10 nm far away
+        # this drive gives 10 nm far away
         assert float(np.ravel(there["drive_ratio"])[0]) == pytest.approx(1.0 / SHARE, rel=1e-5)
         assert float(np.ravel(there["phase"])[0]) == pytest.approx(float(states["phase"][i, 0]), abs=2e-3)
         assert float(there["min_force"]) == pytest.approx(float(states["min_force"][i]), rel=1e-4)

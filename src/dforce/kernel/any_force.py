@@ -1,6 +1,6 @@
-"""What is compiled once for any sum of forces, whose laws it calls by their address.
+"""Code that is compiled once for any sum of forces, and calls their laws by address.
 
-Beside the motion such code knows the forces by whole numbers: where the first number of their laws lies, how far the next one
+Beside the motion this code knows the forces by whole numbers: where the first number of their laws lies, how far the next one
 is from it (bytes), where the compiled functions lie that are called, and whether one begins like a root beside a kink. All but
 the first two are the last numbers of the parameters. The text counts modes and states of fluid and forces; no number of a
 force, and no tone.

@@ -123,8 +123,8 @@ def compose(
     entries
         The functions to be called from Python, by name, written over :mod:`dforce.kernel.vocabulary`.
     called
-        All functions that the solvers call by their address, in the order of the addresses; those that are no entries lie
-        in another module.
+        All functions that the solvers call by address, in the order of the addresses. Other modules hold the functions that
+        are no entries.
     lagging
         Whether the drive may have imaginary parts; lanes take longer with them.
     late

@@ -82,7 +82,7 @@ class LinePoint:
     equations
         Derivatives of the equations, (size + 1, size + 2).
     measured
-        What was measured over a common period.
+        The measured sums over a common period.
     bend
         By how much the derivatives on both sides differ.
     is_turn
@@ -164,7 +164,7 @@ class Lines:
         return block_type(settings).of_one(self.problem(self.free_parameter.value(scaled)), settings, 1)
 
     def _march(self, us: Array, branch: Array) -> tuple[Array, Array, list[dict[str, Array]]]:
-        """Return where motions end a common period later, the branches of the first, and what is measured on the way.
+        """Return motions one common period later, the branches of the first, and the sums measured on the way.
 
         Each may be at another value of the parameter.
         """

@@ -24,7 +24,7 @@ from dforce.solvers.settings import SolverSettings
 if TYPE_CHECKING:
     from dforce.engine.marching import Marched
 
-# what the solvers call by its address: compiled for each combination of forces, and once for all of them
+# functions that the solvers call by address: compiled for each combination of forces, and once for all of them
 OWN: dict[str, Callable[..., Any]] = {"advance": rk4.advance, "advance_lanes": lanes.advance_lanes}
 SHARED: dict[str, Callable[..., Any]] = {"cut_lanes": lanes.cut_lanes, "measure_force": measure.measure_force}
 CALLED = OWN | SHARED
@@ -165,7 +165,7 @@ class Integrator(ABC):
         return self._tip.at(self.p, names)
 
     def measure(self, period: int, bases: Array, row: Array) -> None:
-        """Write what is measured over the period whose samples are kept; `bases` are the tones' phases at its start."""
+        """Measure the period whose samples are kept, into a row; `bases` are the tones' phases at its start."""
         tip, turns = self.tip("measure_force"), self.turns(self.points)
         self.solvers.entry("measure")(self.block, period, turns, self.tones, bases, tip, self.kinks, row)
 

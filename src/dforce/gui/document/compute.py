@@ -33,7 +33,7 @@ MOST_RUNS = 64  # begun at a time; later ones wait until one has ended
 
 # compiled solvers release Python's lock, so that threads use the cores
 LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live")
-DRAFTS = ThreadPoolExecutor(1, thread_name_prefix="draft")  # what is typed is not behind a curve that compiles
+DRAFTS = ThreadPoolExecutor(1, thread_name_prefix="draft")  # a typed law does not wait for a curve that compiles
 RUNS = ThreadPoolExecutor(MOST_RUNS, thread_name_prefix="run")
 
 

@@ -258,7 +258,7 @@ class Session:
         return next((kept for kept in self.document.results if kept.id == identifier), None)
 
     def kept_of(self, case: df.Case) -> xr.Dataset | None:
-        """Return a whole result of a case among those that are drawn and of this version, None where there is none."""
+        """Return a drawn result of a case that is whole and of this version; None where there is none."""
         wanted = {"case": case.to_toml(complete=True), "dforce_version": df.__version__} if self.results_of else {}
         whole = (result for result in self.results_of.values() if not result.attrs.get("interrupted"))
         return next((result for result in whole if wanted.items() <= result.attrs.items()), None)

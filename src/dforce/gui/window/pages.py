@@ -107,7 +107,7 @@ def register(
         Page(session, session.fresh and over is None and not guest, None if guest else classroom)
 
     if classroom is not None:
-        # in a session of its own: what the teacher has typed stays
+        # in a session of its own: the teacher's own case stays
         classroom.register(sessions, dress, lambda guest: Page(session_of_browser(f"-{guest}"), classroom=classroom))
 
     @app.on_shutdown
