@@ -257,10 +257,10 @@ def test_a_picture_of_what_was_not_measured_stays_as_it_is(wanted):
 
 
 async def dropped(page, data=None, name="curve.csv"):
-    """Drop a file whose phases are known."""
+    """Drop a file whose phases are known, and wait for the fields to follow it."""
     page.view.edit(page.view.document.put(("data",), LAG))
     await page.files.open(csv() if data is None else data, name)
-    await until(lambda: page.view.session.measured.curve is not None)
+    await until(lambda: page.view.session.measured.curve is not None and at_fields(page))
 
 
 def test_a_dropped_curve_is_drawn_kept_with_the_case_and_removed(tmp_path):
