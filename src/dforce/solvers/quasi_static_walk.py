@@ -422,4 +422,4 @@ def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:
 def _turns(values: Array) -> Indices:
     """Return the place of each row at which the values turn back, or stay; their number where they never do."""
     steps = np.diff(values, axis=1, append=values[:, -1:])
-    return np.argmax(steps * steps[:, :1] <= 0.0, axis=1) + 1
+    return np.asarray(np.argmax(steps * steps[:, :1] <= 0.0, axis=1) + 1)
