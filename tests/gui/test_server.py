@@ -15,7 +15,7 @@ import pytest
 from served import Server, served
 
 import dforce as df
-from dforce.gui.files.last_files import FOLDER, LastFiles
+from dforce.gui.document.store import LAST, LastFiles
 from dforce.gui.window import server
 
 
@@ -144,6 +144,6 @@ def test_a_file_named_at_the_start_is_among_the_last_files(tmp_path):
     df.save_case(df.example("figure-3-air"), file)
     with served(tmp_path / "window", str(file)) as server:
         assert opened(server).status == 200
-        (folder,) = (tmp_path / "window" / "results").glob(f"*/{FOLDER}")
+        (folder,) = (tmp_path / "window" / "results").glob(f"*/{LAST}")
         assert [one.name for one in LastFiles(folder).listed()] == ["my lever.toml"]
         assert LastFiles(folder).take("my lever.toml") == file.read_bytes()
