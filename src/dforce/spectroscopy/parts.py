@@ -47,7 +47,7 @@ def force_parts(result: xr.Dataset) -> xr.Dataset:
         raise ParameterError("this result has no force over a distance; use df.force_curve or a dwell")
     case = case_of(result)
     force = result["force"].reset_coords(drop=True)
-    distance = result["distance"].reset_coords(drop=True).broadcast_like(force).transpose(*force.dims)
+    distance = result["distance"].variable.set_dims(dict(force.sizes))
     velocity = result["velocity"].values if "velocity" in result else None
     zc = float(result["zc"]) if "zc" in result.coords and result["zc"].ndim == 0 else None
     names, parts = parts_along(case.problem, distance.values, velocity, force.values, zc)
