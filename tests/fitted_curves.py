@@ -69,6 +69,7 @@ def result() -> xr.Dataset:
         {
             "parameter": names, "parameter_2": names, "unit": ("parameter", ["Pa", "m"]), "tone": [1],
             "symbol": ("parameter", ["E_s", "z_0"]),
+            "label": ("parameter", ["Young's modulus of the sample", "zc minus the measured height"]),
             "branch": (point, np.where(height > 6e-9, 1, -1)),
         },
         {

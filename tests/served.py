@@ -46,6 +46,8 @@ class Server:
         Where it keeps what is typed and computed.
     arguments
         More of the command line.
+    port
+        Its port; None for one of its own, which no other server takes while this one is started again, 0 for the usual one.
 
     Raises
     ------
@@ -53,18 +55,19 @@ class Server:
         When it ends before it is ready, with what it said.
     """
 
-    def __init__(self, folder: Path, *arguments: str) -> None:
+    def __init__(self, folder: Path, *arguments: str, port: int | None = None) -> None:
         self.folder, self.arguments = folder, arguments
-        self.port = 0
+        if port is None:
+            with socket.create_server(("127.0.0.1", 0)) as free:
+                port = free.getsockname()[1]
+        self.port = port
         self.start()
 
     def start(self) -> None:
         """Start it, after the first time at the same port."""
         command = child.command("-m", "dforce", "gui", "--no-browser", "--folder", str(self.folder), *self.arguments)
-        if not self.port:  # one of its own: of two servers that start at once only one gets the usual port
-            with socket.create_server(("127.0.0.1", 0)) as free:
-                self.port = free.getsockname()[1]
-        command += ["--port", str(self.port)]
+        if self.port:
+            command += ["--port", str(self.port)]
         # NiceGUI waits for a simulated browser where it finds that pytest runs
         environment = {key: value for key, value in child.environment().items() if "PYTEST" not in key}
         self.process = subprocess.Popen(

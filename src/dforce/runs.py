@@ -48,7 +48,8 @@ def run(
         True for a bar, on a terminal or in a notebook. Or a function, called as ``progress(done, total, note)`` at most
         20 times a second, and at the end.
     resume
-        An interrupted result of the same case, to continue.
+        An interrupted result of the same case, to continue. A curve there and back whose forces have no memory begins anew:
+        its way back takes over states of the way there.
 
     Returns
     -------

@@ -13,8 +13,8 @@ import dforce as df
 from dforce.gui.case.sliders import SliderElement, toggle
 from dforce.gui.case.words import field_at
 from dforce.gui.document.document import Document, MeasuredData
-from dforce.gui.measured import at_field, fitting
-from dforce.gui.measured.at_field import FitAtField
+from dforce.gui.measured import fitting
+from dforce.gui.measured.panel import FitAtField, example_of
 from dforce.inverse.fitting.typed import value_and_error
 
 
@@ -53,7 +53,7 @@ def test_every_number_of_the_active_forces_can_be_fitted_at_its_field_while_ther
 def test_the_prior_shown_as_an_example_can_be_typed(name):
     document = Document.of(df.example(name))
     for row in fitting.rows(document):
-        value, error = value_and_error(row.name, at_field.example_of(row), document.case().quantity(row.name).unit)
+        value, error = value_and_error(row.name, example_of(row), document.case().quantity(row.name).unit)
         meant = df.parse(row.value, document.case().quantity(row.name).unit)
         assert value == pytest.approx(meant, rel=0.05) and error > 0.0
 

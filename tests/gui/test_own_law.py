@@ -13,7 +13,7 @@ from simulated import element, send, window
 import dforce as df
 from dforce.forces._expression import MOTION, PARAMETERS
 from dforce.forces.custom import NAMES_IN_LAW, Custom
-from dforce.gui.case.forces import OwnLaw
+from dforce.gui.case.entry import OwnLaw
 from dforce.kernel import linker
 
 CASE = df.example("figure-3-air").replace(forces=[Custom(**Custom.example)])

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import ipaddress
 import os
 import socket
 import urllib.parse
 import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from served import served
+from served import Server, served
 
 import dforce as df
-from dforce.gui.files.last_files import FOLDER, LastFiles
+from dforce.gui.document.store import LAST, LastFiles
 from dforce.gui.window import server
 
 
@@ -23,7 +25,7 @@ def test_a_port_that_is_taken_is_said():
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(df.ParameterError, match=f"cannot listen at 127.0.0.1, port {port}"):
-            server.free_port("127.0.0.1", port)
+            server.listening("127.0.0.1", port)
 
 
 @pytest.fixture
@@ -55,12 +57,27 @@ def test_another_port_is_found_where_the_usual_one_is_taken(monkeypatch):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         monkeypatch.setattr(server, "PORT", taken.getsockname()[1])
-        assert server.free_port("127.0.0.1") not in (0, server.PORT)
+        with server.listening("127.0.0.1") as found:
+            assert found.getsockname()[1] not in (0, server.PORT)
+
+
+def opened(server):
+    """Open the address that a server printed, and return the answer."""
+    opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    return opener.open(f"{server.home}/?{urllib.parse.urlsplit(server.address).query}", timeout=60)
+
+
+def test_two_that_start_at_once_each_answer_at_the_address_that_they_print(tmp_path):
+    with ThreadPoolExecutor() as pool, contextlib.ExitStack() as running:
+        both = list(pool.map(lambda name: Server(tmp_path / name, port=0), "ab"))
+        for one in both:
+            running.callback(one.stop)
+        assert [opened(one).status for one in both] == [200, 200]
 
 
 def test_an_address_of_another_computer_is_refused():
     with pytest.raises(df.ParameterError, match=r"cannot listen at 192\.0\.2\.1"):
-        server.free_port("192.0.2.1")
+        server.listening("192.0.2.1")
 
 
 @pytest.mark.parametrize(
@@ -126,9 +143,7 @@ def test_a_file_named_at_the_start_is_among_the_last_files(tmp_path):
     file = tmp_path / "my lever.toml"
     df.save_case(df.example("figure-3-air"), file)
     with served(tmp_path / "window", str(file)) as server:
-        opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
-        address = f"{server.home}/?{urllib.parse.urlsplit(server.address).query}"
-        assert opener.open(address, timeout=60).status == 200
-        (folder,) = (tmp_path / "window" / "results").glob(f"*/{FOLDER}")
+        assert opened(server).status == 200
+        (folder,) = (tmp_path / "window" / "results").glob(f"*/{LAST}")
         assert [one.name for one in LastFiles(folder).listed()] == ["my lever.toml"]
         assert LastFiles(folder).take("my lever.toml") == file.read_bytes()

@@ -12,7 +12,7 @@ from simulated import window
 import dforce as df
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
-from dforce.gui.files.last_files import MOST, LastFile, LastFiles
+from dforce.gui.document.store import MOST_LAST, LastFile, LastFiles
 from dforce.gui.window import start
 from dforce.gui.window.classroom import Classroom
 from dforce.gui.window.security import SHARED
@@ -171,14 +171,14 @@ def test_the_last_files_are_listed_and_opened_again_and_one_that_is_gone_says_so
 
 def test_last_files_are_few_and_of_one_session_alone(tmp_path):
     mine, others = LastFiles(tmp_path / "mine"), LastFiles(tmp_path / "others")
-    for number in range(MOST + 3):
+    for number in range(MOST_LAST + 3):
         mine.keep(b"1", f"{number}.csv")
         os.utime(mine._path(f"{number}.csv"), (number, number))
     mine.keep(b"2", "../../a name, with ümlauts and / in it.csv")
     names = [one.name for one in mine.listed()]
-    assert len(names) == MOST and names[0] == "../../a name, with ümlauts and / in it.csv"
+    assert len(names) == MOST_LAST and names[0] == "../../a name, with ümlauts and / in it.csv"
     assert mine.take(names[0]) == b"2" and others.listed() == []
-    assert sorted(path.parent for path in tmp_path.rglob("file-*")) == [tmp_path / "mine"] * MOST
+    assert sorted(path.parent for path in tmp_path.rglob("file-*")) == [tmp_path / "mine"] * MOST_LAST
     with pytest.raises(df.ResultError, match="no longer kept"):
         others.take(names[0])
 

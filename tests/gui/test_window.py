@@ -15,8 +15,7 @@ from nicegui.testing.user_simulation import user_simulation
 from simulated import element, send, until, window
 
 import dforce as df
-from dforce.gui.case.entry import Entry
-from dforce.gui.case.forces import ForceList
+from dforce.gui.case.entry import Entry, ForceList
 from dforce.gui.case.forms import TEXTUAL
 from dforce.gui.case.sliders import SliderElement
 from dforce.gui.document.compute import Job, Live

@@ -73,6 +73,26 @@ def test_a_curve_does_not_depend_on_its_grid(family, A0, k, Q, modulus, turn):
     check_same_curve(coarse, fine, A0, AT_A_TOUCH if family == "jumping" else SAME_JUMP)
 
 
+def test_a_way_back_takes_over_states_of_the_way_there_and_is_the_curve_of_a_way_back_alone():
+    case = lever("viscous", A0=30e-9)
+    zc = np.linspace(34e-9, 18e-9, 101)
+    both = df.approach(case, zc=zc, direction="both")
+    there, back = both.sel(direction="approach"), both.sel(direction="retract")
+    last = there.sel(zc=zc[-1])
+    start = {"amplitude": float(last.amplitude[0]), "phase": f"{float(last.phase[0])} deg"}
+    alone = df.approach(case, zc=zc, direction="retract", start=start)
+    assert [way for way, _ in jumps_of(both)] == ["approach", "retract"]
+    (_, low), (_, high) = jumps_of(both)
+    assert high == pytest.approx(jumps_of(alone)[0][1], abs=SAME_JUMP * 30e-9)
+    assert alone.sortby("zc").amplitude.values == pytest.approx(back.sortby("zc").amplitude.values, abs=SAME * 30e-9)
+    differs = (zc > low) & (zc < high)
+    assert differs.sum() >= 3
+    for name in ("amplitude", "phase", "peak_force"):
+        taken_over = (there[name] == back[name]).values.reshape(len(zc), -1).all(axis=1)
+        assert not taken_over[differs].any()
+        assert taken_over[~differs].sum() >= (~differs).sum() - 1  # the first one that the motion lands on is found
+
+
 def test_steps_are_longer_where_orbits_may_be_farther_from_their_predictions_and_the_orbits_the_same():
     problem, zc = lever("viscous", A0=30e-9).problem, np.linspace(34e-9, 24e-9, 24)
     found = []

@@ -9,15 +9,23 @@ import dforce as df
 from dforce.findings.answer import answer_with
 
 
-def test_a_fit_gives_values_with_errors_and_units_and_for_which_lever_and_tip():
+def test_a_fit_names_its_parameters_with_errors_and_units_and_for_which_lever_and_tip():
     fit = fitted_curves.result().assign_attrs(holds_for="cantilever.k = 2.7 N/m, tip.radius = 8 nm")
-    assert df.answer(fit) == "E_s = 1.00 ± 0.10 GPa, for k = 2.7 N/m, R = 8 nm."
+    assert df.answer(fit) == "Young's modulus of the sample = 1.00 ± 0.10 GPa, for k = 2.7 N/m, R = 8 nm."
+    assert df.answer(fit.drop_vars("label")).startswith("E_s = 1.00 ± 0.10 GPa")  # of an older version
+
+
+def test_each_parameter_of_a_fit_has_its_words():
+    case = fitted_curves.case_of("air")
+    fit = df.fit(case, fitted_curves.data_of("air"), free=[fitted_curves.E, fitted_curves.ETA], search=False)
+    said = df.answer(fit)
+    assert said.startswith("Young's modulus of the sample = ") and "viscosity coefficient of the contact = " in said
 
 
 def test_an_error_that_is_not_known_is_said():
     fit = fitted_curves.result()
     fit["error"][:] = np.inf
-    assert df.answer(fit) == "E_s = 1 GPa, error unknown."
+    assert df.answer(fit) == "Young's modulus of the sample = 1 GPa, error unknown."
 
 
 def test_a_curve_gives_its_state_at_the_set_point_with_force_and_depth():

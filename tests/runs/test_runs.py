@@ -166,10 +166,11 @@ def test_a_slow_change_stopped_anywhere_goes_on_to_the_same_numbers_bit_for_bit(
         assert part.attrs["interrupted"] == 1
         df.write(part, tmp_path / "part.nc")
         rest, told = watched_run(case, df.read(tmp_path / "part.nc"))
-        assert told[0] == points_of(part) - points_of(part) % CHUNK
+        # a smooth curve there and back is found anew: its way back takes over states of the way there
+        assert told[0] == (0 if "direction" in whole.dims else points_of(part) - points_of(part) % CHUNK)
         begun.add(told[0])
         assert_same(rest, whole)
-    assert begun >= {0, CHUNK}
+    assert begun >= {0, CHUNK} or "direction" in whole.dims
 
 
 @functools.cache

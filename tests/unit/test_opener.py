@@ -27,7 +27,6 @@ NOT_OF_USERS = {
     "results/hdf5_child.py": "a library on the bytes of its standard input",
     "case/_files.py": "a library on the bytes that the opener gave",
     "gui/files/project.py": "an archive in memory, each entry within a limit",
-    "gui/files/last_files.py": "what the window wrote for itself",
     "gui/files/file_menu.py": "shipped with the package; what this process has just written",
     "gui/window/address.py": "shipped with the package",
     "gui/window/pages.py": "shipped with the package",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -103,7 +104,7 @@ def cases_of(result: xr.Dataset, places: Iterable[Mapping[str, int]]) -> Iterato
         When the result carries no case.
     """
     try:
-        case = Case.from_toml(str(result.attrs.get("case", ""))).model_copy(update={"sweep": None})
+        case = _read(str(result.attrs.get("case", ""))).model_copy(update={"sweep": None})
         axes = []
         for path in str(result.attrs.get("over", "")).split():
             name = _name_of(path, result)
@@ -119,6 +120,12 @@ def cases_of(result: xr.Dataset, places: Iterable[Mapping[str, int]]) -> Iterato
             yield one
     except DForceError as error:
         raise ParameterError(f"the result does not contain its case: {error}") from None
+
+
+@functools.lru_cache(maxsize=64)
+def _read(text: str) -> Case:
+    """Return the case in the text of a result, which is asked for several times: it names no file."""
+    return Case.from_toml(text)
 
 
 def _example_hint(name: str) -> str:

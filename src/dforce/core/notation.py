@@ -164,3 +164,8 @@ def unmarked(text: str) -> str:
 def first_sentence(docstring: str) -> str:
     """Return the first line of a docstring, without its marks."""
     return unmarked(inspect.cleandoc(docstring).split("\n")[0])
+
+
+def first_phrase(words: str) -> str:
+    """Return an explanation up to its first sign: "Hamaker constant" of "Hamaker constant; default: ..."."""
+    return re.split(r"[;:,] | [({]", words, maxsplit=1)[0]

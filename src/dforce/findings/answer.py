@@ -79,16 +79,17 @@ def answer_with(
 
 
 def _of_fit(fit: xr.Dataset) -> str:
-    """Return the fitted parameters of the case by their symbols, with k and R for which they hold."""
-    symbols = [plain_math(str(symbol)) for symbol in fit["symbol"].values]
+    """Return the fitted parameters of the case in words, with k and R for which they hold."""
+    words = "label" if "label" in fit.coords else "symbol"  # a fit of an older version has symbols alone
     found = [
-        f"{symbol} = {fitted(fit.sel(parameter=name))}"
-        for name, symbol in zip(map(str, fit["parameter"].values), symbols, strict=True)
-        if "." in name  # the others are offsets of the measurement
+        f"{plain_math(str(one[words].values))} = {fitted(one)}"
+        for one in (fit.sel(parameter=name) for name in fit["parameter"].values)
+        if "." in str(one["parameter"].values)  # the others are offsets of the measurement
     ]
     held = [part.partition(" = ") for part in str(fit.attrs.get("holds_for", "")).split(", ") if part]
     known = [f"{'R' if path == 'tip.radius' else 'k'} = {value}" for path, _, value in held]
-    return f"{', '.join(found)}{', for ' if known else ''}{', '.join(known)}."
+    text = f"{', '.join(found)}{', for ' if known else ''}{', '.join(known)}."
+    return f"{text[0].upper()}{text[1:]}" if words == "label" else text
 
 
 def _details(state: SetPointState) -> str:

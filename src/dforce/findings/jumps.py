@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -85,15 +84,9 @@ def jumps_of_all(result: xr.Dataset, along: str, direction: str = "") -> Iterato
 def _case(result: xr.Dataset) -> Case | None:
     """Return the case that a result comes from; none where this version cannot read it."""
     try:
-        return case_of(result) if "over" in result.attrs else _read(str(result.attrs.get("case", "")))
+        return case_of(result)
     except DForceError:
         return None
-
-
-@functools.lru_cache(maxsize=64)
-def _read(text: str) -> Case:
-    """Return the case in a text; of one result the jumps are looked for several times."""
-    return Case.from_toml(text)
 
 
 def _are_noted(result: xr.Dataset, along: str, case: Case | None) -> bool:

@@ -158,8 +158,12 @@ class PlannedCurve:
         kept.keep((0, new), found | {name: column[0, new] for name, column in of_points.items()}, became[new])
 
     def _take(self, kept: Found, multiple: int, values: Array) -> int:
-        """Keep of an earlier result the points up to the first whose accuracy is not known; return how many these are."""
+        """Keep of an earlier result the points up to the first whose accuracy is not known; return how many these are.
+
+        None of a curve whose way back takes over points of the way there: it needs more of them than a result keeps.
+        """
         left = kept.status[0] == Status.NOT_COMPUTED
+        left |= multiple > 1 and self.block.is_smooth and len(self.plan.directions) > 1
         if "error_estimate" in kept.arrays:  # of orbits alone
             left |= (kept.status[0] == Status.INACCURATE) & np.isnan(kept.arrays["error_estimate"][0])
         taken = int(np.argmax(np.append(left, True)))

@@ -87,6 +87,14 @@ class Points:
         if (0, 0) in one.others:
             self.others[case, place] = one.others[0, 0]
 
+    def repeat(self, case: int, places: Indices, new: slice) -> None:
+        """Repeat orbits of a problem at other values of it; nothing settles there."""
+        for name in ("rows", "monodromy", "residual", "steps", "error", "cycles"):
+            values = getattr(self, name)[case]
+            values[new] = values[places]
+        self.settling[case, new] = 0.0
+        self.states.put((case, new), self.states.take((case, places)))
+
     def put_other(self, case: int, place: int, found: Steady) -> None:
         """Take a motion that settled in time."""
         self.others[case, place] = found

@@ -3,6 +3,8 @@
 A motion stays on its state as long as that exists and is stable. Where the state ends the parameter is held, and the motion
 is integrated from just beyond the end, along the unstable direction, until it settles on another state, which is followed
 from there. Where the motion does not repeat it settles in time at each value. ``quasi_static`` follows one state.
+
+A state that was followed on the way there is the same on the way back, as far as no force has a memory: it is taken over.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ import numpy as np
 from dforce.core.arrays import Array, Indices
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish, multipliers
-from dforce.solvers.block import ENDED, TOO_ROUGH, Block
+from dforce.solvers.accuracy import assure
+from dforce.solvers.block import ENDED, FOLLOWED, TOO_ROUGH, Block
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Points, StateJump, amplitude_of
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
@@ -36,7 +39,7 @@ STRIDE = 0.02  # of the parameter's unit: step between values at which motions s
 MOST_STRIDES = 10  # from one value to the next, so that a point far from the last one costs no hours
 SUDDEN = CHORD  # of the free amplitude: a smaller change is no jump, for a step may lead across it
 JUMP = 1e-3  # of the free amplitude: states that differ by less are one
-HALVED = 1e-6  # of the free amplitude: an orbit so near to itself after half its periods repeats after these
+SAME = 1e-6  # of the free amplitude: orbits so near to each other are one
 MOST_ENDS = 3  # of a state in a row that goes on behind each: the map is too rough there
 MOST_CYCLES = 12  # common periods after which states repeat, at most
 
@@ -70,6 +73,9 @@ class Walk:
         self.ends = np.zeros(cases, np.int64)  # of states in a row that led neither to a value nor to another state
         self.left: list[Left | None] = [None] * cases
         self.loose = np.full(cases, np.nan)  # amplitude (m) at the value before, of motions that did not repeat there
+        self.turn = _turns(values)
+        # on which state each point lies; one that ends and what follows it have numbers of their own
+        self.state_of, self.number = np.full(values.shape, -1), np.zeros(cases, np.int64)
 
     def go_on_from(self, done: int, cycles: int, amplitude: float) -> None:
         """Go on with motions that were found at the value before place `done`.
@@ -92,6 +98,10 @@ class Walk:
             at_start = going[self.done[going] % CHUNK == 0]
             self.state.put(at_start, as_kept(self.block, at_start, self.state.take(at_start), self.at[at_start]))
             before = int(self.done.sum())
+            back = going[(self.done[going] >= self.turn[going]) & (self.cycles[going] == 1)]
+            if len(back) and self.block.is_smooth:
+                self._take_over(back)
+                going = going[self.done[going] < self.values.shape[1]]
             of_going = self.cycles[going]  # a copy: while some go on, others may come to repeat after as many periods
             for cycles in np.unique(of_going):
                 some = going[of_going == cycles]
@@ -131,15 +141,13 @@ class Walk:
 
     def _follow(self, cases: Indices, cycles: int) -> None:
         """Follow states to the end of the stretch, or of the state."""
-        stop = np.minimum((self.done[cases] // CHUNK + 1) * CHUNK, self.values.shape[1])
-        ways = [
-            one_way(self.at[case], self.values[case, self.done[case] : last])
-            for case, last in zip(cases, stop, strict=True)
-        ]
-        counts = np.array([len(way) for way in ways], dtype=np.int64)
-        values = np.empty((len(cases), counts.max()))
-        for row, way in zip(values, ways, strict=True):
-            row[: len(way)], row[len(way) :] = way, way[-1]
+        done = self.done[cases]
+        turn = np.where(done < self.turn[cases], self.turn[cases], self.values.shape[1])
+        stop = np.minimum((done // CHUNK + 1) * CHUNK, turn)
+        # from between two values it may be a step back to the next one, whose state the way there may know
+        counts = np.where(self.at[cases] == self.values[cases, done - 1], stop - done, 1)
+        places = done[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1)
+        values = self.values[cases[:, None], places]
         found = self.block.follow(cases, self.state.take(cases), self.at[cases], values, counts, cycles)
         halved = np.zeros(len(cases), dtype=bool)
         if cycles > 1:
@@ -156,6 +164,28 @@ class Walk:
                 self._amplitude(case, self.state.motion(case), self.at[case], cycles),
                 0,
             )
+        self.number[cases[(found.outcome != FOLLOWED) | halved]] += 1
+
+    def _take_over(self, cases: Indices) -> None:
+        """Take over from the way there the points that the way back comes to on the same state."""
+        points, there = self.points, slice(0, int(self.turn[cases].max()))
+        assure(self.block, self.values[:, there], points[there])
+        for case in cases.tolist():
+            values, done, at = self.values[case], int(self.done[case]), self.at[case]
+            here = np.flatnonzero((values[:done] == at) & points.is_orbit[case, :done])[:1]
+            if not len(here) or apart(points.states.x[case, here], self.state.x[[case]])[0] > SAME:
+                continue
+            first = int(here[0]) - int(values[done] != at)
+            places = np.arange(first, -1, -1)[: len(values) - done]
+            same = values[done : done + len(places)] == values[places]
+            same &= self.state_of[case, places] == self.state_of[case, here[0]]
+            count = int(np.argmin(np.append(same, False)))
+            if count:
+                new = slice(done, done + count)
+                points.repeat(case, places[:count], new)
+                self.state_of[case, new] = self.state_of[case, here[0]]
+                self.done[case], self.at[case] = new.stop, values[new.stop - 1]
+                self.state.put(case, points.states.take((case, new.stop - 1)))
 
     def _halve(self, cases: Indices, found: Branch, i: int, values: Array, cycles: int) -> bool:
         """Go over to half the periods where orbits repeat after them, as behind a period doubling gone back; say whether."""
@@ -165,7 +195,7 @@ class Walk:
         branch = np.append(found.branch[i, :done], found.last_branch[i : i + 1], axis=0)
         at, states = np.append(values[:done], found.last_value[i]), States(x, memory, branch)
         after = self.block.advance(np.full(len(at), case), states, at, cycles // 2)
-        same = np.flatnonzero(apart(after.x, x) < HALVED)
+        same = np.flatnonzero(apart(after.x, x) < SAME)
         if not len(same):
             return False
         first = int(same[0])
@@ -180,6 +210,7 @@ class Walk:
         for i in which.tolist():
             case, count = int(cases[i]), int(counts[i])
             where = (case, slice(int(self.done[case]), int(self.done[case]) + count))
+            self.state_of[where] = self.number[case]
             states = States(found.x[i, :count], found.memory[i, :count], found.branch[i, :count])
             points.states.put(where, states)
             points.cycles[where] = cycles
@@ -322,6 +353,7 @@ class Walk:
         one, at, motion = np.array([case]), np.array([value]), States.of(found.motion)
         self.state.put(one, motion)
         self.at[case], self.cycles[case] = value, 0
+        self.number[case] += 1
         for cycles in self._returns(case, motion, value) if found.motion.is_finite else ():
             orbit = polished(self.block, one, motion, at, cycles)
             if orbit.done[0] == 1 and apart(orbit.last_x, motion.x)[0] < AT_ONCE:
@@ -387,8 +419,7 @@ def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:
     return States((states.x - base) * scales / scales + base, states.memory, states.branch)
 
 
-def one_way(at: float, values: Array) -> Array:
-    """Return the values to come as far as they go one way."""
-    steps = np.sign(np.diff(np.append(at, values)))
-    turns = np.flatnonzero(steps * steps[np.flatnonzero(steps)[:1]].sum() < 0.0)
-    return values[: int(turns[0])] if turns.size else values
+def _turns(values: Array) -> Indices:
+    """Return the place of each row at which the values turn back, or stay; their number where they never do."""
+    steps = np.diff(values, axis=1, append=values[:, -1:])
+    return np.asarray(np.argmax(steps * steps[:, :1] <= 0.0, axis=1) + 1)

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from dforce.core.notation import first_sentence
+from dforce.core.notation import first_phrase, first_sentence
 from dforce.core.parameters import ParameterQuantity, Parameters
 from dforce.core.units import show
 
@@ -119,10 +119,8 @@ def within_sentence(label: str) -> str:
 
 def _label(key: str, doc: str) -> str:
     """Return the first phrase of a sentence as a label; the key where the sentence explains words to choose from."""
-    first, sign = min(
-        ((doc.partition(sign)[0], sign) for sign in ("; ", ": ", " (", ", ", " {")), key=lambda f: len(f[0])
-    )
-    explains = sign == ": " and first != doc and " " not in first
+    first = first_phrase(doc)
+    explains = doc[len(first) :].startswith(": ") and " " not in first
     label = spaced(key) if explains else first
     return f"{label[0].upper()}{label[1:]}"
 

@@ -17,9 +17,8 @@ from dforce.core.notation import html_symbol
 from dforce.core.parameters import Parameters
 from dforce.experiments import EXPERIMENTS
 from dforce.gui.case import values
-from dforce.gui.case.entry import Caption, Companion, Entry, button, heading
+from dforce.gui.case.entry import Caption, Companion, Entry, OwnLaw, button, choose_force, heading
 from dforce.gui.case.fields import Field, Shape, carried, fields, first_line, name_of, spaced, start_of
-from dforce.gui.case.forces import OwnLaw, choose_force
 from dforce.gui.case.sliders import toggle
 from dforce.gui.case.values import check, read, shown, units_of
 from dforce.gui.document.document import Path, written

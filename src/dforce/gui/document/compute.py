@@ -134,6 +134,7 @@ class RecentCurves:
     def __init__(self, most_bytes: int) -> None:
         self.most_bytes = most_bytes
         self._curves: collections.OrderedDict[tuple[str, str], xr.Dataset] = collections.OrderedDict()
+        self._bytes: dict[tuple[str, str], int] = {}
         self._lock = threading.Lock()
 
     def take(self, case: df.Case) -> xr.Dataset | None:
@@ -148,13 +149,14 @@ class RecentCurves:
     def keep(self, case: df.Case, curve: xr.Dataset) -> None:
         """Keep the curve of a case."""
         with self._lock:
-            self._curves[_key(case)] = curve
-            while len(self._curves) > 1 and sum(one.nbytes for one in self._curves.values()) > self.most_bytes:
-                self._curves.popitem(last=False)
+            self._curves[key := _key(case)], self._bytes[key] = curve, curve.nbytes
+            while len(self._curves) > 1 and sum(self._bytes.values()) > self.most_bytes:
+                del self._bytes[self._curves.popitem(last=False)[0]]
 
     def clear(self) -> None:
         """Forget all of them."""
         self._curves.clear()
+        self._bytes.clear()
 
 
 def _key(case: df.Case) -> tuple[str, str]:

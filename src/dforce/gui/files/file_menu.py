@@ -20,8 +20,8 @@ from dforce.core.errors import shorten
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.plots import Plots
 from dforce.gui.document.document import Document
+from dforce.gui.document.store import LAST, LastFiles
 from dforce.gui.files import project, uploads
-from dforce.gui.files.last_files import FOLDER, LastFiles
 from dforce.gui.measured import lever, reading
 from dforce.gui.measured.overlay import shows
 from dforce.gui.measured.reading import ask_table
@@ -69,7 +69,7 @@ class FileMenu:
 
     def __init__(self, view: View, new: Callable[[], None]) -> None:
         self.view = view
-        self.last = LastFiles(view.session.results.folder / FOLDER)
+        self.last = LastFiles(view.session.results.folder / LAST)
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (

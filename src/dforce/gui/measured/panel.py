@@ -1,9 +1,9 @@
-"""The measured curve of one page: a button, and a panel beside the plots with its facts, its shift and its fit."""
+"""The measured curve of one page and its fit: the tab with its facts and its shift, and a tick and a prior at each field."""
 
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -11,9 +11,11 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.units import show
+from dforce.gui.case.fields import Field
+from dforce.gui.case.values import ParameterRow
 from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves.panel import Panel, Scene
-from dforce.gui.document.document import Document, MeasuredData
+from dforce.gui.document.document import Document, MeasuredData, Path, path_of
 from dforce.gui.measured import fitting, lever, overlay
 from dforce.gui.measured.fitting import LIMIT, SafeJob
 from dforce.gui.window.dialogs import as_sentence, say, telling
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 NM = 1e-9
 FEWEST, MOST, EVERY = 51, 501, 0.1e-9  # points of an experiment over the measured heights, and about how far apart
 BETWEEN = 0.05  # s between two messages of the shift that is dragged
+PRIORS = ("fit", "priors")
+LONGEST_PRIOR = 60  # characters
 NONE = "Drop a measured curve anywhere onto the window: it is drawn under the curve of the model, and fitted here."
 MATCH = "An approach over the measured distances, with the measured free amplitude"
 NOT_HERE = "This picture has no measured quantity; choose amplitude and phase against the distance."
@@ -207,7 +211,9 @@ class MeasuredCurve(Panel):
         fit = self.view.session.measured.fit
         if fit is not None:
             text = f"{df.fit_report(fit)}\n\n{df.chi2_in_words(fit)}\n"
-            ui.download.content(text, f"{Path(str(fit.attrs.get('data_source', 'curve'))).stem}-fit.txt", "text/plain")
+            ui.download.content(
+                text, f"{PurePath(str(fit.attrs.get('data_source', 'curve'))).stem}-fit.txt", "text/plain"
+            )
 
     async def _fit(self) -> None:
         self.safe = None
@@ -224,6 +230,82 @@ class MeasuredCurve(Panel):
         shift, turn = fitting.offsets(fit)
         self.view.edit(fitting.taken_over(self.view.document, fit), anew=True)
         self._change(turn=turn, **({} if shift is None else {"shift": shift}))
+
+
+class FitAtField(ui.element, component="at_field.js"):
+    """What stands at one field."""
+
+    def show(self, **changed: Any) -> None:
+        """Show other words; nothing is sent where nothing changed."""
+        self.props.update({key: value for key, value in changed.items() if self.props.get(key) != value})
+
+
+class FitAtFields:
+    """The fit at each field of a page's forms, while there is a measured curve; see :class:`Companion`."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.placed: dict[Path, FitAtField] = {}
+        self.foreseen = fitting.Foreseen(self.show)
+        view.on_job.append(self.show)
+        view.on_beside.append(self.show)
+
+    def clear(self) -> None:
+        """Forget all fields: they are made anew."""
+        self.placed.clear()
+
+    def place(self, path: Path, field: Field) -> None:
+        """Make what stands at a field, in the container that is open."""
+        element = FitAtField()
+        element.set_visibility(False)
+        element.props["label"] = field.label
+        element.on("free", lambda event: self._free(path, bool(event.args)))
+        element.on("prior", lambda event: self._prior(path, str(event.args)[:LONGEST_PRIOR].strip()))
+        self.placed[path] = element
+
+    def show(self) -> None:
+        """Show the fit at the fields of parameters that can be fitted."""
+        document, session = self.view.document, self.view.session
+        rows = {} if document.measured is None else {row.path: row for row in fitting.rows(document)}
+        for path, element in self.placed.items():
+            element.set_visibility(path in rows)
+        if not rows:
+            return
+        if session.measured.curve is not None:
+            self.foreseen.ask(document, session.measured.curve)
+        foreseen = {path_of(document, name): text for name, text in self.foreseen.sentences.items()}
+        chosen, fit, job = fitting.free_paths(document), session.measured.fit, session.fitting
+        failed = job.error if job is not None and job.state == "failed" else ""
+        stale = fit is not None and not fitting.is_of(fit, document)
+        for path in self.placed.keys() & rows.keys():
+            row = rows[path]
+            name = "" if fit is None else fitting.name_in(fit, row, document)
+            found, note = ("", foreseen.get(path, ""))
+            if fit is not None and name:
+                found, note = fitting.found_for(fit, name), fitting.note(fit, name)
+            self.placed[path].show(
+                free=path in chosen,
+                busy=job is not None and job.busy,
+                found=found,
+                note=with_labels(document, as_sentence(failed) if row.name in failed else note),
+                stale=stale,
+                prior=str(prior_of(document, row)[1] or ""),
+                example=example_of(row),
+            )
+
+    def _row(self, path: Path) -> ParameterRow | None:
+        return next((row for row in fitting.rows(self.view.document) if row.path == path), None)
+
+    def _free(self, path: Path, free: bool) -> None:
+        row = self._row(path)
+        if row is not None:
+            self.view.edit(fitting.with_free(self.view.document, row, free), name="fit")
+
+    def _prior(self, path: Path, text: str) -> None:
+        row = self._row(path)
+        if row is not None:
+            key = prior_of(self.view.document, row)[0]
+            self.view.edit(self.view.document.put((*PRIORS, key), text or None), name="fit")
 
 
 def matched(document: Document, curve: xr.Dataset, shift: float) -> Document:
@@ -262,3 +344,19 @@ def _summary(fit: xr.Dataset) -> str:
     lost = int(fit.attrs["lost_points"])
     stopped = " The fit was stopped: these are the best values so far." if fit.attrs.get("interrupted") else ""
     return f"{text}{f' {lost} points are lost.' if lost else ''}{stopped}"
+
+
+def prior_of(document: Document, row: ParameterRow) -> tuple[str, object]:
+    """Return under which name a document has the prior of a parameter, and the prior; its own name and None without one."""
+    given = document.value(PRIORS)
+    names = [name for name in given if path_of(document, str(name)) == row.path] if isinstance(given, dict) else []
+    return (str(names[0]), given[names[0]]) if names else (row.name, None)
+
+
+def example_of(row: ParameterRow) -> str:
+    """Return a prior as it is typed: the value with the error of its last digit in brackets."""
+    number, _, unit = row.value.partition(" ")
+    try:
+        return f"{float(f'{float(number):.2g}'):g}(1) {unit}".strip()
+    except ValueError:  # typed halfway
+        return "180(4)"

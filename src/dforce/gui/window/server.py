@@ -24,6 +24,7 @@ from dforce.gui.document.document import Document
 from dforce.gui.window.security import ALONE, KEY, SHARED, Guard, kept_secret
 
 if TYPE_CHECKING:
+    import uvicorn
     import xarray as xr
 
 PORT = 8571  # tried first, so that an open page finds its server again after a restart
@@ -89,8 +90,10 @@ def data_folder() -> Path:
     return user_folder("data") / "window"
 
 
-def free_port(host: str, wanted: int | None = None) -> int:
-    """Return the port wanted, or the usual one, or any free one.
+def listening(host: str, wanted: int | None = None) -> socket.socket:
+    """Return a socket that listens at the port wanted, or at the usual one, or at any free one.
+
+    It holds the port from here on: two windows that start at once cannot both take it.
 
     Raises
     ------
@@ -98,14 +101,10 @@ def free_port(host: str, wanted: int | None = None) -> int:
         When the port wanted is taken, or there is no such address on this computer.
     """
     for port in (wanted,) if wanted is not None else (PORT, 0):
-        with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
-            if os.name == "posix":
-                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((host, port))
-                return int(probe.getsockname()[1])
-            except OSError as error:
-                reason = error.strerror or str(error)
+        try:
+            return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+        except OSError as error:
+            reason = (error.strerror or str(error)).partition(" (while")[0]
     raise df.ParameterError(f"cannot listen at {shorten(host)}, port {wanted or 'any'}: {reason.lower()}")
 
 
@@ -124,14 +123,17 @@ def serve(options: Options) -> None:
         ImportError
     ):  # xarray and pint import it: two threads that do so at once meet it half done
         importlib.import_module("dask.base")
+    import uvicorn
+    from fastapi import FastAPI
     from fastapi.middleware.gzip import GZipMiddleware
-    from nicegui import app, ui
+    from nicegui import ui
 
     from dforce.gui.window import classroom, pages
 
     # a page must be answered while a thread compiles or prepares a run in Python
     sys.setswitchinterval(SWITCH)
-    port = free_port(options.host, options.port)
+    held = listening(options.host, options.port)
+    port = int(held.getsockname()[1])
     address = f"http://{_named(options.host)}:{port}/?{KEY}={secret}"
     alone = options.host in (OWN, "localhost", "::1")
     hosts = own_hosts(port) if alone else frozenset[str]()
@@ -142,25 +144,16 @@ def serve(options: Options) -> None:
     guests = None if alone else classroom.Classroom(f"http://{short}", SHARED)
     file = options.file if alone else None
     pages.register(folder, document, ALONE if alone else SHARED, options.over, guests, file)
+    app = FastAPI(openapi_url=None)
     app.add_middleware(Guard, secret=secret, cookie=f"dforce-{port}", hosts=hosts, code=code)
-    joining = "" if alone else f"A class joins at {short}. Page of who is there: button Class."
-    told = threading.Thread(
-        target=_announce, args=(options.host, port, address, options.show, folder / "browser", joining), daemon=True
-    )
-    app.on_startup(told.start)
-    ui.run(
-        host=options.host,
-        port=port,
+    ui.run_with(
+        app,
         title="dForce",
         language="en-US",
-        reload=False,
-        show=False,
         dark=None,
         reconnect_timeout=RECONNECT,
         storage_secret=cookie_secret,
         show_welcome_message=False,
-        # numbers hardly shrink, and packing them takes time and memory for each page
-        ws_per_message_deflate=False,
         gzip_middleware_factory=None if alone else GZipMiddleware,
         favicon=str(Path(__file__).parent / "icon.svg"),
         tailwind=False,
@@ -170,6 +163,13 @@ def serve(options: Options) -> None:
             "session_cookie": f"dforce-session-{port}",
         },
     )
+    # numbers hardly shrink, and packing them takes time and memory for each page
+    server = uvicorn.Server(uvicorn.Config(app, log_level="warning", ws="wsproto", ws_per_message_deflate=False))
+    joining = "" if alone else f"A class joins at {short}. Page of who is there: button Class."
+    threading.Thread(
+        target=_announce, args=(server, address, options.show, folder / "browser", joining), daemon=True
+    ).start()
+    server.run(sockets=[held])
 
 
 def own_hosts(port: int) -> frozenset[str]:
@@ -203,16 +203,10 @@ def own_address(host: str) -> str:
             return socket.gethostname()
 
 
-def _announce(host: str, port: int, address: str, show: str, profile: Path, joining: str = "") -> None:
+def _announce(server: uvicorn.Server, address: str, show: str, profile: Path, joining: str = "") -> None:
     """Say the address and show the window, once the server answers there."""
-    reach = {"0.0.0.0": OWN, "::": "::1"}.get(host, host)
-    until = time.monotonic() + 10.0
-    while time.monotonic() < until:
-        try:
-            socket.create_connection((reach, port), timeout=1.0).close()
-            break
-        except OSError:
-            time.sleep(0.02)
+    while not server.started:
+        time.sleep(0.02)
     print("\n".join([f"dForce is ready at {address}", *[joining] * bool(joining), "Stop it with Ctrl-C."]), flush=True)
     if show == "window" and open_window(address, profile):
         return

@@ -13,6 +13,7 @@ from dforce.case import Case
 from dforce.case.paths import value_at
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
+from dforce.core.notation import first_phrase
 from dforce.core.quantities import AXES, OBSERVABLES
 from dforce.experiments import Approach
 from dforce.inverse.fitting.advice import advice_on
@@ -59,6 +60,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         "parameter_2": names,
         "unit": ("parameter", [one.unit for one in unknowns]),
         "symbol": ("parameter", [one.symbol for one in unknowns]),
+        "label": ("parameter", [first_phrase(one.doc) for one in unknowns]),
         "tone": np.arange(1, found.data.tones + 1),
         "branch": ("point", found.data.branch),
     }
