@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.gui.curves.chart import unit_of
+from dforce.gui.curves.chart import unit_of, unit_of_size
 from dforce.gui.curves.figures import Layer, picture
 from dforce.gui.curves.other_figures import basins, force_distance
 from dforce.results.curves import Picture, pictures_of
@@ -158,6 +158,7 @@ def test_rounding_is_drawn_as_nothing_beside_a_quantity_of_the_same_unit():
 def test_the_unit_of_a_quantity_that_is_zero_everywhere_is_the_usual_one():
     dataset = result("figure-3-air")
     assert [unit_of(dataset[name])[1] for name in ("contact_time", "max_indentation")] == ["µs", "nm"]
+    assert unit_of_size(0.0, "Hz", "frequency_shift") == (1.0, "Hz")  # as of shifts that are not zero
 
 
 def test_the_parts_of_a_force_are_thin_lines_that_add_up_to_it():

@@ -166,6 +166,12 @@ def test_points_lie_where_they_were_measured_and_move_with_their_shift():
     assert np.allclose(of(figure, "measured phase")[0], curve["phase"].values - 2.0)
 
 
+def test_the_curve_of_the_model_has_a_name_beside_what_was_measured():
+    drawn = picture([Layer(df.run(CASE.replace("experiment.direction", "approach")))], USUAL)
+    data = overlay.with_measured(drawn, USUAL, beside()).figure["data"]
+    assert "model" in [one["name"] for one in data if one.get("showlegend")]
+
+
 def test_residuals_are_of_the_branches_that_the_fit_found():
     """A measured jump lies between both jumps of the model: the direction of a point does not tell its branch."""
     model = df.run(df.example("figure-3-air-jump"))
@@ -641,7 +647,8 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             page.plots.measured.show()
             found = fit_at(page, MODULUS).props["found"]
             assert "±" in found and found.endswith("GPa for k = 2.7 N/m, R = 8 nm")
-            assert panel.props["answers"] == [f"Young's modulus of the sample: {found}"]
+            number, _, given = found.partition(" for ")
+            assert panel.props["answers"] == [f"Young's modulus of the sample: {number}", f"For {given}"]
             assert not panel.props["stale"]
             used = fit["used"].values
             before = of(show(page, df.run(page.view.document.case())), "measured phase")

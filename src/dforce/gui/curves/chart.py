@@ -18,6 +18,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
+from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import parse, usual_unit
 from dforce.results.dataset import spelled, unit_for
 
@@ -68,7 +69,7 @@ def unit_of(variable: xr.DataArray) -> tuple[float, str]:
 def unit_of_size(size: float, stored: str, name: str) -> tuple[float, str]:
     """Return scale and name of the unit in which a value of a quantity reads best; the usual one where it is zero."""
     if not size:
-        usual = usual_unit(stored)
+        usual = OBSERVABLES[name].shown if name in OBSERVABLES else usual_unit(stored)
         with contextlib.suppress(df.ParameterError):  # a phase or a percentage
             return parse(f"1 {usual}", stored), spelled(usual)
     return unit_for(size, stored, name)

@@ -16,7 +16,7 @@ export default {
       <p v-if="error" class="df-motion-note wrong" role="alert">{{ error }}</p>
       <p v-else-if="note" class="df-motion-note" role="status">{{ note }}</p>
       <template v-if="motion && !error">
-        <svg class="df-tip" viewBox="0 0 330 196" role="img" :aria-label="spoken">
+        <svg class="df-tip" viewBox="0 0 330 196" preserveAspectRatio="xMinYMin" role="img" :aria-label="spoken">
           <g v-for="view in views" :key="view.name">
             <clipPath :id="uid + view.name"><rect :x="view.left" y="16" :width="view.width" height="164" /></clipPath>
             <text class="df-tick" :x="view.left" y="10">{{ view.title }}</text>
@@ -49,9 +49,9 @@ export default {
           <figcaption>{{ trace.label }} <span class="df-symbol" v-html="trace.symbol"></span> ({{ trace.unit }})</figcaption>
           <svg viewBox="0 0 330 60" role="img" :aria-label="trace.label + ' over time, from ' + digits(low(trace)) + ' to ' + digits(high(trace)) + ' ' + trace.unit">
             <rect v-for="(span, n) in contacts" :key="n" class="df-contact" :x="across(span[0])" :width="across(span[1]) - across(span[0])" y="4" height="52" />
-            <text class="df-tick" x="42" y="12" text-anchor="end">{{ digits(high(trace)) }}</text>
-            <text class="df-tick" x="42" y="56" text-anchor="end">{{ digits(low(trace)) }}</text>
-            <line class="df-rest" x1="48" x2="328" :y1="up(trace, 0)" :y2="up(trace, 0)" v-if="low(trace) < 0 && high(trace) > 0" />
+            <text class="df-tick" x="58" y="12" text-anchor="end">{{ digits(high(trace)) }}</text>
+            <text class="df-tick" x="58" y="56" text-anchor="end">{{ digits(low(trace)) }}</text>
+            <line class="df-rest" x1="64" x2="328" :y1="up(trace, 0)" :y2="up(trace, 0)" v-if="low(trace) < 0 && high(trace) > 0" />
             <template v-if="trace.name === 'force'"><path v-for="(part, n) in motion.parts" :key="part.name" class="df-part" :data-part="n"
                 :d="path(trace, part.values)"><title>{{ part.name }}</title></path></template>
             <path class="df-line" :d="paths[trace.name]" />
@@ -158,7 +158,7 @@ export default {
     },
     low(trace) { return trace.low; },
     high(trace) { return trace.high; },
-    across(n) { return 48 + (280 * n) / (this.count - 1); },
+    across(n) { return 64 + (264 * n) / (this.count - 1); },
     up(trace, value) { return 56 - (52 * (value - trace.low)) / (trace.high - trace.low || 1); },
     bar(view) {
       const x = view.left + 10, length = view.bar * view.scale;

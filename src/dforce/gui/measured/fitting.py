@@ -109,8 +109,11 @@ def found(fit: xr.Dataset, name: str) -> str:
 def found_for(fit: xr.Dataset, name: str) -> str:
     """Return value and error of a parameter of a fit, and for which k and R they hold; empty as :func:`found`."""
     text = found(fit, name)
-    given = holds_for(str(fit.attrs.get("case", "")), tuple(map(str, fit["parameter"].values)))
-    return f"{text} {given}".strip() if text else ""
+    return f"{text} {_holds_for(fit)}".strip() if text else ""
+
+
+def _holds_for(fit: xr.Dataset) -> str:
+    return holds_for(str(fit.attrs.get("case", "")), tuple(map(str, fit["parameter"].values)))
 
 
 def note(fit: xr.Dataset, name: str) -> str:
@@ -127,9 +130,11 @@ def note(fit: xr.Dataset, name: str) -> str:
 
 
 def answers(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:
-    """Return what a fit found of the rows of a list, with the k and R for which it holds, or why it did not, as text."""
+    """Return what a fit found of the rows of a list, or why it did not, as text, and then for which k and R it holds."""
     names = [(row.label, name_in(fit, row, document)) for row in listed]
-    return [f"{label}: {found_for(fit, name) or note(fit, name)}" for label, name in names if name]
+    lines = [f"{label}: {found(fit, name) or note(fit, name)}" for label, name in names if name]
+    given = _holds_for(fit)
+    return [*lines, f"{given[0].upper()}{given[1:]}"] if lines and given else lines
 
 
 def others(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:

@@ -10,7 +10,7 @@ export default {
                   :aria-describedby="unconfirmed ? 'df-unconfirmed' : undefined">Fit</button>
           <button v-else type="button" class="df-plain" @click="$emit('stop')">Stop</button>
         </template></div>
-      <p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
+      <div><p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
       <ul class="df-facts"><li v-for="fact in facts" :key="fact">{{ fact }}</li></ul>
       <p v-if="hint" class="df-motion-note">{{ hint }}</p>
       <label v-if="ready" class="df-shift"><span>Heights are shifted by
@@ -22,9 +22,9 @@ export default {
         <button v-if="ready" type="button" class="df-plain" :title="match" @click="$emit('match')">Match the experiment</button>
         <button type="button" class="df-plain" @click="$emit('remove')">Remove the curve</button></div>
       <details v-if="history.length" class="df-folded"><summary>What was done with it</summary>
-        <ul class="df-facts"><li v-for="line in history" :key="line">{{ line }}</li></ul></details>
+        <ul class="df-facts"><li v-for="line in history" :key="line">{{ line }}</li></ul></details></div>
       <template v-if="ready">
-        <h3>Which lever and tip?</h3>
+        <div><h3>Which lever and tip?</h3>
         <div class="df-lever">
           <label class="df-lever-name">Lever of the library
             <input class="df-box" list="df-levers" :disabled="busy" placeholder="type to search"
@@ -40,8 +40,8 @@ export default {
           <div class="df-measured-buttons"><button type="button" class="df-plain" :disabled="!lever"
               @click="$emit('confirm')">Confirm lever and tip</button></div>
         </template>
-        <p v-else class="df-text">Confirmed for this curve: {{ lever }}.</p>
-        <h3>Fit</h3>
+        <p v-else class="df-text">Confirmed for this curve: {{ lever }}.</p></div>
+        <div><h3>Fit</h3>
         <p v-if="free.length" class="df-text">Finds {{ free.join(", ") }}, from the values in the form.</p>
         <p v-else class="df-text">Tick <b>fit</b> at the fields of the form: the fit finds these parameters.</p>
         <p v-if="failed" class="df-motion-note wrong" role="alert">{{ failed }}</p>
@@ -55,7 +55,8 @@ export default {
             <button type="button" class="df-plain" @click="$emit('take')">Take over these values</button>
             <button type="button" class="df-plain" @click="$emit('report')">Save the report</button></div>
           <details class="df-folded"><summary>Report</summary><pre class="df-report">{{ report }}</pre></details>
-          <h3>Safe settings for this sample</h3>
+        </template></div>
+        <div v-if="report"><h3>Safe settings for this sample</h3>
           <div class="df-measured-buttons">
             <label class="df-text">Peak force at {{ set_point }} below
               <input class="df-box number df-limit" v-model="wanted" maxlength="40" aria-label="largest peak force" /></label>
@@ -63,8 +64,7 @@ export default {
             <button v-else type="button" class="df-plain" @click="$emit('unsafe')">Stop</button>
             <progress v-if="finding" aria-label="progress of the safe settings"></progress></div>
           <p v-if="unsafe" class="df-motion-note wrong" role="alert">{{ unsafe }}</p>
-          <ul v-if="findings.length" class="df-facts df-findings" role="status"><li v-for="one in findings" :key="one">{{ one }}</li></ul>
-        </template>
+          <ul v-if="findings.length" class="df-facts df-findings" role="status"><li v-for="one in findings" :key="one">{{ one }}</li></ul></div>
       </template>
     </aside>`,
   props: {

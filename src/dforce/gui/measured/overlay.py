@@ -24,6 +24,7 @@ SYMBOLS = {"approach": "circle", "retract": "circle-open"}
 SHARE = 0.17  # of the height, for each frame of residuals
 GAP = 0.05
 SIGMAS = 2.0  # standard deviations: the band of residuals
+MODEL = "model"
 BRANCHES = (1, -1)  # from free motion, and behind a jump
 
 
@@ -76,14 +77,16 @@ def with_measured(drawn: Drawn, wanted: Picture, beside: Beside, model: xr.Datas
     if wanted.x not in there or not names or wanted.logarithmic:
         return drawn
     below, above = list(_points(drawn, wanted, beside, there, names)), list[Figure]()
-    layout = dict(drawn.figure["layout"])
+    layout, lines = dict(drawn.figure["layout"]), list(drawn.figure["data"])
+    if not layout["showlegend"]:  # a curve alone needs no name, beside what was measured it does
+        lines[0] = lines[0] | {"name": MODEL, "showlegend": True}
     if beside.fit is not None and wanted.x == "zc":
         above += _lines(drawn, beside.fit, beside, names)
         if not wanted.together and model is not None:
             extra, layout = _residuals(drawn, beside.fit, beside, residuals(model, beside.on_branches()))
             above += extra
     layout["showlegend"] = True
-    data = [*below, *drawn.figure["data"], *above]
+    data = [*below, *lines, *above]
     traces = (*(None,) * len(below), *drawn.traces, *(None,) * len(above))
     return replace(drawn, figure={**drawn.figure, "data": data, "layout": layout}, traces=traces)
 
