@@ -168,9 +168,9 @@ def test_what_stands_behind_gives_way_while_a_curve_of_any_page_is_computed(run_
     with ThreadPoolExecutor(2) as threads:
         curve = threads.submit(live_curve, df.example("figure-3-air"), lambda: False, lambda text: None)
         assert began.wait(10.0)
-        behind = threads.submit(compute.give_way, lambda: False)
-        compute.give_way(lambda: True)  # something newer is asked for: it is not waited for
-        time.sleep(10.0 * compute.GIVING_WAY)
+        behind = threads.submit(compute.LIVE_CURVES.give_way, lambda: False)
+        compute.LIVE_CURVES.give_way(lambda: True)  # something newer is asked for: it is not waited for
+        time.sleep(2.0 * compute.LULL)
         assert not behind.done()
         over.set()
         curve.result(10.0)

@@ -22,7 +22,7 @@ from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.curves.setpoint import cell_of, nones_of, of_quantity
-from dforce.gui.document.compute import BEHIND, RecentCurves, give_way, in_thread
+from dforce.gui.document.compute import BEHIND, LIVE_CURVES, RecentCurves, in_thread
 from dforce.gui.window.view import View
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of
 
@@ -84,13 +84,13 @@ class CoexistingStates:
             return self._overtaken(curve)
 
         def report_progress(done: int, total: int, note: str) -> None:
-            give_way(overtaken)
+            LIVE_CURVES.give_way(overtaken)
             if overtaken() or time.thread_time() - began > PATIENCE:
                 raise KeyboardInterrupt
 
         def find() -> xr.Dataset | None:
             nonlocal began
-            give_way(overtaken)
+            LIVE_CURVES.give_way(overtaken)
             if overtaken():
                 return None
             began = time.thread_time()

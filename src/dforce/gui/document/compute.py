@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import collections
+import contextlib
 import os
 import threading
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeVar
@@ -28,7 +29,8 @@ PATIENCE = 1.0  # s of computing that a curve may take to follow what is typed; 
 LATEST = 5.0  # s that it may take on a machine that computes for others, too
 STOPPED_WITHIN = 0.6  # s; what does not stop by then counts as stopped, and is left to end by itself
 
-GIVING_WAY = 0.01  # s between two looks at whether a live curve is computed
+LULL = 0.15  # s without a live curve of any page, after which there is time for what stands behind them
+GIVING_WAY = 0.02  # s between two looks at whether there is
 
 TURN = 1.0  # s that a run computes while others wait
 MOST_RUNS = 64  # begun at a time; later ones wait until one has ended
@@ -168,13 +170,32 @@ def _key(case: df.Case) -> tuple[str, str]:
 
 
 RECENT = RecentCurves(25_000_000)
-FOLLOWING: set[int] = set()  # threads that compute a live curve, of any page
 
 
-def give_way(overtaken: Callable[[], bool]) -> None:
-    """Wait, in a thread, while live curves are computed, and as long as nothing newer is asked for."""
-    while FOLLOWING and not overtaken():
-        time.sleep(GIVING_WAY)
+class LiveCurves:
+    """The live curves of all pages that are computed: what stands behind curves gives way to them."""
+
+    def __init__(self) -> None:
+        self._threads: set[int] = set()
+        self._ended = -LULL
+
+    @contextlib.contextmanager
+    def one_more(self) -> Iterator[None]:
+        """Count what is done in a thread as a live curve."""
+        self._threads.add(threading.get_ident())
+        try:
+            yield
+        finally:
+            self._ended = time.monotonic()
+            self._threads.discard(threading.get_ident())
+
+    def give_way(self, overtaken: Callable[[], bool]) -> None:
+        """Wait, in a thread, until there is a lull, as long as nothing newer is asked for."""
+        while (self._threads or time.monotonic() - self._ended < LULL) and not overtaken():
+            time.sleep(GIVING_WAY)
+
+
+LIVE_CURVES = LiveCurves()
 
 
 @dataclass(frozen=True)
@@ -216,12 +237,8 @@ def live_curve(
         if done < total and (computed > patience or waited > latest or (waited > 0.2 and overtaken())):
             raise KeyboardInterrupt
 
-    FOLLOWING.add(threading.get_ident())
-    try:
-        with listening(say) as heard:
-            result = df.run(case, progress=report_progress)
-    finally:
-        FOLLOWING.discard(threading.get_ident())
+    with LIVE_CURVES.one_more(), listening(say) as heard:
+        result = df.run(case, progress=report_progress)
     return Live(result, bool(result.attrs.get("interrupted")), heard.seconds > 0.0)
 
 

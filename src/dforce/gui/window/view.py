@@ -17,7 +17,7 @@ from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.other_figures import force_distance
-from dforce.gui.document.compute import LIVE, RECENT, Latest, Live, in_thread, live_curve
+from dforce.gui.document.compute import BEHIND, LIVE, LIVE_CURVES, RECENT, Latest, Live, in_thread, live_curve
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.document.session import Session
 from dforce.gui.window.shown import DrawnResult, Followed, PagePart, Said, ShownParts, Waiting, WantedResult
@@ -252,9 +252,20 @@ class View:
         self._beside_at = time.monotonic()
         self.show_beside()
         with self._saying_what_is_wrong(followed.document):
-            await self.force.draw(await in_thread(LIVE, lambda: _force(followed.case)))
+            force = await in_thread(BEHIND, lambda: self._force(followed.case))
+            if force is None:
+                return
+            await self.force.draw(force)
             self.shown.show(PagePart.FORCE, followed.document)
         self._advising.ask(followed)
+
+    def _force(self, case: df.Case) -> figures.Figure | None:
+        """Return the figure of the force of a case, with its parts; None where something newer is asked for."""
+        LIVE_CURVES.give_way(lambda: self._beside.overtaken)
+        if self._beside.overtaken:
+            return None
+        curve = df.force_curve(case)
+        return force_distance(curve, df.force_parts(curve.isel(direction=[0])))
 
     async def _advise(self, followed: Followed) -> None:
         """Show the advice once nothing has changed for a moment: while something is dragged nobody reads it."""
@@ -377,12 +388,6 @@ class View:
         self.shown.show(PagePart.ADVICE, document if said.advice else None)
         for hook in self.on_said:
             hook(said)
-
-
-def _force(case: df.Case) -> figures.Figure:
-    """Return the figure of the force of a case, with its parts."""
-    curve = df.force_curve(case)
-    return force_distance(curve, df.force_parts(curve.isel(direction=[0])))
 
 
 def _wrong(document: Document, error: Exception) -> Said:
