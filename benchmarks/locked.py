@@ -1,4 +1,4 @@
-"""What locked states cost: curves in FM-AFM beside the same curves in tapping mode, and a point of AM-FM from its neighbor.
+"""What locked states cost: curves in FM-AFM beside the same curves in tapping mode, points of two tones from their neighbors.
 
     python benchmarks/locked.py [--repeat 7]
 
@@ -14,16 +14,51 @@ from collections.abc import Callable
 
 import dforce as df
 from dforce.procedures.two_tones import TwoTones
+from dforce.solvers.torus import FoundTorus
 
-STEP = 0.02e-9  # m between a point of AM-FM and its neighbor
+ZC, STEP = 4e-9, 0.02e-9  # m: a point of AM-FM, and how far from it the neighbor lies
 MISMATCH = 1e-8  # of a torus that is found
-HERTZ = {
-    "cantilever": {"modes": [{"f0": "48.9 kHz", "k": "0.9 N/m", "Q": 100}, {"f0": "282 kHz", "k": "28 N/m", "Q": 200}]},
-    "sample": {"youngs_modulus": "1 GPa", "poisson_ratio": 0.3},
-    "forces": [{"model": "hertz"}],
+AIR, WATER = (100.0, 200.0), (2.0, 5.0)  # quality factors
+HERTZ, DMT = [{"model": "hertz"}], [{"model": "dmt", "hamaker": "2e-20 J"}]
+VISCOUS = [*HERTZ, {"model": "kelvin_voigt", "viscosity": "100 Pa s"}]
+# name: quality factors, forces, radius, modulus; amplitude of the first tone, its free amplitude (None: FM-FM), amplitude of
+# the second tone; phases of the first tone
+POINTS = {
+    "AM-FM, Hertz": (AIR, HERTZ, "20 nm", "1 GPa", "4 nm", "7.351847 nm", "0.1 nm", 512),
+    "FM-FM, Hertz": (AIR, HERTZ, "2 nm", "1 GPa", "4.2 nm", None, "0.1 nm", 512),
+    "AM-FM, DMT": (AIR, DMT, "2 nm", "1 GPa", "4.2 nm", "4.24636 nm", "0.1 nm", 4096),
+    "AM-FM, viscous": (AIR, VISCOUS, "2 nm", "50 MPa", "4.6 nm", "5.31434 nm", "0.1 nm", 4096),
+    "AM-FM, water": (WATER, HERTZ, "5 nm", "50 MPa", "4.5 nm", "4.500937 nm", "0.2 nm", 4096),
 }
-AM_FM = [{"A0": "7.351847 nm"}, {"A0": "0.1 nm", "operation": "fm"}]
-FM_FM = [{"A0": "4.2 nm", "operation": "fm"}, {"A0": "0.1 nm", "operation": "fm"}]
+
+
+def from_neighbor(
+    Q: tuple[float, float], forces: list, radius: str, E: str, A1: str, A01: str | None, A2: str, phases: int
+) -> Callable[[], FoundTorus]:
+    """Return what finds a point of two tones from its neighbor."""
+    modes = [{"f0": "48.9 kHz", "k": "0.9 N/m", "Q": Q[0]}, {"f0": "282 kHz", "k": "28 N/m", "Q": Q[1]}]
+    second = {"A0": A2, "operation": "fm", "signal": "mode"}
+
+    def tori(first: dict[str, str]) -> TwoTones:
+        case = df.Case(
+            cantilever={"modes": modes},
+            drive={"tones": [first, second]},
+            tip={"radius": radius},
+            sample={"youngs_modulus": E, "poisson_ratio": 0.3},
+            forces=forces,
+        )
+        return TwoTones(case.problem, case.solver, lambda: None)
+
+    # a lock of the first amplitude passes the folds of amplitude modulation
+    held = tori({"A0": A1, "operation": "pm" if A01 else "fm", "signal": "mode"})
+    held.at(ZC + STEP)
+    asked, torus = tori({"A0": A01}) if A01 else held, held.torus
+    while torus.grid[0] < phases:
+        torus = torus.finer(False)
+    units = held.length / asked.length
+    torus = torus._replace(z=torus.z * units, drive=torus.drive * units)
+    near = asked.balance(ZC + STEP).find(torus, MISMATCH).torus
+    return lambda: asked.balance(ZC).find(near, MISMATCH)
 
 
 def least(run: Callable[[], object], repeat: int) -> float:
@@ -58,14 +93,13 @@ def main() -> None:
         print(
             f"{name}: {100.0 * touching:.0f} % touch in FM; AM {1e3 * am:.1f} ms, FM {1e3 * fm:.1f} ms, ratio {fm / am:.2f}"
         )
-    for name, tones, radius in (("AM-FM", AM_FM, "20 nm"), ("FM-FM", FM_FM, "2 nm")):
-        case = df.Case(**HERTZ, tip={"radius": radius}, drive={"tones": tones})
-        tori = TwoTones(case.problem, case.solver, lambda: None)
-        tori.at(4e-9 + STEP)
-        balance, near = tori.balance(4e-9), tori.torus
-        took = least(lambda b=balance, n=near: b.find(n, MISMATCH), repeat)
-        phases = " x ".join(map(str, near.grid))
-        print(f"{name}, Hertz, {phases} phases, from its neighbor: {1e3 * took:.1f} ms")
+    for name, point in POINTS.items():
+        find = from_neighbor(*point)
+        found = find()
+        assert found.mismatch <= MISMATCH
+        shift = found.torus.omega[1] / found.torus.omega[0]
+        phases = " x ".join(map(str, found.torus.grid))
+        print(f"{name}, {phases} phases, f2/f1 = {shift:.6f}, from its neighbor: {1e3 * least(find, repeat):.1f} ms")
 
 
 if __name__ == "__main__":

@@ -144,8 +144,11 @@ def test_a_boundary_of_a_force_with_memory_passes_through_the_fold_of_the_branch
     assert (found.states.values[0], found.states.values[-1]) == (2, 1)
 
 
-def test_an_approach_with_hysteresis_jumps_at_the_fold_of_the_map():
-    curve, above = approach_past(STICKY, around(STICKY, 27.0, 0.78), "fold")
+@pytest.mark.parametrize(
+    ("case", "A0", "share"), [(STICKY, 27.0, 0.78), (SOFT, 28.0, 0.735587236)], ids=["switch", "memory"]
+)
+def test_an_approach_jumps_at_the_fold_of_the_map(case, A0, share):
+    curve, above = approach_past(case, around(case, A0, share), "fold")
     jump = int(np.argmax(np.abs(np.diff(curve.phase.values[:, 0]))))
     assert above[jump + 1] < 0.0 < above[jump] or np.abs(above[jump : jump + 2]).min() < 1e-4
 

@@ -104,6 +104,15 @@ def test_dwell_under_controllers_has_the_numbers_of_the_locked_state():
     assert in_time.loop_frequency_shift.values[-1] == pytest.approx(float(in_time.frequency_shift[0]))
 
 
+def test_dwell_under_controllers_shows_how_many_periods_are_left():
+    seen = []
+    dwell = a_case(experiment={"kind": "dwell", "zc": 4 * NM, "controllers": {}})
+    df.run(dwell, progress=lambda done, total, _: seen.append((done, total)))
+    done, total = np.array(seen[2:]).T  # the first two come before the first period
+    assert (np.diff(done) >= 0).all() and (done[:-1] < total[:-1]).all() and done[-1] == total[-1]
+    assert total.min() > 0.5 * total[-1]  # the time left is right within a factor of two from the first period on
+
+
 @pytest.mark.parametrize(
     ("operation", "controllers", "sentence"),
     [

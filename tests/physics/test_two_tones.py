@@ -91,7 +91,7 @@ TAPPING = [{"A0": 7.351847e-9}, {"A0": "0.1 nm", "operation": "fm"}]
 def test_controllers_in_time_find_the_torus(am_fm):
     one = AM_FM.replace("solver.integrator", "engine").replace("solver.accuracy", 1e-6)
     start = one.problem.unlocked, np.ones(2), None
-    found, became = InTime(one.problem, one.solver, lambda: None, 8e-9, *start).at(4e-9)
+    found, became = InTime(one.problem, one.solver, lambda *_: None, 8e-9, *start).at(4e-9)
     assert became == df.Status.OK
     assert found["frequency_shift"] == pytest.approx([0.0, 1193.665], abs=0.01)
     assert found["mode_phase"] == pytest.approx([33.06728, 90.0], abs=1e-3)
@@ -113,12 +113,12 @@ def test_controllers_in_time_find_the_tori_of_random_cases(seed):
     one = AM_FM.replace(cantilever={"modes": modes}, drive={"tones": [first, second]}, tip={"radius": draw(2e-9, 9e-9)})
     one = one.replace("sample.youngs_modulus", 10.0 ** draw(7.5, 9.0)).replace(forces=[df.forces.Hertz(), *viscous])
     zc = draw(0.75, 0.95) * first["A0"]
-    torus, became = TwoTones(one.problem, one.solver, lambda: None).at(zc)
+    torus, became = TwoTones(one.problem, one.solver, lambda *_: None).at(zc)
     assert became == df.Status.OK and "settling_periods" not in torus
     one = one.replace("solver.integrator", "engine")
-    found, became = InTime(one.problem, one.solver, lambda: None, 2.0 * zc, one.problem.unlocked, np.ones(2), None).at(
-        zc
-    )
+    found, became = InTime(
+        one.problem, one.solver, lambda *_: None, 2.0 * zc, one.problem.unlocked, np.ones(2), None
+    ).at(zc)
     assert became == df.Status.OK
     for name in ("frequency_shift", "amplitude", "drive_force", "virial", "mean_deflection"):
         scale = np.abs(torus[name]).max() if name == "frequency_shift" else np.abs(torus[name])
@@ -155,7 +155,7 @@ def test_motions_without_a_torus_are_found_in_time_and_advice_says_so(change):
 def test_motion_that_a_neck_makes_irregular_has_the_means_of_a_long_run_and_says_that_it_does_not_repeat():
     sticky = AM_FM.replace(drive={"tones": [{"A0": "6 nm"}, TAPPING[1]]}, tip={"radius": 5e-9})
     sticky = sticky.replace(forces=[df.forces.Capillary(), df.forces.Hertz()])
-    lock = InTime(sticky.problem, sticky.solver, lambda: None, 8e-9, sticky.problem.unlocked, np.ones(2), None)
+    lock = InTime(sticky.problem, sticky.solver, lambda *_: None, 8e-9, sticky.problem.unlocked, np.ones(2), None)
     found, became = lock.at(5.4e-9)
     assert became == df.Status.NOT_REPEATING
     # at most 75 windows of 256 periods; it took 200, and gave the numbers of the last one

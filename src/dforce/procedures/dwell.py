@@ -52,9 +52,15 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
     reach, note = (_noisy, "periods") if case.solver.integrator == "langevin" else (_settled, "settling")
     if problem.is_locked:
         reach, note = _held if plan.controllers is None else _controlled, "locking"
+    so_far = [0, 1]
+
+    def report(*periods: int) -> None:
+        so_far[:] = periods or so_far
+        report_progress(so_far[0], so_far[1], note)
+
     with until_stopped() as stop:
-        report_progress(0, 1, note)
-        integrator, start, motion, found, loops = reach(plan, problem, case.solver, lambda: report_progress(0, 1, note))
+        report()
+        integrator, start, motion, found, loops = reach(plan, problem, case.solver, report)
     if stop.came:
         return dataset(layout, [Found.empty()], problem).assign_attrs(interrupted=1)
     data = dataset(layout, [found], problem).assign_attrs(samples_per_period=integrator.points)
@@ -67,7 +73,7 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
         check_length(count, integrator.points)
         motion = record_traces(data, integrator, motion, count)
         record_spectrum(data, integrator, motion, plan.recorded_periods)
-    report_progress(1, 1, "")
+    report_progress(so_far[1], so_far[1], "")
     return data
 
 

@@ -18,10 +18,11 @@ from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion
 from dforce.solvers.transient import Steady
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from dforce.core.arrays import Array
     from dforce.problem import Problem
     from dforce.solvers import SolverSettings
-    from dforce.solvers.transient import CancelCheck
 
 STEP = 0.1  # of the set point of the first tone, by which the distance changes in a window
 
@@ -47,13 +48,13 @@ class InTime:
         self,
         problem: Problem,
         settings: SolverSettings,
-        check_cancelled: CancelCheck,
+        report: Callable[..., None],
         zc: float,
         there: Problem,
         ratio: Array,
         motion: Motion | None,
     ) -> None:
-        self.problem, self.check_cancelled, self.zc, self.ratio = problem, check_cancelled, zc, ratio
+        self.problem, self.report, self.zc, self.ratio = problem, report, zc, ratio
         self.integrator = INTEGRATORS[settings.integrator](there, settings, 0)
         self.motion = motion or initial_motion(self.integrator, "free")
 
@@ -62,7 +63,7 @@ class InTime:
         steps = math.ceil(abs(zc - self.zc) / (STEP * self.problem.tones[0].A0)) + 1
         way = np.linspace(self.zc, zc, steps)[1:].tolist() or [zc]
         loops = [ToneControllers.of(tone) for tone in self.problem.tones]
-        followed = follow(self.integrator, way, self.motion, loops, self.check_cancelled)
+        followed = follow(self.integrator, way, self.motion, loops, self.report)
         self.zc, self.ratio, self.motion = zc, self.ratio * followed.ratio[-1], followed.motion
         found = measured(self.problem, self.integrator, followed, self.ratio, followed.rows)
         became = status_of(found, self.integrator.problem)

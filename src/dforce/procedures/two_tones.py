@@ -280,7 +280,7 @@ def curve(
     """Return the locked motions along a curve; see :func:`dforce.runs.carry_out`. A stopped curve is found again as a whole."""
     plan = experiment.plan(case.problem)
     kept, total, done, note = Found.empty(1, len(plan.visits)), len(plan.visits), 0, "free lock"
-    tori = TwoTones(case.problem, case.solver, lambda: report_progress(min(done, total - 1), total, note))
+    tori = TwoTones(case.problem, case.solver, lambda *_: report_progress(min(done, total - 1), total, note))
     with until_stopped() as stop:
         for done, place in enumerate(plan.visits):
             zc = float(plan.values[place[0]])

@@ -14,7 +14,7 @@ The zero of each controller cancels the pole of the lever: far from the sample b
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
@@ -27,7 +27,7 @@ from dforce.observables.averaging import SHORTEST, weights, window_length
 from dforce.observables.finish import held_signals
 from dforce.problem import Problem
 from dforce.solvers.integrator import Integrator, Motion
-from dforce.solvers.transient import CancelCheck, never_cancelled
+from dforce.solvers.transient import never_cancelled
 
 FILTERED = 5.0  # times the larger bandwidth of the controllers: that of the low-pass behind the lock-in
 LONGEST = 60.0  # response times of the slowest controller or lever: then the loops are given up
@@ -105,14 +105,15 @@ def follow(
     way: Sequence[float],
     start: Motion,
     loops: Sequence[ToneControllers],
-    check_cancelled: CancelCheck = never_cancelled,
+    report: Callable[..., None] = never_cancelled,
 ) -> ControlledMotion:
     """Follow a motion along average distances (m), and at the last one until all loops have settled.
 
     The controllers act after each period of one tone, or each window over several, in which their beats cancel, those of the
-    first tone more often; there is a distance for each. In the end errors of phase (rad) and amplitude (as a share), and their
-    changes, are below `settle_tolerance` for a response time of the slowest loop, or noise. The integrator starts from
-    its problem, and is left with the last frequencies and drives, and with the phases of the tones at the end.
+    first tone more often; there is a distance for each. `report` is called with the periods done, and about how many it takes.
+    In the end errors of phase (rad) and amplitude (as a share), and their changes, are below `settle_tolerance` for a response
+    time of the slowest loop, or noise. The integrator starts from its problem, and is left with the last frequencies and
+    drives, and with the phases of the tones at the end.
     """
     problem, settings = integrator.problem, integrator.settings
     tones, modes = problem.tones, [problem.modes[tone.mode] for tone in problem.tones]
@@ -131,7 +132,7 @@ def follow(
     recent: list[Array] = []
     errors: list[tuple[Array, ...]] = []
     calm = age = 0.0
-    periods, many, repeats = 0, SPAN, True
+    periods, total, many, repeats = 0, 1, SPAN, True
 
     def correct(read: Complexes, period: float, who: Bools) -> tuple[Array, Array]:
         """Let controllers of some tones act on what their lock-ins read, and return the errors."""
@@ -144,7 +145,7 @@ def follow(
         return e, short
 
     while calm < 1.0 and age < LONGEST and motion.is_finite:
-        check_cancelled()
+        report(periods, total)
         before, window = read, window_over(omega)
         parts: list[Array] = []
         acting: list[tuple[Array, Array]] = []
@@ -171,6 +172,8 @@ def follow(
         change, periods = (read - before) / set_amplitude, periods + window
         acts = held * (RESPONSE / period if several else rates)
         slowest = min(rate for rate in (*acts.ravel(), *pole) if rate)
+        responses = 1.0 - math.log(settings.settle_tolerance)  # in which errors fall by that, and one more
+        total = max(total, periods + window, window * len(way) + math.ceil(responses * window / (period * slowest)))
         many = max(SPAN, IRREGULAR // window) if several else SPAN
         errors = [*errors[1 - many :], (e, short, change.real, change.imag)]
         recent = [*recent[1 - many :], measured]

@@ -279,6 +279,10 @@ def simplified_newton_step(
     if not step < NEAR or slow or last:
         orbits.outcome[s] = CONVERGED if residual < ROUGH_RESIDUAL and rest < TOLERANCE else FAILED
         return
+    if rest >= TOLERANCE:  # the memory first: beside a fold the motion answers its errors too strongly
+        go_on(slots, s)
+        orbits.outcome[s] = PENDING if orbits.passes[s] % MOST_PASSES == 0 else NEARBY
+        return
     orbits.before[s] = step
     for k in range(size):
         slots.x[s, k] += first[k]

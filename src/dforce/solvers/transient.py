@@ -30,7 +30,7 @@ REPEATS = 100.0  # times the settling tolerance: more change than this between w
 CancelCheck = Callable[[], None]  # called now and then; stops the run by raising
 
 
-def never_cancelled() -> None:
+def never_cancelled(*_: int) -> None:
     """Watch for nothing."""
 
 
