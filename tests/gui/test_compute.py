@@ -6,6 +6,7 @@ import asyncio
 import threading
 import time
 import types
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -153,6 +154,27 @@ def test_a_quick_curve_is_whole():
     live = live_curve(df.example("figure-3-air"), lambda: False, lambda text: None)
     assert not live.gave_up
     assert int((live.result["status"] == df.Status.OK).sum()) == 442
+
+
+def test_what_stands_behind_gives_way_while_a_curve_of_any_page_is_computed(run_as):
+    began, over = threading.Event(), threading.Event()
+
+    def waiting(case, progress):
+        began.set()
+        assert over.wait(10.0)
+        return df.dwell(df.example("figure-3-air"), zc="5 nm")
+
+    run_as(waiting)
+    with ThreadPoolExecutor(2) as threads:
+        curve = threads.submit(live_curve, df.example("figure-3-air"), lambda: False, lambda text: None)
+        assert began.wait(10.0)
+        behind = threads.submit(compute.give_way, lambda: False)
+        compute.give_way(lambda: True)  # something newer is asked for: it is not waited for
+        time.sleep(10.0 * compute.GIVING_WAY)
+        assert not behind.done()
+        over.set()
+        curve.result(10.0)
+        behind.result(10.0)
 
 
 def test_the_event_loop_is_free_while_a_thread_computes():

@@ -38,8 +38,8 @@ def escape(orbit: Orbit, unstable: UnstableStates, problem: Problem) -> float:
     It is the largest change, over the modes, of the deflection and of the velocity over the mode's angular frequency, at the
     start of the period.
     """
-    others = unstable.at(float(orbit.u[-1]))
-    if not orbit.is_stable or not len(others):
+    others = unstable.at(float(orbit.u[-1])) if orbit.is_stable else ()
+    if not len(others):
         return float("nan")
     tone = problem.tones[0]
     ratios = np.array([[1.0, tone.frequency / mode.f0] for mode in problem.modes]).ravel()

@@ -61,8 +61,6 @@ def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Data
     ParameterError
         For times that do not increase, numbers that are not finite, or shapes that do not match.
     """
-    import xarray as xr
-
     t, d = _numbers(time, "s", "time"), _numbers(distance, "m", "distance")
     if len(t) != len(d):
         raise ParameterError(f"time has {len(t)} values and distance {len(d)}; pass equal numbers")
@@ -79,8 +77,8 @@ def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Data
         "force": _sum([answer.force for answer in answers], d),
         "energy": _sum([answer.energy for answer in answers], d),
     }
-    data = xr.Dataset({name: ("time", values) for name, values in variables.items()}, {"time": t})
-    return _finished(data, case, [answer.force for answer in answers], ("time",))
+    found = {name: ("time", values) for name, values in variables.items()}
+    return _finished(found, {"time": t}, case, [answer.force for answer in answers])
 
 
 @checked
@@ -110,8 +108,6 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     ParameterError
         For fewer than two distances, or numbers that are not finite.
     """
-    import xarray as xr
-
     chosen = _number(SPEED if speed is None else speed, "m/s", "speed")
     if chosen <= 0.0:
         raise ParameterError(f"speed = {units.show(chosen, 'm/s')} is not above 0 m/s")
@@ -122,14 +118,11 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
         raise ParameterError("a force curve needs at least two different distances")
     answers = [_there_and_back(force, -path, chosen, TOLERANCE, place) for force in case.problem.forces]
     halves = [half[:, back] for half, _ in answers]
-    data = xr.Dataset(
-        {
-            "force": (("direction", "distance"), _sum(halves, np.zeros((2, len(given))))),
-            "energy": sum(energy for _, energy in answers),
-        },
-        {"direction": ["approach", "retract"], "distance": given},
-    )
-    return _finished(data, case, halves, ("direction", "distance"))
+    found = {
+        "force": (("direction", "distance"), _sum(halves, np.zeros((2, len(given))))),
+        "energy": sum(energy for _, energy in answers),
+    }
+    return _finished(found, {"direction": ["approach", "retract"], "distance": given}, case, halves)
 
 
 def _answer(force: Force, motion: Motion, times: Sequence[float], tolerance: float, zc: float | None) -> Answer:
@@ -227,18 +220,20 @@ def _sum(parts: Sequence[Array], like: Array) -> Array:
     return np.sum(parts, axis=0) if parts else np.zeros_like(like)
 
 
-def _finished(data: xr.Dataset, case: Case, parts: Sequence[Array], dims: tuple[str, ...]) -> xr.Dataset:
-    """Add each model's share, the words of every quantity, and where the result comes from."""
-    names = [force.name for force in case.forces]
+def _finished(found: dict[str, Any], coords: dict[str, Any], case: Case, parts: Sequence[Array]) -> xr.Dataset:
+    """Return a Dataset with each model's share, the words of every quantity, and where the result comes from."""
+    import xarray as xr
+
+    names, dims = [force.name for force in case.forces], tuple(coords)
     if parts:
-        labels = [
-            name if names.count(name) == 1 else f"{name}_{names[:place].count(name) + 1}"
-            for place, name in enumerate(names)
-        ]
-        data = data.assign_coords(model=labels)
-        data["partial_force"] = (
+        found["partial_force"] = (
             ("model", *dims),
             np.stack([parts[place] for place in np.argsort(case.problem.places)]),
         )
+        coords["model"] = [
+            name if names.count(name) == 1 else f"{name}_{names[:place].count(name) + 1}"
+            for place, name in enumerate(names)
+        ]
+    data = xr.Dataset(found, coords)
     data.attrs = provenance(case.to_toml(), case.title) | attributes(advice(case, data))
     return describe(data)

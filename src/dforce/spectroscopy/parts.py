@@ -47,10 +47,13 @@ def force_parts(result: xr.Dataset) -> xr.Dataset:
         raise ParameterError("this result has no force over a distance; use df.force_curve or a dwell")
     case = case_of(result)
     force = result["force"].reset_coords(drop=True)
-    distance = result["distance"].reset_coords(drop=True).broadcast_like(force).transpose(*force.dims)
+    given = result["distance"].variable
+    shape = [size if dim in given.dims else 1 for dim, size in force.sizes.items()]
+    ordered = given.transpose(*(dim for dim in force.dims if dim in given.dims)).values
+    distance = np.broadcast_to(ordered.reshape(shape), force.shape)
     velocity = result["velocity"].values if "velocity" in result else None
     zc = float(result["zc"]) if "zc" in result.coords and result["zc"].ndim == 0 else None
-    names, parts = parts_along(case.problem, distance.values, velocity, force.values, zc)
+    names, parts = parts_along(case.problem, distance, velocity, force.values, zc)
     data = xr.Dataset({"force_part": (("interaction", *force.dims), parts)}, {"interaction": names, **force.coords})
     return describe(data).assign_attrs(provenance(case.to_toml(), case.title))
 

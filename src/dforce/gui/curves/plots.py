@@ -136,9 +136,9 @@ class Plots:
 
     def prepare(self, result: xr.Dataset | None) -> None:
         """Solve the states at the set point, which are remembered until the figure is made."""
-        for layer in self.kept.layers(result):
-            for usual in pictures_of(layer.result)[:1]:
-                self.set_point.marked([layer], usual)
+        layers = self.kept.layers(result)
+        if layers and (usual := pictures_of(layers[-1].result)):
+            self.set_point.marked(layers, self.wanted(layers[-1].result, usual))
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
         """Return the figure of a result with those kept that are drawn beside it."""

@@ -26,6 +26,8 @@ from dforce.results.significance import ERRORS, is_none
 if TYPE_CHECKING:
     import xarray as xr
 
+    from dforce.gui.window.view import View
+
 ASKED_FIRST = next(picture.y for picture in OF_CURVES if picture.x == "amplitude_ratio")
 MOST_COLUMNS = 10
 MOST_ROWS = 30
@@ -50,6 +52,10 @@ class SetPoint(Panel):
 
     title = "Set point"
 
+    def __init__(self, view: View) -> None:
+        super().__init__(view)
+        self._marked: tuple[Any, list[Layer]] = (None, [])  # the layers marked last, and for what
+
     def make(self) -> None:
         """Make the field and the table, in the container that is open."""
         self.element = SetPointTable()
@@ -57,9 +63,13 @@ class SetPoint(Panel):
         self.element.on("percent", self._changed)
 
     def marked(self, layers: Sequence[Layer], wanted: Picture) -> list[Layer]:
-        """Return layers with their states at the set point, those that are curves."""
+        """Return layers with their states at the set point, those that are curves; asked for the same again, the same ones."""
         share = self.view.document.set_point
-        return [dataclasses.replace(layer, states=states_of(layer.result, share, wanted)) for layer in layers]
+        asked = share, wanted, [(layer.name, layer.color, id(layer.result)) for layer in layers]
+        if self._marked[0] != asked:
+            marked = [dataclasses.replace(layer, states=states_of(layer.result, share, wanted)) for layer in layers]
+            self._marked = asked, marked
+        return self._marked[1]
 
     def suits(self, scene: Scene) -> bool:
         """Return whether curves with set points are drawn."""

@@ -22,7 +22,7 @@ from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.curves.setpoint import cell_of, nones_of, of_quantity
-from dforce.gui.document.compute import LIVE, RecentCurves, in_thread
+from dforce.gui.document.compute import BEHIND, RecentCurves, give_way, in_thread
 from dforce.gui.window.view import View
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from dforce.gui.window.shown import DrawnResult
 
 REST = 0.3  # s without a change after which the states are looked for
-PATIENCE = 20.0  # s; what was found by then is drawn
+PATIENCE = 20.0  # s of computing; what was found by then is drawn
 CURVE = "this curve"
 NAMES = {True: "stable states", False: "unstable states"}
 ONE = {True: "a stable state", False: "an unstable state"}
@@ -78,13 +78,22 @@ class CoexistingStates:
         await asyncio.sleep(REST)
         if self._overtaken(curve):
             return
-        began = time.monotonic()
+        began = 0.0
+
+        def overtaken() -> bool:
+            return self._overtaken(curve)
 
         def report_progress(done: int, total: int, note: str) -> None:
-            if self._overtaken(curve) or time.monotonic() - began > PATIENCE:
+            give_way(overtaken)
+            if overtaken() or time.thread_time() - began > PATIENCE:
                 raise KeyboardInterrupt
 
         def find() -> xr.Dataset | None:
+            nonlocal began
+            give_way(overtaken)
+            if overtaken():
+                return None
+            began = time.thread_time()
             try:
                 case = case_of(curve.result)
                 states = RECENT_STATES.take(case)
@@ -96,8 +105,8 @@ class CoexistingStates:
                 return None
             return states
 
-        states = await in_thread(LIVE, find)
-        if self._overtaken(curve):
+        states = await in_thread(BEHIND, find)
+        if overtaken():
             return
         self.found = FoundStates(curve.document, states)
         if states is not None:

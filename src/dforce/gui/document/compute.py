@@ -28,11 +28,14 @@ PATIENCE = 1.0  # s of computing that a curve may take to follow what is typed; 
 LATEST = 5.0  # s that it may take on a machine that computes for others, too
 STOPPED_WITHIN = 0.6  # s; what does not stop by then counts as stopped, and is left to end by itself
 
+GIVING_WAY = 0.01  # s between two looks at whether a live curve is computed
+
 TURN = 1.0  # s that a run computes while others wait
 MOST_RUNS = 64  # begun at a time; later ones wait until one has ended
 
 # compiled solvers release Python's lock, so that threads use the cores
 LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live")
+BEHIND = ThreadPoolExecutor(1, thread_name_prefix="behind")  # what stands behind the curves, of one page at a time
 DRAFTS = ThreadPoolExecutor(1, thread_name_prefix="draft")  # a typed law does not wait for a curve that compiles
 RUNS = ThreadPoolExecutor(MOST_RUNS, thread_name_prefix="run")
 
@@ -165,6 +168,13 @@ def _key(case: df.Case) -> tuple[str, str]:
 
 
 RECENT = RecentCurves(25_000_000)
+FOLLOWING: set[int] = set()  # threads that compute a live curve, of any page
+
+
+def give_way(overtaken: Callable[[], bool]) -> None:
+    """Wait, in a thread, while live curves are computed, and as long as nothing newer is asked for."""
+    while FOLLOWING and not overtaken():
+        time.sleep(GIVING_WAY)
 
 
 @dataclass(frozen=True)
@@ -206,8 +216,12 @@ def live_curve(
         if done < total and (computed > patience or waited > latest or (waited > 0.2 and overtaken())):
             raise KeyboardInterrupt
 
-    with listening(say) as heard:
-        result = df.run(case, progress=report_progress)
+    FOLLOWING.add(threading.get_ident())
+    try:
+        with listening(say) as heard:
+            result = df.run(case, progress=report_progress)
+    finally:
+        FOLLOWING.discard(threading.get_ident())
     return Live(result, bool(result.attrs.get("interrupted")), heard.seconds > 0.0)
 
 
