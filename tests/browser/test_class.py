@@ -21,10 +21,15 @@ def shared(tmp_path_factory):
         yield server
 
 
+def short_address(server):
+    """Return the short address by which a class joins."""
+    told = next(found for line in server.said if (found := re.search(r"A class joins at \S+/(\w+)\.", line)))
+    return f"{server.home}/{told[1]}"
+
+
 def joined(visit, server, name):
     """Let a student come by the short address and give a name."""
-    told = next(found for line in server.said if (found := re.search(r"A class joins at \S+/(\w+)\.", line)))
-    window = visit(server, enter=lambda window: window.page.goto(f"{server.home}/{told[1]}"))
+    window = visit(server, enter=lambda window: window.page.goto(short_address(server)))
     window.page.get_by_text("A run may take 5 min and have 2000 points.").wait_for()  # before anything is computed
     window.page.get_by_label("Your name").fill(name)
     window.page.get_by_role("button", name="Join").click()
@@ -70,6 +75,70 @@ def test_a_teacher_begins_a_class_sees_who_is_there_and_opens_the_case_of_a_stud
     case.drawn()
     expect(case.field(AMPLITUDE).locator("input.df-box")).to_have_value("17.5")
     expect(teacher.field(AMPLITUDE).locator("input.df-box")).to_have_value("20")  # the teacher's own case stays
+
+
+@pytest.mark.long  # each page is opened several times
+def test_the_story_of_a_teacher_goes_on_after_reload_and_back_and_in_a_second_tab(visit, shared):
+    teacher = visit(shared, enter=Window.go)
+    page = teacher.page
+    # 1. the first page, reloaded, asks again; nothing was begun
+    page.get_by_role("button", name="Teach a class").click()
+    page.reload()
+    page.get_by_role("button", name="Teach a class").click()
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.get_by_role("dialog", name="teach a class").wait_for()
+    # 2. reloaded with the invitation open: the case to talk about is there, and the address of the class in the header
+    page.reload()
+    teacher.drawn()
+    teacher.type(AMPLITUDE, "18")
+    teacher.saved("18 nm")
+    with page.expect_popup() as opened:
+        page.get_by_role("link", name="Class").click()
+    wall = opened.value
+    # 3. who is there, on two walls, while a student goes back and forth and reloads; one person, however many pages
+    second = page.context.new_page()
+    second.goto(wall.url)
+    student = visit(shared, enter=lambda window: window.page.goto(short_address(shared)))
+    student.page.reload()
+    student.page.get_by_label("Your name").fill("Grace")
+    student.page.get_by_role("button", name="Join").click()
+    student.page.get_by_label("Your name").wait_for(state="detached")
+    student.drawn()
+    student.type(AMPLITUDE, "16.5")
+    student.saved("16.5 nm")
+    student.page.reload()
+    student.drawn()
+    other = Window(student.page.context.new_page(), shared)
+    other.page.goto(shared.home)
+    other.drawn()
+    for one in (student, other):
+        expect(one.field(AMPLITUDE).locator("input.df-box")).to_have_value("16.5")
+        assert not one.page.get_by_label("Your name").count()
+    for one in (wall, second):
+        one.reload()
+        expect(one.get_by_role("listitem").filter(has_text="Grace")).to_have_count(1)
+    student.page.goto("about:blank")
+    student.page.go_back()
+    student.drawn()
+    expect(student.field(AMPLITUDE).locator("input.df-box")).to_have_value("16.5")
+    # 4. the case of the student, reloaded, left and come back to; the teacher's own case stays, in a second tab, too
+    with wall.context.expect_page() as shown:
+        wall.get_by_role("link", name="open the case of Grace").click()
+    case = Window(shown.value, shared)
+    case.drawn()
+    case.page.reload()
+    case.drawn()
+    case.page.goto("about:blank")
+    case.page.go_back()
+    case.drawn()
+    expect(case.field(AMPLITUDE).locator("input.df-box")).to_have_value("16.5")
+    own = Window(page.context.new_page(), shared)
+    own.page.goto(shared.home)
+    own.drawn()
+    page.reload()
+    teacher.drawn()
+    for one in (teacher, own):
+        expect(one.field(AMPLITUDE).locator("input.df-box")).to_have_value("18")
 
 
 def test_the_page_of_who_is_there_is_for_the_teacher_alone(visit, shared):

@@ -6,7 +6,7 @@ import re
 
 import pytest
 from playwright.sync_api import expect
-from served import violations
+from served import Window, violations
 
 import dforce as df
 from dforce.gui.document.document import FIRST
@@ -69,12 +69,76 @@ def test_everything_can_be_done_with_the_keyboard_alone(window):
     window.shows(df.example("figure-3-water").replace("drive.A0", "8 nm"))
 
 
+@pytest.mark.long  # the start page and a sweep
+def test_a_story_from_the_start_page_to_the_set_point_with_the_keyboard_alone(visit):
+    window = visit(enter=Window.go)
+    page, keyboard = window.page, window.page.keyboard
+    here = "(place) => document.activeElement.matches(place)"
+
+    def tab_to(place, key="Tab"):
+        """Press a key until a place has the focus."""
+        for _ in range(60):
+            keyboard.press(key)
+            if page.evaluate(here, place):
+                return
+        raise AssertionError(f"{key} does not lead to {place}")
+
+    def skip(number, place):
+        """Follow one of the skip links at the begin of the page."""
+        page.evaluate("() => document.querySelector('.df-skip').focus()")
+        for _ in range(number):
+            keyboard.press("Tab")
+        keyboard.press("Enter")
+        page.wait_for_function(here, arg=place)
+
+    page.get_by_role("button", name="Two states and jumps").wait_for()
+    tab_to(".df-question:nth-child(3)")
+    keyboard.press("Enter")
+    tab_to("[role=combobox][aria-label=Lever]")
+    keyboard.type("PPP-NCHR")
+    page.get_by_role("option", name="PPP-NCHR: 330 kHz, 42 N/m").wait_for()
+    keyboard.press("ArrowDown")
+    keyboard.press("Enter")
+    tab_to(".df-start .bg-primary")
+    keyboard.press("Enter")
+    page.wait_for_function(here, arg=".df-main .df-chart")  # where one goes on
+    answer = page.get_by_role("status").and_(page.locator(".df-answer"))
+    expect(answer).to_contain_text("at 80 %")
+    before = answer.inner_text()
+    skip(0, ".df-slider input")
+    tab_to('.df-entry[data-path="drive.A0"] input', "Shift+Tab")
+    keyboard.press("Control+A")
+    keyboard.type("15")
+    expect(answer).not_to_have_text(before)
+    skip(2, "[role=tab]")
+    against = page.get_by_role("tab", name="Against")
+    tab_to(f"#{against.get_attribute('id')}", "ArrowRight")  # past tabs that are hidden
+    keyboard.press("Enter")
+    page.get_by_role("tab", name="Against", selected=True).wait_for()
+    tab_to(".df-explore .df-main-button")
+    keyboard.press("Enter")
+    panel = page.get_by_role("complementary", name="over parameters")
+    expect(panel).to_contain_text("Click on a point", timeout=60_000)
+    skip(2, "[role=tab]")
+    keyboard.press("Home")
+    keyboard.press("Enter")
+    page.get_by_role("tab", name="Set point", selected=True).wait_for()
+    tab_to(".df-setpoint input")
+    keyboard.press("Control+A")
+    keyboard.type("60")
+    expect(answer).to_contain_text("at 60 %")
+
+
 def test_arrow_keys_go_along_a_curve_to_which_a_skip_link_leads(window):
     page, keyboard = window.page, window.page.keyboard
     result = df.run(window.start("figure-3-air"))
     page.evaluate("() => document.activeElement.blur()")
     focused = "(place) => document.activeElement.matches(place)"
-    for words, place in (("Skip to the sliders", ".df-slider input"), ("Skip to the chart", ".df-main .df-chart")):
+    for words, place in (
+        ("Skip to the tabs", ".df-pane [role=tab]"),
+        ("Skip to the sliders", ".df-slider input"),
+        ("Skip to the chart", ".df-main .df-chart"),
+    ):
         link = page.locator(".df-skip", has_text=words)
         link.focus()
         assert link.bounding_box()["width"] > 20.0

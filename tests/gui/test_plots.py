@@ -9,8 +9,10 @@ import pytest
 from simulated import click, element, send, show, until, window
 
 import dforce as df
+from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.kept import DifferencesTable, Strip
 from dforce.gui.curves.motion import Drawing
+from dforce.gui.curves.panel import Scene
 from dforce.gui.curves.plots import Picker
 from dforce.gui.document.session import Session
 from dforce.results.curves import Picture
@@ -151,6 +153,17 @@ def test_results_and_pictures_survive_a_restart_an_undo_and_another_example(tmp_
             again = Session(store, tmp_path)
             assert (again.document.results, again.document.plots) == kept
             assert again.results.take(kept[0][0].id).sizes["zc"] == 23
+
+    asyncio.run(flow())
+
+
+def test_each_column_of_a_table_of_two_results_has_a_heading(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            (panel,) = (one for one in page.plots.pane.panels if one.title == "Thermal tune")
+            spectrum = df.thermal_spectrum(CASE, "1 s")
+            panel.show(Scene([Layer(spectrum, "one"), Layer(spectrum, "other")], Picture("frequency", ("density",))))
+            assert panel.sheet.props["heads"] == ["quantity", "one", "other"]
 
     asyncio.run(flow())
 

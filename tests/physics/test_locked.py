@@ -411,6 +411,8 @@ def test_states_at_a_frequency_shift_lie_on_the_curve():
     for at in states["zc"].values:
         there = df.run(asked.replace("experiment", {"kind": "approach", "zc": [float(at)]}))
         assert float(there["frequency_shift"].values[0, 0]) == pytest.approx(-40.0, abs=0.1)
+    with pytest.raises(df.ParameterError, match="give frequency_shift"):
+        df.at_set_point(df.run(asked), set_point=0.8)  # of an amplitude that is held
 
 
 def test_states_at_a_set_point_are_solved_with_the_distance_as_an_unknown():
@@ -563,6 +565,7 @@ REFUSED = {
     "a signal without a lock": ({"operation": "am", "signal": "mode"}, "remove signal"),
     "a base amplitude": ({"A0": None, "base_amplitude": "1 nm", "excitation": "base"}, "write A0 instead"),
     "an unknown operation": ({"operation": "dam"}, "operation"),
+    "an operation in capitals": ({"operation": "FM"}, "did you mean 'fm'"),
 }
 
 

@@ -69,7 +69,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """Return "; did you mean 'x'?" for the known name nearest to `name`, else the list of known names."""
     names = sorted(known)
     bare = _bare(name)
-    begun = [other for other in names if _bare(other).startswith(bare)] if len(bare) >= SAYS_SOMETHING else []
+    fits = str.startswith if len(bare) >= SAYS_SOMETHING else str.__eq__
+    begun = [other for other in names if fits(_bare(other), bare)]
     if begun:  # figure3 for figure-3-air: the first letters say more than the length
         return f"; did you mean '{min(begun, key=len)}'?"
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)

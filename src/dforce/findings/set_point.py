@@ -14,7 +14,7 @@ from dforce.core.units import parse, parse_share
 from dforce.findings.crossings import RATIO, SHIFT, Crossings
 from dforce.results.curves import drawable, goes_along, row_of
 from dforce.results.dataset import COLUMN_DIMS
-from dforce.results.kinds import swept
+from dforce.results.kinds import measured, swept
 from dforce.results.significance import ERRORS, is_none
 from dforce.results.status import check_computed, repeats
 
@@ -72,6 +72,8 @@ def at_set_point(
             raise UnitError(f"frequency_shift {error}") from None
         return _states(result, SHIFT, shift, names).assign_attrs(frequency_shift=shift)
     set_point = parse_share(set_point, "set_point")
+    if "amplitude" not in measured(result):
+        raise ParameterError("a controller holds the amplitude of this result; give frequency_shift, not set_point")
     return _states(result, RATIO, set_point, names).assign_attrs(set_point=set_point)
 
 
@@ -237,7 +239,7 @@ def states_at(curve: xr.Dataset, set_point: float, found: xr.Dataset | None = No
     """
     if found is None:
         known = drawable(curve, goes_along(curve))
-        found = at_set_point(curve, set_point, [name for name in (*SHOWN, *ERRORS) if name in known])
+        found = _states(curve, RATIO, set_point, [name for name in (*SHOWN, *ERRORS) if name in known])
     repels = ~is_none(found, "peak_force") if "peak_force" in found else np.ones(found.sizes["crossing"], dtype=bool)
     way = found["direction"].values if "direction" in found.coords else np.zeros(found.sizes["crossing"])
     states = []

@@ -139,7 +139,7 @@ class FitNumbers(Panel):
         found = [self.found(layer.result) for layer in drawn]
         labels = dict.fromkeys(label for texts in found for label in texts)
         self.sheet.props.update(
-            heads=["", *(layer.name for layer in drawn)] if len(drawn) > 1 else [],
+            heads=["quantity", *(layer.name for layer in drawn)] if len(drawn) > 1 else [],
             rows=[[label, *(texts.get(label, "–") for texts in found)] for label in labels],
         )
         self.sheet.update()

@@ -73,12 +73,16 @@ document.addEventListener("focusin", (event) => {
   const helper = event.target.matches(".q-focus-helper"); // within a button that a pointer pressed
   if (!event.target.closest(".q-menu, .q-dialog")) dforceFocus.before = helper ? event.target.parentElement : event.target;
 });
-// Arrow keys go through an open menu.
+// Arrow keys go through an open menu, and through the tabs in sight; Quasar stays before one that is hidden.
 document.addEventListener("keydown", (event) => {
-  const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-  const items = [...(event.target.closest?.('.q-menu, [role="menu"]')?.querySelectorAll('[role="menuitem"]') ?? [])];
-  if (!step || !items.length) return;
+  const isTab = event.target.matches?.('[role="tab"]');
+  const list = event.target.closest?.(isTab ? '[role="tablist"]' : '.q-menu, [role="menu"]');
+  const items = [...(list?.querySelectorAll(`[role="${isTab ? "tab" : "menuitem"}"]`) ?? [])].filter((one) => one.offsetParent);
+  const here = items.indexOf(event.target), last = items.length - 1;
+  const [next, before] = isTab ? ["ArrowRight", "ArrowLeft"] : ["ArrowDown", "ArrowUp"];
+  const goal = { Home: 0, End: last, [next]: here < last ? here + 1 : 0, [before]: here > 0 ? here - 1 : last }[event.key];
+  if (!items[goal]) return;
   event.preventDefault();
-  const here = items.indexOf(event.target);
-  items[here < 0 && step < 0 ? items.length - 1 : (here + step + items.length) % items.length].focus();
-});
+  event.stopPropagation();
+  items[goal].focus();
+}, true);

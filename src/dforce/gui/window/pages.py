@@ -42,7 +42,11 @@ if TYPE_CHECKING:
 FORGOTTEN = 3600.0  # s after which a session that no page shows is only kept in the storage
 ANSWERED_WITHIN = 60.0  # s that a browser of a busy computer has to answer
 HERE = Path(__file__).parent
-SKIPS = {"Skip to the sliders": ".df-slider input[type=range]", "Skip to the chart": ".df-main .df-chart"}
+SKIPS = {
+    "Skip to the sliders": ".df-slider input[type=range]",
+    "Skip to the chart": ".df-main .df-chart",
+    "Skip to the tabs": ".df-pane [role=tab][aria-selected=true]",
+}
 SKIP = "(event) => { event.preventDefault(); document.querySelector(PLACE)?.focus(); }"
 SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
 

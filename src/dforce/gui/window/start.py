@@ -168,6 +168,8 @@ DROP = "Drop a file anywhere: a measured curve, a thermal spectrum, a case or a 
 KEPT = "Forces and free amplitude are the values of the example."
 ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as for a silicon tip with its oxide."
 TWO_MODES = "The second mode belongs to an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
+# who began here goes on at the chart, for what had the keyboard is no longer there
+TO_CHART = 'dforceFocus.before?.closest(".df-start") && dforceFocus.go(".df-main .df-chart")'
 NO_Q = "The library has no quality factor of this lever. Type it at “Quality factor Q”."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (
@@ -255,6 +257,7 @@ class StartPage:
         if self.element.visible:
             self.element.set_visibility(False)
             self.turn(False)
+            self.element.client.run_javascript(TO_CHART)
 
     def _picture(self, question: Question) -> None:
         with ui.element("button").classes("df-question").props('type="button"') as button:
