@@ -169,12 +169,12 @@ def test_what_stands_behind_gives_way_while_a_curve_of_any_page_is_computed(run_
         curve = threads.submit(live_curve, df.example("figure-3-air"), lambda: False, lambda text: None)
         assert began.wait(10.0)
         behind = threads.submit(compute.LIVE_CURVES.give_way, lambda: False)
-        compute.LIVE_CURVES.give_way(lambda: True)  # something newer is asked for: it is not waited for
+        assert not compute.LIVE_CURVES.give_way(lambda: True)  # something newer is asked for
         time.sleep(2.0 * compute.LULL)
         assert not behind.done()
         over.set()
         curve.result(10.0)
-        behind.result(10.0)
+        assert behind.result(10.0)
 
 
 def test_the_event_loop_is_free_while_a_thread_computes():

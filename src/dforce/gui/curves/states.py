@@ -84,14 +84,12 @@ class CoexistingStates:
             return self._overtaken(curve)
 
         def report_progress(done: int, total: int, note: str) -> None:
-            LIVE_CURVES.give_way(overtaken)
-            if overtaken() or time.thread_time() - began > PATIENCE:
+            if not LIVE_CURVES.give_way(overtaken) or time.thread_time() - began > PATIENCE:
                 raise KeyboardInterrupt
 
         def find() -> xr.Dataset | None:
             nonlocal began
-            LIVE_CURVES.give_way(overtaken)
-            if overtaken():
+            if not LIVE_CURVES.give_way(overtaken):
                 return None
             began = time.thread_time()
             try:

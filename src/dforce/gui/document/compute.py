@@ -189,10 +189,11 @@ class LiveCurves:
             self._ended = time.monotonic()
             self._threads.discard(threading.get_ident())
 
-    def give_way(self, overtaken: Callable[[], bool]) -> None:
-        """Wait, in a thread, until there is a lull, as long as nothing newer is asked for."""
+    def give_way(self, overtaken: Callable[[], bool]) -> bool:
+        """Wait, in a thread, for a lull; return whether it came before something newer was asked for."""
         while (self._threads or time.monotonic() - self._ended < LULL) and not overtaken():
             time.sleep(GIVING_WAY)
+        return not overtaken()
 
 
 LIVE_CURVES = LiveCurves()

@@ -261,8 +261,7 @@ class View:
 
     def _force(self, case: df.Case) -> figures.Figure | None:
         """Return the figure of the force of a case, with its parts; None where something newer is asked for."""
-        LIVE_CURVES.give_way(lambda: self._beside.overtaken)
-        if self._beside.overtaken:
+        if not LIVE_CURVES.give_way(lambda: self._beside.overtaken):
             return None
         curve = df.force_curve(case)
         return force_distance(curve, df.force_parts(curve.isel(direction=[0])))
