@@ -238,3 +238,30 @@ def test_an_orbit_is_measured_with_the_memory_that_belongs_to_it():
     assert orbit.amplitude.item() == pytest.approx(reference.amplitude.item(), rel=1e-7)
     assert orbit.peak_force.item() == pytest.approx(reference.peak_force.item(), rel=1e-6)
     assert orbit.total_dissipated_energy.item() == pytest.approx(reference.total_dissipated_energy.item(), rel=1e-5)
+
+
+def test_a_voltage_that_does_not_repeat_with_the_drive_is_left_to_time():
+    """The mean of its square is that of both voltages, whatever its frequency; at one phase of it the force is another."""
+
+    def case(frequency, method):
+        return df.Case(
+            cantilever={"f0": "70 kHz", "k": "40 N/m", "Q": 10}, drive={"A0": "2 nm"}, tip={"radius": "30 nm"},
+            forces=[df.forces.Electrostatic(bias="1 V", ac_bias="1 V", ac_frequency=frequency)],
+            experiment={"kind": "dwell", "zc": "12 nm"}, solver={"method": method},
+        )  # fmt: skip
+
+    for frequency in ("1 kHz", "35 kHz", "70.1 kHz"):
+        with pytest.raises(
+            df.ParameterError, match=r'electrostatic alternates at .* write solver.method = "transient"'
+        ):
+            case(frequency, "periodic")
+    both, in_time = (df.run(case("140 kHz", method)) for method in ("periodic", "transient"))
+    assert both.amplitude.values == pytest.approx(in_time.amplitude.values, rel=1e-5)
+    alone = df.run(case("140 kHz", "periodic").replace("forces.electrostatic.ac_bias", 0.0))
+    assert float(df.run(case("35 kHz", "transient")).mean_force) == pytest.approx(
+        1.5 * float(alone.mean_force), rel=0.02
+    )
+    with pytest.raises(df.ParameterError, match=r"at drive\.frequency = 71 kHz: the force electrostatic alternates"):
+        df.sweep(case("70 kHz", "periodic"), over={"drive.frequency": [70e3, 71e3]})
+    with pytest.raises(df.ParameterError, match=r"electrostatic, which depends on time, needs drive\.operation"):
+        case("70 kHz", "periodic").replace("drive.operation", "fm")

@@ -182,7 +182,7 @@ def test_curve_of_am_fm_goes_on_behind_a_fold_of_its_tori():
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"forces": [df.forces.Custom(law="-1e-12 * t")]}, "custom depends on time"),
+        ({"forces": [df.forces.Custom(law="-1e-12 * t")]}, "custom, which depends on time, needs"),
         (
             {"drive": {"tones": [{"A0": "4 nm", **OF_MODES}, {"A0": "1 nm", "mode": 1}]}},
             "both tones of drive drive mode 1",

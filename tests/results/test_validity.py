@@ -123,7 +123,7 @@ BEAM = {
     "thickness": "3 um",
     "Q": 60,
 }
-ALTERNATING = over(df.forces.Electrostatic(bias="1 V", ac_bias="1 V", ac_frequency="10 kHz"))
+ALTERNATING = over(df.forces.Electrostatic(bias="1 V", ac_bias="1 V", ac_frequency=CALM.problem.tones[0].frequency))
 LAYER = {"geometry": "sphere"}
 STIFF = over(  # a soft lever over mica, in water
     DMT(hamaker="1.5e-20 J"), cantilever={"f0": "104 kHz", "k": "0.0763 N/m", "Q": 2.51}, drive={"A0": "14 nm"},

@@ -27,6 +27,7 @@ from dforce.core.toml import read_toml
 from dforce.experiments import EXPERIMENTS, Experiment
 from dforce.forces import REGISTRY, Force, load_plugin
 from dforce.instrument import Cantilever, Contact, Drive, Medium, Noise, Readout, Sample, Tip
+from dforce.observables.averaging import common_period
 from dforce.problem import Instrument, Problem
 from dforce.solvers import SolverSettings
 
@@ -151,10 +152,26 @@ class Case(Parameters):
             )
         if self.solver.method != "periodic":
             self.problem.refuse_lock(f"solver.method = {self.solver.method}")
+        if self.experiment is not None and self.solver.method == "periodic":
+            self._refuse_other_periods(self.experiment)
         self._refuse_low_tip()
         for path in self.sweep.over if self.sweep is not None else ():
             place_of(self, path)
         return self
+
+    def _refuse_other_periods(self, experiment: Experiment) -> None:
+        """Raise :class:`ParameterError` where a force alternates, but does not repeat after a period of the drive."""
+        tones = [tone.frequency for tone in self.problem.tones]
+        common = common_period(tones)
+        for force in self.problem.forces:
+            own = force.own_frequency
+            if own is None or common is None:  # where the tones never repeat together, motions are found in time
+                continue
+            if experiment.path.endswith(("frequency", "f0")) or common_period([*tones, own]) != common:
+                raise ParameterError(
+                    f"the force {force.name} alternates at {units.show(own, 'Hz')}, so the motion does not repeat with the "
+                    'drive; write solver.method = "transient"'
+                )
 
     def _refuse_low_tip(self) -> None:
         """Raise :class:`ParameterError` where the lever over a wall comes to other heights than its fluid is known for."""

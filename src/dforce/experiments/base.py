@@ -171,9 +171,6 @@ def _refuse_tones(problem: Problem) -> None:
         raise ParameterError(
             f"both tones of drive drive mode {modes.pop() + 1}, but a lock needs another mode for each; {am}"
         )
-    for force in problem.forces:
-        if force.timed:
-            raise ParameterError(f"{force.name} depends on time, so two tones with a lock cannot be solved; {am}")
 
 
 class Experiment(Parameters):
@@ -218,6 +215,9 @@ class Experiment(Parameters):
         for key, only in (("protocol", "quasi_static"), ("start", "free"), ("record", "settled")):
             if problem.is_locked and getattr(self, key, None) not in (None, only):
                 problem.refuse_lock(f"experiment.{key} = {shorten(getattr(self, key))}")
+        for force in problem.forces:
+            if force.timed:  # with a period of its own, which that of the lock is not known to fit
+                problem.refuse_lock(f"the force {force.name}, which depends on time,")
         if problem.is_locked and len(problem.tones) > 1:
             _refuse_tones(problem)
 

@@ -89,7 +89,8 @@ class Force(Parameters):
     dissipative
         Whether the sample dissipates energy over a cycle.
     timed
-        Whether the law depends explicitly on the time `t`, as with an alternating bias.
+        Whether the law depends explicitly on the time `t`, as with an alternating bias. With ``method = "periodic"`` the time
+        begins anew with each common period of the tones, so the law must repeat with them; see `own_frequency`.
     source
         Source of the equation.
     example
@@ -134,6 +135,11 @@ class Force(Parameters):
     def is_rooted(self) -> bool:
         """Whether the law starts like a square root of the distance at a kink: solvers take shorter steps there."""
         return _is_rooted(self.law_function(), self.leading(), self.memory, self.kinks(), self.values())
+
+    @property
+    def own_frequency(self) -> float | None:
+        """Frequency (Hz) with which the force of a given motion alternates; None where it does not, or that is not known."""
+        return None
 
     @property
     def is_of_distance_alone(self) -> bool:

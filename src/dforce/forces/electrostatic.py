@@ -55,6 +55,11 @@ class Electrostatic(Force):
         return self.ac_bias != 0.0
 
     @property
+    def own_frequency(self) -> float | None:
+        """Frequency (Hz) of the alternating voltage."""
+        return self.ac_frequency if self.timed else None
+
+    @property
     def strength(self) -> float:
         """Force of the sphere per squared voltage, times distances (N m^2/V^2)."""
         angle_part = 1.0 - sin(self.needed("half_angle")) if self.geometry == "sphere_and_cone" else 1.0
