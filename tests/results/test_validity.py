@@ -124,6 +124,7 @@ BEAM = {
     "Q": 60,
 }
 ALTERNATING = over(df.forces.Electrostatic(bias="1 V", ac_bias="1 V", ac_frequency=CALM.problem.tones[0].frequency))
+OF_TIME = df.forces.Custom(law="P1*sin(t*1e4)", P1=1e-11)
 LAYER = {"geometry": "sphere"}
 STIFF = over(  # a soft lever over mica, in water
     DMT(hamaker="1.5e-20 J"), cantilever={"f0": "104 kHz", "k": "0.0763 N/m", "Q": 2.51}, drive={"A0": "14 nm"},
@@ -148,6 +149,7 @@ SPEAKS = {
     "energy_gained": [tapping(CALM, total_dissipated_energy=-1e-19), tapping(CALM, total_dissipated_energy=-1e-19, status=1)],
     "amplitude_beyond_the_drive": [tapping(CALM, amplitude=8e-9, status=1)],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
+    "own_time": [over(OF_TIME)],
     "tabor_of_dmt": [
         over(DMT(hamaker=0.8e-20)), over(SPHERE(hamaker=2e-20), HERTZ()), tapping(AIR, max_indentation=1e-10, peak_force=3e-9),
         over(df.forces.AdhesionHysteresis(), HERTZ()),
@@ -266,6 +268,7 @@ SILENT = {
         tapping(over(drive__frequency="48 kHz"), amplitude=8e-9), tapping(ALTERNATING, amplitude=8e-9),
     ],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 2])],
+    "own_time": [CALM, ALTERNATING, over(OF_TIME, solver={"method": "transient"})],
     "tabor_of_dmt": [
         CALM, over(DMT(hamaker=2e-20), sample__youngs_modulus="50 GPa"),
         over(df.forces.MaugisDugdale(surface_energy="10 mJ/m^2")),

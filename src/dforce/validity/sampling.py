@@ -235,4 +235,20 @@ def not_settled(seen: Evidence) -> Advice | None:
     )
 
 
-PIECES = (sampling, step_error, contact_sampling, energy_gained, amplitude_beyond_the_drive, not_settled)
+def own_time(seen: Evidence) -> Advice | None:
+    """Count the forces of time that may have another period than the drive, whose period is all that the solver looks at."""
+    names = [force.name for force in seen.problem.forces if force.timed and force.own_frequency is None]
+    if not names or seen.case.solver.method != "periodic":
+        return None
+    return Advice(
+        "own_time",
+        len(names),
+        0,
+        f"The force {names[0]} depends on time, which begins anew with each period of the drive. If the force does not "
+        'repeat with the drive, write solver.method = "transient".',
+        "solver.method",
+        ("forces", "solver.method"),
+    )
+
+
+PIECES = (sampling, step_error, contact_sampling, energy_gained, amplitude_beyond_the_drive, not_settled, own_time)
