@@ -163,6 +163,14 @@ def test_a_link_that_is_no_good_is_answered_in_a_sentence(window, name):
     window.start()
 
 
+def test_a_link_is_answered_where_the_page_writes_its_own_address_before_it_has_looked(window):
+    window.page.wait_for_function("location.hash.length > 100")
+    own = window.page.evaluate("location.hash.slice(1)")
+    window.page.evaluate("(own) => { location.hash = 'colorless-green-ideas'; dforceAddress.show(own); }", own)
+    window.page.locator(".q-notification").locator("visible=true").first.wait_for()
+    window.start()
+
+
 def test_a_path_in_the_name_of_a_file_leads_nowhere(typed):
     window, _ = typed
     content = df.example("figure-3-water").to_toml()

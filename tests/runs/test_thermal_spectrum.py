@@ -232,7 +232,7 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
             page.plots.fit_numbers.show(
                 Scene([Layer(result(), "dry"), Layer(result(), "wet")], pictures_of(result())[0])
             )
-            assert table.props["heads"] == ["", "dry", "wet"] and len(table.props["rows"][0]) == 3
+            assert table.props["heads"] == ["quantity", "dry", "wet"] and len(table.props["rows"][0]) == 3
             [note] = show(page, stopped())["layout"]["annotations"]
             assert (
                 "stopped before its first result" in note["text"]

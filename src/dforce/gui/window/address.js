@@ -12,4 +12,5 @@ const dforceAddress = {
   },
 };
 window.dforceAddress = dforceAddress;
-window.addEventListener("hashchange", () => emitEvent("dforce-link", location.hash));
+// by now the page may have put its own state into the address again
+window.addEventListener("hashchange", (event) => emitEvent("dforce-link", new URL(event.newURL).hash));
