@@ -241,7 +241,7 @@ def test_an_orbit_is_measured_with_the_memory_that_belongs_to_it():
 
 
 def test_a_voltage_that_does_not_repeat_with_the_drive_is_left_to_time():
-    """The mean of its square is that of both voltages, whatever its frequency; at one phase of it the force is another."""
+    """The mean force follows from the mean square of the voltage at any frequency, not from the voltage at one instant."""
 
     def case(frequency, method):
         return df.Case(

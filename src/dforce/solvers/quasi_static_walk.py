@@ -170,9 +170,10 @@ class Walk:
         """Take over from the way there the points that the way back comes to on the same state."""
         points, there = self.points, slice(0, int(self.turn[cases].max()))
         assure(self.block, self.values[:, there], points[there])
+        is_orbit = points.is_orbit
         for case in cases.tolist():
             values, done, at = self.values[case], int(self.done[case]), self.at[case]
-            here = np.flatnonzero((values[:done] == at) & points.is_orbit[case, :done])[:1]
+            here = np.flatnonzero((values[:done] == at) & is_orbit[case, :done])[:1]
             if not len(here) or apart(points.states.x[case, here], self.state.x[[case]])[0] > SAME:
                 continue
             first = int(here[0]) - int(values[done] != at)

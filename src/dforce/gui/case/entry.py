@@ -1,4 +1,4 @@
-"""Elements of a form: a field, that of an own law, its companions, a heading, a button, and the dialog that adds a force."""
+"""Elements of a form: fields with companions, the field of an own law, headings, buttons, the dialog that adds a force."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class Entry(ui.element, component="entry.js"):
 class OwnLaw(ui.element, component="own_law.js"):
     """A law in a field.
 
-    While one types, the plain Python law gives the small force curve, and mistakes are told at once. Nothing is compiled.
+    During typing the plain Python law gives the small force curve, and mistakes appear at once. Nothing is compiled.
     With Enter it becomes part of the case.
     """
 
@@ -137,7 +137,7 @@ class OwnLaw(ui.element, component="own_law.js"):
         self.view.edit(self.view.document.put(self.path, " ".join(text.split())), name=".".join(map(str, self.path)))
 
     def show(self, **changed: Any) -> None:
-        """Show the law of the case, or what is wrong with it; nothing is sent where nothing changed."""
+        """Show the law of the case, or its error; an unchanged law is not sent."""
         known = {key: value for key, value in changed.items() if key in ("text", "error", "mistake")}
         if any(self.props.get(key) != value for key, value in known.items()):
             self.props.update(known)
@@ -146,7 +146,7 @@ class OwnLaw(ui.element, component="own_law.js"):
         """Do nothing: this field has no text ahead of the page."""
 
     async def _show_force(self, text: str) -> None:
-        """Draw the force of what is being typed; say what is wrong with it."""
+        """Draw the force of the typed law, or show its error."""
         document = self.view.document.put(self.path, " ".join(text.split()))
         try:
             case = document.case()

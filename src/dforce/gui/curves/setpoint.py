@@ -63,7 +63,7 @@ class SetPoint(Panel):
         self.element.on("percent", self._changed)
 
     def marked(self, layers: Sequence[Layer], wanted: Picture) -> list[Layer]:
-        """Return layers with their states at the set point, those that are curves; asked for the same again, the same ones."""
+        """Return layers, each curve with its states at the set point; the last layers are remembered."""
         share = self.view.document.set_point
         asked = share, wanted, [(layer.name, layer.color, id(layer.result)) for layer in layers]
         if self._marked[0] != asked:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from dforce.gui.window.shown import DrawnResult
 
 REST = 0.3  # s without a change after which the states are looked for
-PATIENCE = 20.0  # s of computing; what was found by then is drawn
+PATIENCE = 20.0  # s of computing; the states found by then are drawn
 CURVE = "this curve"
 NAMES = {True: "stable states", False: "unstable states"}
 ONE = {True: "a stable state", False: "an unstable state"}

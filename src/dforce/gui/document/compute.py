@@ -181,7 +181,7 @@ class LiveCurves:
 
     @contextlib.contextmanager
     def one_more(self) -> Iterator[None]:
-        """Count what is done in a thread as a live curve."""
+        """Count the thread as one that computes a live curve."""
         self._threads.add(threading.get_ident())
         try:
             yield

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 T = TypeVar("T")
-
 log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
@@ -252,8 +251,7 @@ class View:
         self._beside_at = time.monotonic()
         self.show_beside()
         with self._saying_what_is_wrong(followed.document):
-            force = await in_thread(BEHIND, lambda: self._force(followed.case))
-            if force is None:
+            if (force := await in_thread(BEHIND, lambda: self._force(followed.case))) is None:
                 return
             await self.force.draw(force)
             self.shown.show(PagePart.FORCE, followed.document)
@@ -396,8 +394,7 @@ def _wrong(document: Document, error: Exception) -> Said:
 
 def _places(document: Document, advice: list[df.Advice]) -> tuple[tuple[Path, str], ...]:
     """Return each piece of advice with the path of the first field that it is about."""
-    found = []
-    for piece in advice:
-        about = [path for path in (path_of(document, name) for name in piece.about) if path]
-        found.append((about[0] if about else (), with_labels(document, piece.text)))
-    return tuple(found)
+    return tuple(
+        (next(filter(None, (path_of(document, name) for name in piece.about)), ()), with_labels(document, piece.text))
+        for piece in advice
+    )
