@@ -508,6 +508,7 @@ class Block:
             np.empty((count, size + 2, size)),
             np.empty((count, states)),
             np.empty((count, branches)),
+            np.zeros((count, size + 2, states)),
             np.empty((count, periods, self.columns)),
             np.full(count, self.wanted),
         )

@@ -25,7 +25,7 @@ import numpy as np
 
 from dforce.kernel.linker import uncounted
 from dforce.kernel.vocabulary import motion_size
-from dforce.solvers.period_map import FD_STEP, MEMORY_PASSES, go_on, march
+from dforce.solvers.period_map import FD_STEP, MEMORY_PASSES, carry, go_on, march
 
 TOLERANCE = 1e-9  # of the free amplitude: Newton step at which an orbit is accepted
 RESIDUAL = 1e-11  # of the free amplitude: residual that is rounding, whatever the Newton step
@@ -210,11 +210,14 @@ def newton_step(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix
         orbits.outcome[s] = FAILED
         return
     share = min(1.0, LARGEST / step) if step > 0.0 else 1.0
+    for k in range(size + 1):
+        first[k] *= share
     for k in range(size):
-        slots.x[s, k] += share * first[k]
+        slots.x[s, k] += first[k]
         orbits.slope[s, k] = second[k]
-    slots.value[s] += share * first[size] * orbits.unit[s]
+    slots.value[s] += first[size] * orbits.unit[s]
     go_on(slots, s)
+    carry(slots, s, first)
     orbits.before[s] = step if share == 1.0 else np.inf
     if step < NEAR:
         orbits.outcome[s] = NEARBY
@@ -288,6 +291,7 @@ def simplified_newton_step(
         slots.x[s, k] += first[k]
     slots.value[s] += first[size] * orbits.unit[s]
     go_on(slots, s)
+    carry(slots, s, first)
 
 
 def multiply(a: Any, b: Any, out: Any) -> None:

@@ -294,7 +294,7 @@ class ParameterRange:
         which, nothing, ends = np.zeros(1, np.int64), np.empty((1, 0)), np.empty((1, self.size + 2, self.size))
         rows, wanted = np.empty((1, 0, 0)), np.full(1, NOTHING)
         slots = Slots(
-            which, np.array([value]), x.copy(), nothing, branch.copy(), ends, nothing, branch.copy(), rows, wanted
+            which, np.array([value]), x.copy(), nothing, branch.copy(), ends, nothing, branch.copy(), rows, rows, wanted
         )
         beside = np.concatenate([np.zeros((1, self.size)), FD_STEP * np.eye(self.size)])
         orbits.unit[:] = self.span

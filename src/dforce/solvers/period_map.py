@@ -108,6 +108,8 @@ class Slots(NamedTuple):
         Motion one common period later, of the state itself and then of its neighbors, (slots, 2 + size, size).
     memory_after, branch_after
         Memory and branches then, of the state itself.
+    apart
+        How far the memory of each of its neighbors is from that, as last found for its problem, (problems, 2 + size, states).
     rows
         What was measured over each period, (slots, periods, columns).
     wanted
@@ -123,6 +125,7 @@ class Slots(NamedTuple):
     ends: Any
     memory_after: Any
     branch_after: Any
+    apart: Any
     rows: Any
     wanted: Any
 
@@ -296,6 +299,7 @@ def march_columns(
     memory and branches repeat.
     """
     numbers, kinks, tones, _, starts = columns
+    side = -1.0 if each == motion_size() else 1.0
     size, states, branches = starts.shape[0], model.memory_scale.shape[0], model.hysteresis
     table = np.empty((2 * drive.points + 1, mode_count()))
     desk = (
@@ -309,9 +313,12 @@ def march_columns(
         s = which[j // each]
         start, e = from_vector(starts[:, j].copy()), first_column(each) + j % each
         memory = slots.memory[s].copy() if e == 0 else slots.memory_after[s].copy()
+        apart = slots.apart[slots.case[s], e]
+        for k in range(states):
+            memory[k] += side * apart[k]
         branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, numbers[ZC, j], others)
-        y, change = start, np.zeros(states)
+        y, change, settled = start, np.zeros(states), False
         for attempt in range(MEMORY_PASSES if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
             for period in range(drive.periods):
@@ -333,7 +340,8 @@ def march_columns(
                 )
                 if measured and each == 1 and slots.wanted[s] != NOTHING:
                     take_measure(slots, s, period, model, drive, columns, j, desk)
-            if repeats(memory, memory_before, model.memory_scale, branch, branch_before):
+            settled = repeats(memory, memory_before, model.memory_scale, branch, branch_before)
+            if settled:
                 break
             if each > 1:
                 aitken(memory, memory_before, change, attempt % 3 == 2)
@@ -342,6 +350,9 @@ def march_columns(
         if e == 0:
             put_numbers(slots.memory_after[s], memory)
             put_numbers(slots.branch_after[s], branch)
+        else:
+            for k in range(states):
+                apart[k] = side * (memory[k] - slots.memory_after[s, k]) if settled else 0.0
 
 
 def put_numbers(place: Any, numbers: Any) -> None:
@@ -354,6 +365,13 @@ def go_on(slots: Any, s: int) -> None:
     """Take the memory and the branches of a slot as they were after its period."""
     put_numbers(slots.memory[s], slots.memory_after[s])
     put_numbers(slots.branch[s], slots.branch_after[s])
+
+
+def carry(slots: Any, s: int, change: Any) -> None:
+    """Let the memory of a slot answer a small change of its motion and of its parameter as that of its neighbors has done."""
+    for e in range(change.shape[0]):
+        for k in range(slots.memory.shape[1]):
+            slots.memory[s, k] += slots.apart[slots.case[s], 1 + e, k] * change[e] / FD_STEP
 
 
 def aitken(memory: Any, before: Any, change: Any, now: bool) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.newton import CONVERGED, central_differences, find_orbits, longest
-from dforce.solvers.period_map import NOTHING
+from dforce.solvers.period_map import NOTHING, carry
 from dforce.solvers.stability import is_stable
 
 LARGEST = 0.1  # of the parameter's unit: step
@@ -116,7 +116,7 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
     """
     size, cases, most = motion_size(), path.counts.shape[0], slots.case.shape[0]
     states, branches, ahead = model.memory_scale.shape[0], model.hysteresis, most // cases
-    guesses, place = np.empty((most, size)), np.empty(most, np.int64)
+    guesses, place, change = np.empty((most, size)), np.empty(most, np.int64), np.empty(size + 1)
     fits, which = np.empty(most, np.bool_), np.empty(most, np.int64)
     before, x_before, slope_before = branch.last_value.copy(), branch.last_x.copy(), branch.last_slope.copy()
     reach, fresh = np.full(cases, FIRST), np.ones(cases, np.int64)
@@ -170,6 +170,10 @@ def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: An
                 slots.memory[s, k] = branch.last_memory[case, k]
             for k in range(branches):
                 slots.branch[s, k] = branch.last_branch[case, k]
+            for k in range(size):
+                change[k] = guesses[s, k] - branch.last_x[case, k]
+            change[size] = (slots.value[s] - branch.last_value[case]) / model.unit[case]
+            carry(slots, s, change)
             slots.wanted[s] = path.wanted if place[s] >= 0 else NOTHING
         find_orbits(slots, count, True, model, drive, orbits, room)
         fitting = 0
