@@ -9,7 +9,7 @@ window      the page: `server` starts it, `security` guards it, `pages` is its l
             one page to its session, `shown` says which parts are behind, `dialogs` speaks and asks, `address` keeps the
             state in the address, `classroom` is a class at one server
 document    what a person works on: `document` is the immutable value, `session` its history, `store` keeps it, its
-            results and the files opened last on disk, `bounds` limits it, `compute` works off the event loop
+            results and the files opened last on disk, `compute` works off the event loop
 case        forms and sliders: `fields` reads the declarations, `forms` and `sliders` show them, `entry` has the elements
             (one draws an own law), `values` reads what is typed, `words` says sentences in the words of the forms
 curves      `figures` and `other_figures` make every figure of a result, `states` finds and lists the states behind it,
