@@ -10,8 +10,8 @@ window      the page: `server` starts it, `security` guards it, `pages` is its l
             state in the address, `classroom` is a class at one server
 document    what a person works on: `document` is the immutable value, `session` its history, `store` keeps it, its
             results and the files opened last on disk, `compute` works off the event loop
-case        forms and sliders: `fields` reads the declarations, `forms` and `sliders` show them, `entry` has the elements
-            (one draws an own law), `values` reads what is typed, `words` says sentences in the words of the forms
+case        forms and sliders: `fields` reads the declarations and says sentences in the words of the forms, `forms` and
+            `sliders` show them, `entry` has the elements (one draws an own law), `values` reads what is typed
 curves      `figures` and `other_figures` make every figure of a result, `states` finds and lists the states behind it,
             `chart` draws it, `plots` chooses it; `panel` is the pane below it, with `setpoint`, `motion`, `numbers` and
             `advice` as tabs; `kept` and `compare` are several results

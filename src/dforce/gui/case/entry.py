@@ -13,8 +13,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.forces import grouped
 from dforce.forces.custom import NAMES_IN_LAW
-from dforce.gui.case.fields import first_line, name_of
-from dforce.gui.case.words import in_words, plain
+from dforce.gui.case.fields import first_line, in_words, name_of, plain
 from dforce.gui.curves.other_figures import force_distance
 from dforce.gui.document.compute import DRAFTS, Latest, in_thread
 from dforce.gui.document.document import Path, path_of, written

@@ -13,8 +13,7 @@ from dforce.core import units
 from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.units import parse, show, split_unit, unit_choices
-from dforce.gui.case.fields import Field, Shape, fields
-from dforce.gui.case.words import label_of
+from dforce.gui.case.fields import Field, Shape, fields, label_of
 from dforce.gui.document.document import WHOLE, Document, Path
 from dforce.instrument.shared import values_used
 

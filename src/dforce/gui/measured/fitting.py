@@ -16,8 +16,8 @@ import dforce as df
 from dforce.core.progress import duration
 from dforce.core.units import show
 from dforce.findings.finding import with_error
+from dforce.gui.case.fields import field_at, label_of
 from dforce.gui.case.values import ParameterRow, rows_of
-from dforce.gui.case.words import field_at, label_of
 from dforce.gui.document.compute import Job
 from dforce.gui.document.document import LONGEST_NAME, NAMING, Document, Path, path_of
 from dforce.gui.measured.lever import holds_for

@@ -11,9 +11,8 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.units import show
-from dforce.gui.case.fields import Field
+from dforce.gui.case.fields import Field, in_words, with_labels
 from dforce.gui.case.values import ParameterRow
-from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import Document, MeasuredData, Path, path_of
 from dforce.gui.measured import fitting, lever, overlay
