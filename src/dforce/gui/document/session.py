@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 import dforce as df
-from dforce.gui.curves import compare
 from dforce.gui.document.compute import Job
 from dforce.gui.document.document import LOOKS, Document, KeptResult
-from dforce.gui.document.store import KEY, ResultStore, Saving
+from dforce.gui.document.store import KEY, ResultStore, Saving, color_of, name_of
 from dforce.gui.measured.fitting import FitJob, curve_in
 from dforce.gui.measured.lever import UNCONFIRMED, is_confirmed, lever_and_tip
 from dforce.gui.measured.session import MeasuredSession
@@ -191,11 +190,11 @@ class Session:
 
         identifier, here, before = await asyncio.to_thread(shelve)
         others = [kept for kept in self.document.results if kept.id in here]
-        name = compare.name_of(result, before, [kept.name for kept in others])
+        name = name_of(result, before, [kept.name for kept in others])
         self._known[identifier] = weakref.ref(result)
         if shown:
             self.results_of[identifier] = result
-        entry = KeptResult(identifier, name, compare.color_of(others), shown)
+        entry = KeptResult(identifier, name, color_of(others), shown)
         self.look(dataclasses.replace(self.document, results=(*others, entry)))
 
     async def take_result(self, document: Document, result: xr.Dataset) -> None:

@@ -20,7 +20,6 @@ from dforce.core.errors import shorten
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.plots import Plots
 from dforce.gui.document.document import Document
-from dforce.gui.document.store import LAST, LastFiles
 from dforce.gui.files import project, uploads
 from dforce.gui.measured import lever, reading
 from dforce.gui.measured.overlay import shows
@@ -69,7 +68,7 @@ class FileMenu:
 
     def __init__(self, view: View, new: Callable[[], None]) -> None:
         self.view = view
-        self.last = LastFiles(view.session.results.folder / LAST)
+        self.last = uploads.LastFiles(view.session.results.folder / uploads.LAST)
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (
