@@ -15,8 +15,8 @@ case        forms and sliders: `fields` reads the declarations and says sentence
 curves      `figures` and `other_figures` make every figure of a result, `states` finds and lists the states behind it,
             `chart` draws it, `plots` chooses it; `panel` is the pane below it, with `setpoint`, `motion`, `numbers` and
             `advice` as tabs; `kept` are several results
-measured    `reading` takes a measured curve in, `lever` its lever and tip, `session` keeps it, `overlay` draws it, `fitting`
-            fits it, `reconstruction` is its force, `panel` shows all of it in tabs and at the fields
+measured    `reading` takes a measured file in, `session` keeps the curve, `overlay` draws it, `fitting` has its lever and
+            tip and what a fit found, `reconstruction` is its force, `panel` shows all of it in tabs and at the fields
 study       `explore` says what can be looked at over parameters, `pictures` draws it, `parameter_study` computes it,
             `panel` shows it
 files       `file_menu` opens and saves; `uploads` looks a file through and keeps the last ones, `project` packs a

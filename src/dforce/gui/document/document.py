@@ -129,7 +129,7 @@ class MeasuredData:
     fit
         The identifier of the last fit of it; empty where there is none.
     confirmed
-        The lever and the tip that a person confirmed for it, of :func:`dforce.gui.measured.lever.lever_and_tip`.
+        The lever and the tip that a person confirmed for it, of :func:`dforce.gui.measured.fitting.lever_and_tip`.
     """
 
     id: Name

@@ -15,9 +15,8 @@ import dforce as df
 from dforce.gui.document.compute import Job
 from dforce.gui.document.document import LOOKS, Document, KeptResult
 from dforce.gui.document.store import KEY, ResultStore, Saving, color_of, name_of
-from dforce.gui.measured.fitting import FitJob, curve_in
-from dforce.gui.measured.lever import UNCONFIRMED, is_confirmed, lever_and_tip
-from dforce.gui.measured.session import MeasuredSession
+from dforce.gui.measured.fitting import lever_and_tip, unconfirmed
+from dforce.gui.measured.session import FitJob, MeasuredSession, curve_in
 from dforce.gui.study.parameter_study import ParameterStudy
 from dforce.gui.window.security import ALONE, Limits
 
@@ -325,8 +324,8 @@ class Session:
         if self.measured.curve is None or (self.fitting is not None and self.fitting.busy):
             return
         case = self.limits.check(document.case())
-        if not is_confirmed(document, lever_and_tip(case)):
-            raise df.ParameterError(UNCONFIRMED)
+        if why := unconfirmed(document, lever_and_tip(case)):
+            raise df.ParameterError(why)
         job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.measured.curve)
         await job.go(self.look_at_jobs, LOOKED_EVERY)
         measured, now = document.measured, self.document.measured
