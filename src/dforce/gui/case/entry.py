@@ -26,6 +26,14 @@ LONGEST = 2000  # characters of a field
 TO_NEW_FORCE = "dforceFocus.go('.df-card:nth-last-child(1 of .df-card) :is(textarea, .df-box)')"
 
 
+class QuietElement(ui.element):
+    """An element that is sent only what changed."""
+
+    def show(self, **changed: Any) -> None:
+        """Show other values of its properties."""
+        self.props.update({key: value for key, value in changed.items() if self.props.get(key) != value})
+
+
 class Caption(NamedTuple):
     """Words for a field: `symbol` is HTML made by :func:`dforce.core.notation.html_symbol`, the others are text."""
 
@@ -108,7 +116,7 @@ class Entry(ui.element, component="entry.js"):
             self.update()
 
 
-class OwnLaw(ui.element, component="own_law.js"):
+class OwnLaw(QuietElement, component="own_law.js"):
     """A law in a field.
 
     During typing the plain Python law gives the small force curve, and mistakes appear at once. Nothing is compiled.
@@ -135,10 +143,8 @@ class OwnLaw(ui.element, component="own_law.js"):
         self.view.edit(self.view.document.put(self.path, " ".join(text.split())), name=".".join(map(str, self.path)))
 
     def show(self, **changed: Any) -> None:
-        """Show the law of the case, or its error; an unchanged law is not sent."""
-        known = {key: value for key, value in changed.items() if key in ("text", "error", "mistake")}
-        if any(self.props.get(key) != value for key, value in known.items()):
-            self.props.update(known)
+        """Show the law of the case, or its error."""
+        super().show(**{key: value for key, value in changed.items() if key in ("text", "error", "mistake")})
 
     def settle(self) -> None:
         """Do nothing: this field has no text ahead of the page."""

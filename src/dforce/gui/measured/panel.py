@@ -11,6 +11,7 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.units import show
+from dforce.gui.case.entry import QuietElement
 from dforce.gui.case.fields import Field, in_words, with_labels
 from dforce.gui.case.values import ParameterRow
 from dforce.gui.curves.panel import Panel, Scene
@@ -35,14 +36,8 @@ NOT_HERE = "This picture has no measured quantity; choose amplitude and phase ag
 NO_MODEL = "The case has no curve against the distance; press Match the experiment."
 
 
-class MeasuredPanel(ui.element, component="measured.js"):
+class MeasuredPanel(QuietElement, component="measured.js"):
     """What the panel shows."""
-
-    def show(self, **changed: Any) -> None:
-        """Show other words; nothing is sent where nothing changed."""
-        if any(self.props.get(key) != value for key, value in changed.items()):
-            self.props.update(changed)
-            self.update()
 
 
 class MeasuredCurve(Panel):
@@ -230,12 +225,8 @@ class MeasuredCurve(Panel):
         self._change(turn=turn, **({} if shift is None else {"shift": shift}))
 
 
-class FitAtField(ui.element, component="at_field.js"):
+class FitAtField(QuietElement, component="at_field.js"):
     """What stands at one field."""
-
-    def show(self, **changed: Any) -> None:
-        """Show other words; nothing is sent where nothing changed."""
-        self.props.update({key: value for key, value in changed.items() if self.props.get(key) != value})
 
 
 class FitAtFields:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from nicegui import background_tasks, ui
+from nicegui import background_tasks
 
 import dforce as df
+from dforce.gui.case.entry import QuietElement
 from dforce.gui.curves.chart import Chart, packed, title, unit_of
 from dforce.gui.curves.figures import MARGIN, Drawn, Figure
 from dforce.gui.curves.panel import Panel, Scene
@@ -122,7 +123,7 @@ class ReconstructJob(Job):
         return df.reconstruct(self.curve, self.case, progress=self._watch)
 
 
-class ReconstructionShown(ui.element, component="reconstructing.js"):
+class ReconstructionShown(QuietElement, component="reconstructing.js"):
     """What the tab shows, around its chart."""
 
 
@@ -159,20 +160,17 @@ class Reconstruction(Panel):
         if document.measured is None or not self.in_sight:
             return
         result = None if job is None else job.result
-        shown = {
-            "name": document.measured.name,
-            "unconfirmed": fitting.unconfirmed(document, fitting.lever_of(document)),
-            "busy": job is not None and job.busy,
-            "share": job.share if job is not None else 0.0,
-            "failed": as_sentence(job.error) if job is not None and job.error else "",
-            "done": result is not None,
-            "stale": result is not None and self._of != self._now(),
-            "holds_for": self.holds_for,
-            "gaps": [] if result is None else [as_sentence(line) for line in notes_of(result)],
-        }
-        if any(self.element.props.get(key) != value for key, value in shown.items()):
-            self.element.props.update(shown)
-            self.element.update()
+        self.element.show(
+            name=document.measured.name,
+            unconfirmed=fitting.unconfirmed(document, fitting.lever_of(document)),
+            busy=job is not None and job.busy,
+            share=job.share if job is not None else 0.0,
+            failed=as_sentence(job.error) if job is not None and job.error else "",
+            done=result is not None,
+            stale=result is not None and self._of != self._now(),
+            holds_for=self.holds_for,
+            gaps=[] if result is None else [as_sentence(line) for line in notes_of(result)],
+        )
         if scene is not None:  # the chart was hidden, perhaps before it was drawn
             self._draw()
 

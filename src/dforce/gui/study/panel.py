@@ -14,6 +14,7 @@ import dforce as df
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
 from dforce.findings.set_point import states_meant
+from dforce.gui.case.entry import QuietElement
 from dforce.gui.case.fields import in_words, with_labels, within_sentence
 from dforce.gui.case.values import ParameterRow
 from dforce.gui.curves.chart import Chart
@@ -46,14 +47,8 @@ MEANT = "Drawn are {}. “All states” adds states that no approach meets."
 ENDS = {"low": "50 %", "high": "95 %"}  # of the set point, as suggested
 
 
-class ExplorePanel(ui.element, component="explore.js"):
+class ExplorePanel(QuietElement, component="explore.js"):
     """What the panel shows, around its chart."""
-
-    def show(self, **changed: Any) -> None:
-        """Show other words; nothing is sent where nothing changed."""
-        if any(self.props.get(key) != value for key, value in changed.items()):
-            self.props.update(changed)
-            self.update()
 
 
 class Explorer(Panel):
