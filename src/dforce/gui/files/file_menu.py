@@ -20,9 +20,8 @@ from dforce.core.errors import shorten
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.plots import Plots
 from dforce.gui.document.document import Document
-from dforce.gui.document.store import LAST, LastFiles
 from dforce.gui.files import project, uploads
-from dforce.gui.measured import lever, reading
+from dforce.gui.measured import fitting, reading
 from dforce.gui.measured.overlay import shows
 from dforce.gui.measured.reading import ask_table
 from dforce.gui.study.explore import is_explorable
@@ -69,7 +68,7 @@ class FileMenu:
 
     def __init__(self, view: View, new: Callable[[], None]) -> None:
         self.view = view
-        self.last = LastFiles(view.session.results.folder / LAST)
+        self.last = uploads.LastFiles(view.session.results.folder / uploads.LAST)
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (
@@ -229,22 +228,22 @@ class FileMenu:
         """Show f0, k and Q of a thermal spectrum, and take them for the lever when a person says so."""
         folder = self.view.session.results.folder
         try:
-            found = await asyncio.to_thread(lever.tune_from, data, name, answers, folder)
+            found = await asyncio.to_thread(reading.tune_from, data, name, answers, folder)
         except df.ParameterError as error:
-            fields, why = lever.questions(str(error), answers), as_sentence(str(error))
+            fields, why = reading.tune_questions(str(error), answers), as_sentence(str(error))
             if not fields:
                 raise
         else:
-            fields, why = lever.questions("", answers), lever.tune_in_words(found)
+            fields, why = reading.tune_questions("", answers), fitting.tune_in_words(found)
         shown = dict(fields)
 
         async def answered(*given: str) -> None:
             told = answers | {key: text for key, text in zip(shown, given, strict=True) if text.strip()}
 
             async def take() -> None:
-                found = await asyncio.to_thread(lever.tune_from, data, name, told, folder)
-                self.view.edit(lever.with_lever(self.view.document, found), anew=True)
-                ui.notify(f"The lever has now {lever.tune_in_words(found)}", type="positive")
+                found = await asyncio.to_thread(reading.tune_from, data, name, told, folder)
+                self.view.edit(fitting.with_tune(self.view.document, found), anew=True)
+                ui.notify(f"The lever has now {fitting.tune_in_words(found)}", type="positive")
 
             await self._attempt("the spectrum could not be used", take)
 

@@ -17,13 +17,15 @@ import dforce as df
 from dforce.gui.case.entry import LONGEST
 from dforce.gui.case.forms import Forms
 from dforce.gui.case.sliders import Sliders
-from dforce.gui.curves.chart import LIBRARY, Chart, library_file
+from dforce.gui.curves.chart import LIBRARY, library_file
+from dforce.gui.curves.other_figures import ForceChart
 from dforce.gui.curves.plots import Plots, dim
 from dforce.gui.document.compute import LIVE, Job
 from dforce.gui.document.document import FIRST, Document
 from dforce.gui.document.session import Session
-from dforce.gui.document.store import Store, list_opened
+from dforce.gui.document.store import Store
 from dforce.gui.files.file_menu import FileMenu
+from dforce.gui.files.uploads import list_opened
 from dforce.gui.measured.panel import FitAtFields
 from dforce.gui.study.parameter_study import Over
 from dforce.gui.window.address import Address
@@ -231,7 +233,7 @@ class Page:
             forms = self.forms = Forms(self.view, (Sliders(self.view), FitAtFields(self.view)))
         with ui.element("div").classes("df-foot"):
             with ui.element("div").classes("df-force"):
-                self.view.force = Chart("force against distance")
+                self.view.force = ForceChart()
             ui.label("Point at a field to read its meaning.").classes("df-help").props(
                 'id="df-help" aria-hidden="true"'
             )
