@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from dforce.core.parameters import param, shared
     from dforce.core.units import parse, show
     from dforce.findings.answer import answer
+    from dforce.findings.material import material
     from dforce.findings.motion_at import motion_at
     from dforce.findings.report import report
     from dforce.findings.set_point import at_set_point
@@ -54,7 +55,6 @@ if TYPE_CHECKING:
         identify_in_words,
         identify_report,
     )
-    from dforce.inverse.material import material
     from dforce.inverse.plan_file import load_plan
     from dforce.inverse.planner import plan
     from dforce.inverse.reconstruction import reconstruct
@@ -79,6 +79,7 @@ _HOMES = {
     "core.errors": ("CaseError", "DForceError", "ForceError", "ParameterError", "ResultError", "UnitError"),
     "core.parameters": ("param", "shared"),
     "core.units": ("parse", "show"),
+    "findings.material": ("material",),
     "findings.motion_at": ("motion_at",),
     "findings.report": ("report",),
     "findings.answer": ("answer",),
@@ -123,7 +124,6 @@ _HOMES = {
         "identify_in_words",
         "identify_report",
     ),
-    "inverse.material": ("material",),
     "inverse.plan_file": ("load_plan",),
     "inverse.planner": ("plan",),
     "inverse.reconstruction": ("reconstruct",),

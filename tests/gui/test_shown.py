@@ -172,6 +172,31 @@ def test_what_is_of_another_case_is_seen_to_be_until_it_follows(tmp_path, live_a
     asyncio.run(flow())
 
 
+def test_a_law_that_stays_is_drawn_anew_only_once_nothing_changes(tmp_path, live_as):
+    """Over other distances, as another free amplitude presses deeper; another modulus is another law."""
+    live_as(lambda case, *_: Live(result()))
+    drawn = []
+
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            view, draw = page.view, page.view.force.draw
+            resting = lambda: not (view._latest.busy or view._beside.busy or view._advising.busy)  # noqa: E731
+            view.force.draw = lambda figure: drawn.append(figure["data"][0]["x"]) or draw(figure)
+            view.edit(DOCUMENT)
+            await until(lambda: drawn and resting())
+            view.edit(view.document.put(("drive", "A0"), "40 nm"))
+            await until(lambda: view.shown.of(PagePart.FORCE) is view.document)
+            assert len(drawn) == 1
+            await until(resting)
+            assert len(drawn) == 2
+            assert drawn[0] != drawn[1]
+            view.edit(view.document.put(("sample", "youngs_modulus"), "50 MPa"))
+            await until(lambda: view.shown.of(PagePart.FORCE) is view.document)
+            assert len(drawn) == 3
+
+    asyncio.run(flow())
+
+
 def test_a_step_back_to_the_case_shown_computes_nothing(tmp_path, live_as):
     asked = []
 

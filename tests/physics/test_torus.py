@@ -9,7 +9,7 @@ from tiers import some_long
 import dforce as df
 from dforce.engine.laws import laws_of
 from dforce.engine.over_points import force_over
-from dforce.inverse.material import Observed, PowerContact, estimate, neglected
+from dforce.findings.material import Observed, PowerContact, estimate, neglected
 from dforce.solvers.torus import TONES, Held, TorusBalance, TwoToneLever, over_phases
 
 NM, E_EFF, RIGHT = 1e-9, 1e9 / 0.91, np.pi / 2.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fitted_curves
 import numpy as np
+import pytest
 
 import dforce as df
 from dforce.findings.answer import answer_with
@@ -47,3 +48,42 @@ def test_a_state_that_the_curve_does_not_meet_is_named_where_all_states_are_know
     )
     said = answer_with(curve, 0.8, branches=branches)
     assert said == f"Attractive at 80 %: no contact. Another state exists: repulsive, {force}, {depth} deep."
+
+
+@pytest.fixture(scope="module")
+def am_fm_curve():
+    return df.run(df.example("am-fm").set("experiment.zc.points=9"))
+
+
+def test_am_fm_gives_the_effective_modulus_that_material_finds_at_the_set_point(am_fm_curve):
+    found, point = df.material(am_fm_curve), 6
+    said = df.answer(am_fm_curve, float(am_fm_curve["amplitude_ratio"][point]))
+    modulus, true = (df.show(float(one), "Pa", 3) for one in (found["E_eff"][point], found["true_E_eff"]))
+    end = f"The frequency shift of mode 2 gives an effective modulus of {modulus}; the true one is {true}."
+    assert said.startswith("Repulsive at ") and said.endswith(f" deep. {end}")
+
+
+def test_effective_modulus_in_the_answer_is_what_the_virial_and_the_shift_give_by_hand(am_fm_curve):
+    deep = am_fm_curve.isel(zc=6)
+    A, f2, shift = (
+        float(deep[name].values[n])
+        for name, n in (("mode_amplitude", 0), ("drive_frequency", 1), ("frequency_shift", 1))
+    )
+    stiffness = 28.0 * ((f2 / (f2 - shift)) ** 2 - 1.0)
+    free = float(am_fm_curve["mode_amplitude"].values[0, 0])
+    depth = 0.9 / 100.0 * free * np.cos(np.radians(float(deep["mode_phase"].values[0]))) / stiffness
+    by_hand = np.sqrt(2.0 * A / 5e-9) * stiffness / depth
+    said = df.answer(am_fm_curve, float(deep["amplitude_ratio"]))
+    assert f"gives an effective modulus of {df.show(by_hand, 'Pa', 3)};" in said
+
+
+@pytest.mark.parametrize("set_point", [0.9999, 1.0])
+def test_am_fm_gives_no_modulus_where_the_indentation_is_below_the_amplitude_of_tone_2(am_fm_curve, set_point):
+    said = df.answer(am_fm_curve, set_point)
+    assert said.startswith("Repulsive at ") and "modulus" not in said
+
+
+def test_am_fm_gives_no_modulus_for_a_tip_without_a_radius():
+    case = df.example("am-fm").replace(tip=df.Tip(half_angle="20 deg"), forces=[df.forces.Sneddon()])
+    said = df.answer(df.run(case.set("experiment.zc.points=5")), "90 %")
+    assert said.startswith("Repulsive at 90 %") and "modulus" not in said

@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from dforce.core.errors import checked
+from dforce.core.errors import ParameterError, checked
 from dforce.core.notation import plain_math
 from dforce.core.units import parse_share, show
 from dforce.findings.crossings import RATIO, SHIFT
+from dforce.findings.material import material
 from dforce.findings.others import fitted
-from dforce.findings.set_point import SetPointState, states_at, why_none
+from dforce.findings.set_point import SetPointState, at_set_point, states_at, why_none
 from dforce.findings.summary import summary
 from dforce.results.curves import goes_along, row_of
-from dforce.results.kinds import is_kind, swept
+from dforce.results.kinds import is_kind, measured, swept
 from dforce.results.status import check_computed
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import xarray as xr
 
 DIGITS = 3
@@ -28,6 +31,7 @@ def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
     """Return a result in words.
 
     A curve along the distance gives its stable states at a set point, the approach first, with peak force and indentation.
+    A curve in AM-FM gives the effective modulus there, too (:func:`dforce.material`).
     A fit gives its parameters with their errors. Any other result gives the first lines of :func:`dforce.summary`.
 
     Parameters
@@ -58,7 +62,8 @@ def answer_with(
         return _of_fit(result)
     along = goes_along(result)
     row = row_of(result, along) if along else ""
-    if along != "zc" or SHIFT in result or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
+    in_am = along == "zc" and measured(result) == ("amplitude", "phase")
+    if not in_am or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
         return " ".join(
             f"{line.label[0].upper()}{line.label[1:]}: {line.text}." for line in summary(result)[:MOST_LINES]
         )
@@ -75,7 +80,22 @@ def answer_with(
     rest = [", ".join(filter(None, pair)) for pair in others]
     if rest:
         sentences.append(f"{'Another state exists' if len(rest) == 1 else 'Other states exist'}: {'; '.join(rest)}.")
-    return " ".join(sentences)
+    return " ".join([*sentences, *_modulus(result, share)])
+
+
+def _modulus(curve: xr.Dataset, share: float) -> Iterator[str]:
+    """Give what the formulas of AM-FM find at a set point, where tone 2 moves within the contact as they assume."""
+    if SHIFT not in curve:
+        return
+    states = at_set_point(curve, share)
+    try:
+        found = material(states.assign_attrs(curve.attrs))
+    except ParameterError:  # a tip without a radius
+        return
+    within = states["max_indentation"] > states["amplitude"].isel(tone=1)
+    for modulus in found["E_eff"].where(within).dropna("crossing").values[:1]:
+        true = f"; the true one is {show(float(found['true_E_eff']), 'Pa', DIGITS)}" if "true_E_eff" in found else ""
+        yield f"The frequency shift of mode 2 gives an effective modulus of {show(modulus, 'Pa', DIGITS)}{true}."
 
 
 def _of_fit(fit: xr.Dataset) -> str:

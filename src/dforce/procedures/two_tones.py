@@ -127,6 +127,8 @@ class TwoTones:
             miss = float(np.ravel(found[0][name])[0]) - value
             if abs(miss) <= MET * abs(value):
                 return found[0] | {"zc": zc, "zc_ratio": zc / self.length}
+            if miss == before:  # the quantity does not change here, as where no force acts
+                return None
             if np.isfinite(before):
                 step = float(np.clip(step * miss / (before - miss), -LONGEST * self.length, LONGEST * self.length))
             before, zc = miss, zc + step

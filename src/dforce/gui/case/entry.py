@@ -15,7 +15,6 @@ from dforce.forces import grouped
 from dforce.forces.custom import NAMES_IN_LAW
 from dforce.gui.case.fields import first_line, name_of
 from dforce.gui.case.words import in_words, plain
-from dforce.gui.curves.other_figures import force_distance
 from dforce.gui.document.compute import DRAFTS, Latest, in_thread
 from dforce.gui.document.document import Path, path_of, written
 from dforce.gui.window.dialogs import dialog
@@ -156,7 +155,7 @@ class OwnLaw(ui.element, component="own_law.js"):
             self.show(mistake=in_words(document, str(error)) if of_law else "")
             return
         self.show(mistake="")
-        await self.view.force.draw(force_distance(curve))
+        await self.view.force.preview(curve)
 
 
 class Companion(Protocol):

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import dforce as df
 from dforce.findings.coexisting import starts_of_states
-from dforce.gui.curves.chart import label_of, legend, packed, plain, title
+from dforce.gui.curves.chart import Chart, label_of, legend, packed, plain, title
 from dforce.gui.curves.figures import LIGHT, MARGIN, WIDTH, Drawn, Figure
+from dforce.gui.document.compute import BEHIND, LIVE_CURVES, in_thread
 from dforce.results.dataset import reader_unit
 
 if TYPE_CHECKING:
@@ -17,6 +19,44 @@ if TYPE_CHECKING:
 
 LEAST_PART = 1e-6  # of the unit of the force: a part below it is none
 PART_COLORS = (2, 3, 4, 5)
+
+
+class ForceChart(Chart):
+    """The force against distance, computed once there is time for it."""
+
+    def __init__(self) -> None:
+        super().__init__("force against distance")
+        self._of: df.Case | None = None  # the case that it shows
+
+    def has_law(self, case: df.Case) -> bool:
+        """Return whether it shows the law of a case, if perhaps over other distances."""
+        return self._of is not None and _law(self._of) == _law(case)
+
+    async def follow(self, case: df.Case, overtaken: Callable[[], bool]) -> bool:
+        """Show the force of a case with its parts; return whether it does so before something newer is asked for."""
+
+        def figure() -> Figure | None:
+            if not LIVE_CURVES.give_way(overtaken):
+                return None
+            curve = df.force_curve(case)
+            return force_distance(curve, df.force_parts(curve.isel(direction=[0])))
+
+        if case != self._of:
+            made = await in_thread(BEHIND, figure)
+            if made is None:
+                return False
+            await self.draw(made)
+            self._of = case
+        return True
+
+    async def preview(self, curve: xr.Dataset) -> None:
+        """Show the force of a law that is no part of the case yet."""
+        self._of = None
+        await self.draw(force_distance(curve))
+
+
+def _law(case: df.Case) -> tuple[object, ...]:
+    return case.problem.forces, case.problem.a0
 
 
 def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figure:
@@ -46,7 +86,7 @@ def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figur
             }
         )
     shown = (
-        [] if parts is None else [one for one in parts["force_part"] if float(np.abs(one).max()) > LEAST_PART * scale]
+        [] if parts is None else [one for one in parts["force_part"] if np.abs(one.values).max() > LEAST_PART * scale]
     )
     for number, one in enumerate(shown if len(shown) > 1 else []):
         name = str(one["interaction"].values)

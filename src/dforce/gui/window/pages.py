@@ -17,7 +17,8 @@ import dforce as df
 from dforce.gui.case.entry import LONGEST
 from dforce.gui.case.forms import Forms
 from dforce.gui.case.sliders import Sliders
-from dforce.gui.curves.chart import LIBRARY, Chart, library_file
+from dforce.gui.curves.chart import LIBRARY, library_file
+from dforce.gui.curves.other_figures import ForceChart
 from dforce.gui.curves.plots import Plots, dim
 from dforce.gui.document.compute import LIVE, Job
 from dforce.gui.document.document import FIRST, Document
@@ -231,7 +232,7 @@ class Page:
             forms = self.forms = Forms(self.view, (Sliders(self.view), FitAtFields(self.view)))
         with ui.element("div").classes("df-foot"):
             with ui.element("div").classes("df-force"):
-                self.view.force = Chart("force against distance")
+                self.view.force = ForceChart()
             ui.label("Point at a field to read its meaning.").classes("df-help").props(
                 'id="df-help" aria-hidden="true"'
             )

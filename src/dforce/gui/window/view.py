@@ -16,8 +16,8 @@ import dforce as df
 from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
-from dforce.gui.curves.other_figures import force_distance
-from dforce.gui.document.compute import BEHIND, LIVE, LIVE_CURVES, RECENT, Latest, Live, in_thread, live_curve
+from dforce.gui.curves.other_figures import ForceChart
+from dforce.gui.document.compute import LIVE, RECENT, Latest, Live, in_thread, live_curve
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.document.session import Session
 from dforce.gui.window.shown import DrawnResult, Followed, PagePart, Said, ShownParts, Waiting, WantedResult
@@ -79,7 +79,7 @@ class View:
     """
 
     main: Chart
-    force: Chart
+    force: ForceChart
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -251,18 +251,13 @@ class View:
         self._beside_at = time.monotonic()
         self.show_beside()
         with self._saying_what_is_wrong(followed.document):
-            if (force := await in_thread(BEHIND, lambda: self._force(followed.case))) is None:
+            if not self.force.has_law(followed.case) and not await self._follow_force(followed):
                 return
-            await self.force.draw(force)
             self.shown.show(PagePart.FORCE, followed.document)
         self._advising.ask(followed)
 
-    def _force(self, case: df.Case) -> figures.Figure | None:
-        """Return the figure of the force of a case, with its parts; None where something newer is asked for."""
-        if not LIVE_CURVES.give_way(lambda: self._beside.overtaken):
-            return None
-        curve = df.force_curve(case)
-        return force_distance(curve, df.force_parts(curve.isel(direction=[0])))
+    async def _follow_force(self, followed: Followed) -> bool:
+        return await self.force.follow(followed.case, lambda: self._beside.overtaken)
 
     async def _advise(self, followed: Followed) -> None:
         """Show the advice once nothing has changed for a moment: while something is dragged nobody reads it."""
@@ -270,6 +265,7 @@ class View:
         if self._advising.overtaken or self._latest.busy or self._beside.busy or self.said.wrong:
             return
         with self._saying_what_is_wrong(followed.document):
+            await self._follow_force(followed)
             advice = df.advice(followed.case) if followed.result is None else advice_in(followed.result)
             self._say(Said(advice=_places(followed.document, advice)), followed.document)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.inverse.material import Observed, PowerContact, estimate, neglected
+from dforce.findings.material import Observed, PowerContact, estimate, neglected
 
 A, K, F0 = 4e-9, np.array([0.9, 28.0]), np.array([48.9e3, 282e3])
 PHASE = np.pi * (np.arange(200_000) + 0.5) / 200_000
