@@ -15,7 +15,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.notation import html_symbol, plain_math
 from dforce.findings.answer import answer_with
-from dforce.gui.case.words import in_words
+from dforce.gui.case.fields import in_words
 from dforce.gui.curves import figures
 from dforce.gui.curves.advice import AdvicePanel
 from dforce.gui.curves.chart import Chart, ring, unit_of
