@@ -157,7 +157,9 @@ def differences(case: df.Case | None, before: dict[str, Any], found: dict[str, A
     if exact or case is None:
         for key in same:
             equal = np.array_equal(before[key], found[key], equal_nan=before[key].dtype.kind == "f")
-            if not equal and not (case is None and not exact and np.allclose(before[key], found[key], rtol=1e-3)):
+            if not equal and not (
+                case is None and not exact and np.allclose(before[key], found[key], rtol=1e-3, equal_nan=True)
+            ):
                 yield f"{key} differs"
         return
     for key in same:

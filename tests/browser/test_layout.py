@@ -80,6 +80,12 @@ def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, hei
         assert page.evaluate(SCROLLING) == [], tab
     stage, body = (page.locator(name).bounding_box() for name in (".df-stage", ".df-body"))
     assert stage["width"] >= (2 / 3 if width > 900 else 0.95) * body["width"]
+    if width > 900:  # all of a motion is in sight
+        window.tab("Motion")
+        window.click(0, 0.9)
+        page.locator(".df-tip").wait_for()
+        panel = page.get_by_role("tabpanel", name="Motion")
+        assert panel.evaluate("(one) => one.scrollHeight - one.clientHeight") == 0
 
 
 @pytest.mark.parametrize(("width", "height"), [(800, 900), pytest.param(1366, 768, marks=pytest.mark.long)])

@@ -13,6 +13,23 @@ import dforce as df
 from dforce.gui.document.document import FIRST
 
 AMPLITUDE = "drive.A0"
+# what is seen of lines and rings when only they were drawn, and when the same chart is drawn anew
+BOTH_WAYS = """() => {
+    const chart = document.querySelector(".df-main .df-chart"), plot = chart.querySelector(".df-plot");
+    const seen = () => [...plot.querySelectorAll(".js-line, .shapelayer path")].map((one) => one.getAttribute("d"));
+    const animate = Plotly.animate;
+    let moved = false;
+    window.moves = [];
+    Plotly.animate = (...all) => { moved = true; return animate(...all); };
+    new MutationObserver(() => {
+        if (!moved) return;
+        moved = false;
+        const followed = seen();
+        const ring = plot.layout.shapes[0].yanchor, free = Math.max(...plot._fullData[0].y);
+        Plotly.redraw(plot);
+        window.moves.push([followed, seen(), ring / free]);
+    }).observe(chart, {attributeFilter: ["data-revision"]});
+}"""
 
 
 def slider(window, path):
@@ -45,6 +62,23 @@ def test_the_curves_follow_a_slider_to_where_it_is_let_go(window):
     assert float(window.field(AMPLITUDE).locator("input").input_value()) == float(value)
     window.page.get_by_role("button", name="Undo").click()  # a drag is one step
     window.shows(df.example("figure-3-air"))
+
+
+def test_the_lines_that_follow_a_slider_are_those_of_a_chart_that_is_drawn_anew(window):
+    handle = slider(window, AMPLITUDE)
+    window.page.evaluate(BOTH_WAYS)
+    _, middle, box = window.grip(handle)
+    for share in (0.2, 0.25, 0.3, 0.35):
+        with window.redrawn():
+            window.page.mouse.move(box["x"] + share * box["width"], middle)
+    moves = window.page.evaluate("() => window.moves")
+    window.page.mouse.up()
+    assert len({str(followed) for followed, _, _ in moves}) > 1
+    for followed, anew, share in moves:
+        assert followed == anew
+        assert share == pytest.approx(
+            0.8, rel=1e-3
+        )  # the ring of this curve at its set point, not that of the one before
 
 
 def test_a_slider_shows_what_is_typed_right_after_it_was_dragged(window):

@@ -10,8 +10,8 @@ import pytest
 from simulated import element, send, until, window
 
 import dforce as df
+from dforce.gui.case.fields import field_at
 from dforce.gui.case.sliders import SliderElement, toggle
-from dforce.gui.case.words import field_at
 from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.measured import fitting
 from dforce.gui.measured.panel import FitAtField, example_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 
 import dforce as df
-from dforce.gui.curves.compare import color_of, differences, name_of
 from dforce.gui.document.document import KeptResult
+from dforce.gui.document.store import color_of, differences, name_of
 
 
 @functools.cache

@@ -189,7 +189,8 @@ def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, said, mo
             ):
                 with monkeypatch.context() as disk:
                     disk.setattr(place, name, full)
-                    await page.files._attempt("the file could not be opened", lambda: page.files.open(netcdf()))
+                    with page.files._telling("the file could not be opened"):
+                        await page.files.open(netcdf())
                 assert said.pop().endswith("no space left on device.")
                 assert (session.document, session.results.names(), session.steps) == (before, [], [])
 

@@ -22,7 +22,7 @@ from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.document.session import Session
 from dforce.gui.files import project, uploads
 from dforce.gui.files.file_menu import figure_file, script_of, stem, written
-from dforce.gui.measured import fitting, lever, overlay, reading
+from dforce.gui.measured import fitting, overlay, reading
 from dforce.gui.measured.panel import MeasuredPanel, matched
 from dforce.gui.window.dialogs import SaveForm, as_sentence
 from dforce.results import hdf5
@@ -601,9 +601,9 @@ def test_a_spectrum_in_volts_asks_for_its_sensitivity(tmp_path):
     rows = "".join(f"{f:.3f},{1e14 * s:.6e}\n" for f, s in zip(frequency, density, strict=True))
     data = f"frequency (Hz),PSD (V^2/Hz)\n{rows}".encode()
     with pytest.raises(df.ParameterError) as refused:
-        lever.tune_from(data, "volts.csv", {}, tmp_path)
-    assert "sensitivity" in lever.questions(str(refused.value), {})
-    found = lever.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
+        reading.tune_from(data, "volts.csv", {}, tmp_path)
+    assert "sensitivity" in reading.tune_questions(str(refused.value), {})
+    found = reading.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
     assert found.k == pytest.approx(measured_curve.K, rel=0.1)
 
 
@@ -621,9 +621,9 @@ def test_a_confirmed_lever_is_kept_with_the_document():
 
 def test_a_value_of_a_fit_names_the_k_and_the_r_for_which_it_holds():
     case = fitted_curves.case_of("stiff").to_toml(complete=True)
-    assert lever.holds_for(case) == "for k = 2.7 N/m, R = 8 nm"
-    assert lever.holds_for(case, ("cantilever.k", "sample.youngs_modulus")) == "for R = 8 nm"
-    assert lever.holds_for(case, ("tip.radius",)) == "for k = 2.7 N/m"
+    assert fitting.holds_for(case) == "for k = 2.7 N/m, R = 8 nm"
+    assert fitting.holds_for(case, ("cantilever.k", "sample.youngs_modulus")) == "for R = 8 nm"
+    assert fitting.holds_for(case, ("tip.radius",)) == "for k = 2.7 N/m"
 
 
 @pytest.mark.slow

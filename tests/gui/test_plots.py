@@ -204,8 +204,8 @@ def test_am_fm_shows_its_frequency_shift_and_what_its_formulas_find(tmp_path):
             assert (rows["effective modulus"], rows["true effective modulus"]) == ("59 MPa", "54.9 MPa")
             assert any("amplitude of tone 2" in row for row in rows)
             page.plots.beside()
-            assert page.plots.answer.text == df.answer(result)
-            assert "an effective modulus of 57." in page.plots.answer.text
+            assert page.plots.answer.props["text"] == df.answer(result)
+            assert "an effective modulus of 57." in page.plots.answer.props["text"]
 
     asyncio.run(flow())
 

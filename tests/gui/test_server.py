@@ -15,7 +15,7 @@ import pytest
 from served import Server, served
 
 import dforce as df
-from dforce.gui.document.store import LAST, LastFiles
+from dforce.gui.files.uploads import LAST, LastFiles
 from dforce.gui.window import server
 
 

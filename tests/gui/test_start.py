@@ -12,7 +12,7 @@ from simulated import window
 import dforce as df
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
-from dforce.gui.document.store import MOST_LAST, LastFile, LastFiles
+from dforce.gui.files.uploads import MOST_LAST, LastFile, LastFiles
 from dforce.gui.window import start
 from dforce.gui.window.classroom import Classroom
 from dforce.gui.window.security import SHARED

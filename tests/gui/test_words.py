@@ -14,8 +14,7 @@ from simulated import window
 
 import dforce as df
 from dforce.core.parameters import Parameters
-from dforce.gui.case.fields import fields
-from dforce.gui.case.words import in_words, with_labels
+from dforce.gui.case.fields import fields, in_words, with_labels
 from dforce.gui.document.document import Document
 from dforce.gui.window import pages
 

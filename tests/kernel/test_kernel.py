@@ -237,7 +237,6 @@ def test_tuples_of_numbers_reach_the_law_as_they_are():
     for d in (-1e-9, 0.5e-9):
         expected = neck.law(d, 0.0, 0.0, 1.0, *neck.values()) + sample.law(d, 0.0, 0.0, memory, *sample.values())
         assert module.force(d, 0.0, 0.0, memory, latched, p) == expected
-    assert module.at_distance(p, 5e-9) == (5e-9, *p[1:])
 
 
 def test_solvers_refuse_arrays_that_the_tip_equation_was_not_compiled_for():

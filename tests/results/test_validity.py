@@ -459,7 +459,7 @@ def test_it_speaks(name, example):
 
 @every(pairs(SPEAKS), lambda pair: pair[0])
 def test_it_speaks_in_the_words_of_the_window_there(name, example):
-    words = pytest.importorskip("dforce.gui.case.words")
+    words = pytest.importorskip("dforce.gui.case.fields")
     document = pytest.importorskip("dforce.gui.document.document").Document
     case, result = given(example)
     for piece in df.advice(case, result):

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from dforce.integrators.loops import TAU, seconds
 from dforce.integrators.rk4 import cut_at_kink
 from dforce.integrators.steps import REACH, STRIDE, divided, step
@@ -61,7 +59,7 @@ def cut_lanes(
     p: Any,
 ) -> None:
     """Do step i again in each lane that is marked as `crossed`, from its sample `here` to the one `there`."""
-    h, place, levels = TAU / points, motion_size(), np.empty(kinks.shape[0])
+    h, place, levels = TAU / points, motion_size(), work[1, : kinks.shape[0]]
     c0, c1, c2 = waves_at(waves, 2 * i), waves_at(waves, 2 * i + 1), waves_at(waves, 2 * i + 2)
     for j in range(crossed.shape[0]):
         if crossed[j]:
@@ -121,8 +119,8 @@ def advance_lanes(
     turns. Returns the row where the period ends. `numbers`, `kinks` and `drive` (real parts of each tone on each mode, then
     imaginary ones) have one column a lane, tones[j] is the tone table of lane j, with `phases` at the start of the period.
     `waves` holds cosine and minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1). `crossed`
-    is scratch, `nothing` an empty array in the place of memory and branches. Of `tip` only the addresses matter: each lane has
-    parameters of its own.
+    and `work`, with a column for each kink, are scratch, `nothing` is an empty array in the place of memory and branches. Of
+    `tip` only the addresses matter: each lane has parameters of its own.
     """
     h = TAU / points
     rows, size = block.shape[0], block.shape[2]
@@ -153,23 +151,22 @@ def advance_lanes(
 
 def mark_crossed(here: Any, there: Any, numbers: Any, kinks: Any, h: float, crossed: Any) -> int:
     """Mark the lanes that pass a kink between two samples, may touch one (see `grazes`), or lie near one; return all marks."""
-    for j in range(crossed.shape[0]):
-        crossed[j] = 0
+    found = 0
     for k in range(kinks.shape[0]):
         for j in range(crossed.shape[0]):
             p = parameters_of(numbers, j)
             before = distance(column(here, j), p) > kinks[k, j]
             middle = distance(coasted(column(here, j), 0.5 * h), p) > kinks[k, j]
             after = distance(column(there, j), p) > kinks[k, j]
-            crossed[j] |= (CROSSED if before != after else 0) | (CROSSED if before != middle else 0)
             d0, d1 = distance(column(here, j), p), distance(column(there, j), p)
             far0 = 2.0 * REACH * abs(distance(coasted(column(here, j), 0.5 * h), p) - d0)
             far1 = 2.0 * REACH * abs(distance(coasted(column(there, j), 0.5 * h), p) - d1)
             close = abs(d0 - kinks[k, j]) < far0 or abs(d1 - kinks[k, j]) < far1
             inside = is_rooted(p) and not before and not after
             outside = before and after and abs(d1 - d0) > STRIDE * min(d0, d1)
-            crossed[j] |= BESIDE if close and (inside or outside) else 0
-    found = 0
-    for j in range(crossed.shape[0]):
-        found |= crossed[j]
+            mark = (CROSSED if before != after or before != middle else 0) | (
+                BESIDE if close and (inside or outside) else 0
+            )
+            crossed[j] = mark if k == 0 else crossed[j] | mark
+            found |= mark
     return found

@@ -274,6 +274,8 @@ def near_spikes(
     """Return how much parts count, see `with_parts`, with what they count for a spike beside a kink."""
     before, after, at_begin, at_end = around
     dt, d0, v0, d1, v1 = seconds(h, p), distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
+    if not 0.0 <= STRIDE * min(d0, d1) < abs(d1 - d0):
+        return around
     dm, vm = held(cubic(0.5, dt, d0, v0, d1, v1), limits), cubic_rate(0.5, dt, d0, v0, d1, v1)
     fm = force(dm, vm, t + 0.5 * dt, memory, latched, p)
     f1 = force(held(d1, limits), v1, t + dt, stage if memory_size() else memory, latched, p)

@@ -23,10 +23,10 @@ OPTIONS = dict(nogil=True, error_model="numpy", fastmath={{"contract", "arcp", "
 # functions that Python never calls need no wrapper for it: that saves a third of the compile time
 INNER = dict(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
 compiled = njit(**INNER)
-apart = unshared(compiled)
-inlined = njit(forceinline=True, **INNER)
 reordered = njit(**(INNER | dict(fastmath={{"contract", "arcp", "nsz", "reassoc"}}, _nrt=False)))
 uncounted = njit(**(INNER | dict(_nrt=False)))
+inlined = njit(forceinline=True, **(INNER | dict(_nrt=False)))
+apart = unshared(uncounted)
 entry = njit(**OPTIONS)
 '''
 
@@ -84,17 +84,19 @@ def compose_solvers(
     linker.emit(pointers())
     linker.emit("def pointer(context, at):\n    return pointer_to(at)", "intrinsic")
     places, addresses = range(size), [f"p[{first + i}]" for i in range(count)]
-    for text in (  # to numba a mere 1 is a type of its own, for which what is called would be compiled anew
-        f"def mode_count():\n    return np.int64({modes})",
-        f"def fluid_size():\n    return np.int64({late * modes})",
-        f"def motion_size():\n    return np.int64({size})",
-        f"def at_distance(p, zc):\n    return {tuple_of(['zc', *(f'p[{k}]' for k in range(1, first + count))])}",
+    for text in (  # these return arrays, to which references are counted
         "def of_case(p, table, j, zc, others):\n"
         f"    for k in range(others.shape[0]):\n        others[k] = table[{OTHERS} + k, j]\n"
         f"    return {tuple_of(['zc', *(f'table[{k}, j]' for k in range(1, OTHERS)), 'others', *addresses])}",
         # reshape brings code for the words of its errors, which takes a tenth of the time to compile all
         "def shaped(room, rows, columns, lanes):\n"
         "    return carray(pointer(room.ctypes.data), (rows, columns, lanes), np.float64)",
+    ):
+        linker.emit(text, "compiled")
+    for text in (  # to numba a mere 1 is a type of its own, for which what is called would be compiled anew
+        f"def mode_count():\n    return np.int64({modes})",
+        f"def fluid_size():\n    return np.int64({late * modes})",
+        f"def motion_size():\n    return np.int64({size})",
         *_samples(places),
     ):
         linker.emit(text, "inlined")
@@ -287,7 +289,6 @@ def _lanes(modes: int, tones: int, parameters: int, lagging: bool) -> list[str]:
         f"def parameters_of(table, j):\n    return {tuple_of([f'table[{k}, j]' for k in range(parameters)])}",
         f"def waves_at(waves, i):\n    return {tuple_of([f'waves[{k}, i]' for k in waves])}",
         f"def lane_drive(amplitudes, j, c):\n    return {tuple_of(drive)}",
-        f"def at_distance(p, zc):\n    return {tuple_of(['zc', *(f'p[{k}]' for k in range(1, parameters))])}",
         f"def whole(p):\n    others = p[{OTHERS}]\n    return {tuple_of([*first, *others])}",
     ]
 

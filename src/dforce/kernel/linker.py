@@ -119,7 +119,7 @@ class Linker:
         if signature_of(function):
             head, _, body = self._copy(function, _read(function, self._sizes), name, "compiled").partition("\n")
             whole = "    p = whole(p)\n" if "p" in arguments_of(function) else ""
-            self.emit(f"{head}\n{whole}{body}", "apart" if getattr(function, "apart", False) else "compiled")
+            self.emit(f"{head}\n{whole}{body}", decorator_of(function))
             return
         if function not in self._names:
             self.add(function, name, "entry")
@@ -173,7 +173,10 @@ def arguments_of(function: Callable[..., Any]) -> tuple[str, ...]:
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a function that must not stay a call: only a loop without calls is turned into vector instructions."""
+    """Mark a function that must not stay a call: only a loop without calls is turned into vector instructions.
+
+    It is `uncounted`, too.
+    """
     function.inlined = True  # type: ignore[attr-defined]
     return function
 
@@ -194,7 +197,10 @@ def uncounted(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def apart(function: Function) -> Function:
-    """Mark a function called by its address whose arrays share no memory: so its loops need no check that they do not."""
+    """Mark a function called by its address that is `uncounted`, and whose arrays share no memory.
+
+    So its loops need no check that they do not.
+    """
     function.apart = True  # type: ignore[attr-defined]
     return function
 
@@ -220,7 +226,7 @@ def signature_of(function: Callable[..., Any]) -> str:
 
 def decorator_of(function: Callable[..., Any]) -> str:
     """Return how a function is compiled: calls of laws, and of what is marked so, are replaced by the body."""
-    for name in ("reordered", "uncounted"):
+    for name in ("apart", "reordered", "uncounted"):
         if getattr(function, name, False):
             return name
     if getattr(function, "inlined", False) or function.__module__.startswith("dforce.forces"):

@@ -168,11 +168,6 @@ def lane_drive(amplitudes: Any, j: int, c: Any) -> Any:
     raise NotImplementedError
 
 
-def at_distance(p: Any, zc: float) -> Any:
-    """Return the parameter tuple with another average distance (m)."""
-    raise NotImplementedError
-
-
 def from_vector(vector: Any) -> Any:
     """Return the motion y that an array holds."""
     raise NotImplementedError

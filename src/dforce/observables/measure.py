@@ -206,7 +206,7 @@ def measure_force(
     )
     tops[0, STEP] = tops[1, STEP] = -1.0
     for i in range(points):
-        if kind[i] == CUTS or kind[i] == BESIDE:
+        if kind[i] >= CUTS:
             for j in range(tones.shape[0]):
                 c, s = math.cos(bases[j]), math.sin(bases[j])
                 phasor[0, j] = cosine[j, i] * c - sine[j, i] * s
@@ -434,23 +434,24 @@ def add_steep(
     kind, d, v, b0, b1 = kind[first:], d[first:], v[first:], b0[first:], b1[first:]
     here, rate, f = scratch[0, :count], scratch[1, :count], scratch[2, :count]
     for q in range(PLAIN if count else 0):
+        s, weight = NODES[q], WEIGHTS[q]
         for i in range(count):
-            here[i] = quintic(NODES[q], h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
-            rate[i] = quintic_rate(NODES[q], h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
-        forces_at(NODES[q], first, block, h, start, here, rate, rates, stage, p, f)
+            here[i] = quintic(s, h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
+            rate[i] = quintic_rate(s, h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
+        forces_at(s, first, block, h, start, here, rate, rates, stage, p, f)
         for i in range(count):
             if kind[i] == STEEP:
                 note_force(f[i], first + i, sums)
             else:
                 f[i] = 0.0
         force_sum, with_z, with_v = steep_sums(here, rate, f, p[0])
-        sums[SUM] += WEIGHTS[q] * force_sum
-        sums[SUM_Z] += WEIGHTS[q] * with_z
-        sums[SUM_V] += WEIGHTS[q] * with_v
+        sums[SUM] += weight * force_sum
+        sums[SUM_Z] += weight * with_z
+        sums[SUM_V] += weight * with_v
         for j in range(tones.shape[0]):
-            angle = bases[j] + tones[j, 0] * TAU / points * NODES[q]
-            real = WEIGHTS[q] * dot(f, cosine[j, first:after])
-            imaginary = WEIGHTS[q] * dot(f, sine[j, first:after])
+            angle = bases[j] + tones[j, 0] * TAU / points * s
+            real = weight * dot(f, cosine[j, first:after])
+            imaginary = weight * dot(f, sine[j, first:after])
             add_lock_in(real, imaginary, math.cos(angle), math.sin(angle), points, out, forces + 2 * j)
 
 

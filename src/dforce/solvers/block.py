@@ -11,7 +11,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.core.arrays import Array, Indices
-from dforce.integrators.lanes import padded
+from dforce.integrators.lanes import LANES, padded
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
 from dforce.kernel.tip import TipFunctions
 from dforce.observables import measure
@@ -515,4 +515,7 @@ class Block:
 
     def _room(self, slots: int, each: int) -> Array:
         """Return scratch for the samples of slots alone, or of the ends of each with its neighbors."""
-        return np.empty((self.size + 1) * max((self.points + 1) * padded(slots), 2 * padded(slots * each)))
+        count = (self.size + 1) * max((self.points + 1) * padded(slots), 2 * padded(slots * each))
+        room = np.empty(count + LANES)
+        # a vector of lanes is one line of the cache
+        return room[-room.ctypes.data // room.itemsize % LANES :]

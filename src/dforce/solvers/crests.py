@@ -38,19 +38,18 @@ def passed_by(example: Problem, numbers: Array, zc: Array, measured: dict[str, A
     first = parameter_count(len(example.modes), example.late_fluid)
     near, far, a0 = measured["min_distance"], zc + measured["mean_deflection"], numbers[:, CONTACT]
     way = np.flatnonzero(near < far)
-    given = numbers[way, first:]
-    differs = np.append(True, np.any(given[1:] != given[:-1], axis=1))  # the orbits of one case have the same numbers
-    inside, outside = _reach(a0 - near), _reach(far - a0)
-    laws: tuple[Law, ...] = ()
-    for place, i in enumerate(way.tolist()):
-        if differs[place]:
-            laws = _laws(example.forces, given[place].tolist())
-        crests = crests_of(laws, float(a0[i]), float(inside[i]), float(outside[i]))
-        met = [force for d, force in crests if near[i] < d < far[i]]
-        high, low = float(measured["peak_force"][i]), float(measured["min_force"][i])
-        more = max(max(met, default=high) - high, low - min(met, default=low))
-        if more > 0.0:
-            missed[i] = more / max(abs(high), abs(low), *map(abs, met))
+    given = np.column_stack([a0, _reach(a0 - near), _reach(far - a0), numbers[:, first:]])[way]
+    differs = np.flatnonzero(np.any(given[1:] != given[:-1], axis=1)) + 1  # those of one case have the same numbers
+    for place, some in zip([0, *differs], np.split(way, differs), strict=True) if len(way) else ():
+        a0, inside, outside, *taken = given[place].tolist()
+        crests = np.array(crests_of(_laws(example.forces, taken), a0, inside, outside))
+        if len(crests):
+            d, force = crests.T
+            met = (near[some, None] < d) & (d < far[some, None])
+            high, low = measured["peak_force"][some, None], measured["min_force"][some, None]
+            more = np.where(met, np.maximum(force - high, low - force), 0.0).max(axis=1)
+            largest = np.maximum(np.abs([high, low]).max(axis=0), np.where(met, np.abs(force), 0.0)).max(axis=1)
+            missed[some] = more / np.where(more > 0.0, largest, 1.0)
     return missed
 
 

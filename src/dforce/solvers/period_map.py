@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.integrators.lanes import FAR, advance_lanes, padded
+from dforce.integrators.lanes import FAR, LANES, advance_lanes, padded
 from dforce.integrators.rk4 import advance
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, OTHERS, PER_MODE, SPEED, ZC
 from dforce.kernel.linker import uncounted
@@ -246,14 +246,9 @@ def march_lanes(
     kept = measured and each == 1 and is_any_wanted(slots, which, count)
     rows = drive.points + 1 if kept else 2
     block = shaped(room, rows, size + 1, lanes)
-    desk = (
-        np.empty((rows, size + 1)),
-        np.empty((ROOM, rows)),
-        np.empty(kinks.shape[0]),
-        np.empty(numbers.shape[0] - OTHERS),
-    )
-    record, crossed = desk[0], np.empty(lanes, np.int64)
-    nothing, work = np.empty(0), np.empty((8, 1))
+    records, scratch = np.empty((LANES, rows, size + 1)), np.empty((ROOM, rows))
+    kinks_here, others = np.empty(kinks.shape[0]), np.empty(numbers.shape[0] - OTHERS)
+    crossed, nothing, work = np.empty(lanes, np.int64), np.empty(0), np.empty((8, kinks.shape[0] + 1))
     for k in range(size):
         for j in range(lanes):
             block[0, k, j] = starts[k, j]
@@ -275,12 +270,14 @@ def march_lanes(
         )
         if kept:
             for j in range(count):
-                if slots.wanted[which[j]] == NOTHING:
-                    continue
-                for i in range(drive.points + 1):
-                    for k in range(size + 1):
-                        record[i, k] = block[i, k, j]
-                take_measure(slots, which[j], period, model, drive, columns, j, desk)
+                if j % LANES == 0:  # of all that lie side by side at once: the memory is read once
+                    for i in range(rows):
+                        for k in range(size + 1):
+                            for lane in range(LANES):
+                                records[lane, i, k] = block[i, k, j + lane]
+                if slots.wanted[which[j]] != NOTHING:
+                    desk = records[j % LANES], scratch, kinks_here, others
+                    take_measure(slots, which[j], period, model, drive, columns, j, desk)
         if end > 0:
             for k in range(size):
                 for j in range(lanes):

@@ -13,8 +13,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.forces import grouped
 from dforce.forces.custom import NAMES_IN_LAW
-from dforce.gui.case.fields import first_line, name_of
-from dforce.gui.case.words import in_words, plain
+from dforce.gui.case.fields import first_line, in_words, name_of, plain
 from dforce.gui.document.compute import DRAFTS, Latest, in_thread
 from dforce.gui.document.document import Path, path_of, written
 from dforce.gui.window.dialogs import dialog
@@ -25,6 +24,14 @@ if TYPE_CHECKING:
 
 LONGEST = 2000  # characters of a field
 TO_NEW_FORCE = "dforceFocus.go('.df-card:nth-last-child(1 of .df-card) :is(textarea, .df-box)')"
+
+
+class QuietElement(ui.element):
+    """An element that is sent only what changed."""
+
+    def show(self, **changed: Any) -> None:
+        """Show other values of its properties."""
+        self.props.update({key: value for key, value in changed.items() if self.props.get(key) != value})
 
 
 class Caption(NamedTuple):
@@ -109,7 +116,7 @@ class Entry(ui.element, component="entry.js"):
             self.update()
 
 
-class OwnLaw(ui.element, component="own_law.js"):
+class OwnLaw(QuietElement, component="own_law.js"):
     """A law in a field.
 
     During typing the plain Python law gives the small force curve, and mistakes appear at once. Nothing is compiled.
@@ -136,10 +143,8 @@ class OwnLaw(ui.element, component="own_law.js"):
         self.view.edit(self.view.document.put(self.path, " ".join(text.split())), name=".".join(map(str, self.path)))
 
     def show(self, **changed: Any) -> None:
-        """Show the law of the case, or its error; an unchanged law is not sent."""
-        known = {key: value for key, value in changed.items() if key in ("text", "error", "mistake")}
-        if any(self.props.get(key) != value for key, value in known.items()):
-            self.props.update(known)
+        """Show the law of the case, or its error."""
+        super().show(**{key: value for key, value in changed.items() if key in ("text", "error", "mistake")})
 
     def settle(self) -> None:
         """Do nothing: this field has no text ahead of the page."""

@@ -13,8 +13,7 @@ import dforce as df
 from dforce.core.units import parse
 from dforce.gui.case import values
 from dforce.gui.case.fields import Field, name_of, within_sentence
-from dforce.gui.document.bounds import LARGEST, number
-from dforce.gui.document.document import MOST_SLIDERS, Path, Slider
+from dforce.gui.document.document import LARGEST, MOST_SLIDERS, Path, Slider
 from dforce.gui.window.view import View
 
 STEPS = 200  # of a slider, about
@@ -43,9 +42,17 @@ def number_at(view: View, path: Path, field: Field) -> tuple[float | None, str]:
     value = view.document.value(path)
     text, unit = values.shown(field, field.default if value is None else value)
     try:
-        return number(float(values.with_point(text)), -LARGEST, LARGEST), unit
+        return _number(text), unit
     except (ValueError, df.ParameterError):
         return None, unit
+
+
+def _number(text: str) -> float:
+    """Return a typed number; one that no slider can hold is a ValueError."""
+    number = float(values.with_point(text))
+    if not abs(number) <= LARGEST:
+        raise ValueError("a number out of bounds")
+    return number
 
 
 def within(field: Field, unit: str, low: float, high: float) -> tuple[float, float]:
@@ -195,7 +202,7 @@ class Sliders:
     def _range(self, path: Path, field: Field, ends: Sequence[str]) -> None:
         unit = number_at(self.view, path, field)[1]
         try:
-            low, high = (number(float(values.with_point(end)), -LARGEST, LARGEST) for end in ends)
+            low, high = map(_number, ends)
         except (ValueError, df.ParameterError):
             ui.notify("The ends of a slider are two numbers.")
             low, high = next((s.low, s.high) for s in self.view.document.sliders if s.path == path)

@@ -13,10 +13,8 @@ from dforce.core import units
 from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.units import parse, show, split_unit, unit_choices
-from dforce.gui.case.fields import Field, Shape, fields
-from dforce.gui.case.words import label_of
-from dforce.gui.document import bounds
-from dforce.gui.document.document import Document, Path
+from dforce.gui.case.fields import Field, Shape, fields, label_of
+from dforce.gui.document.document import WHOLE, Document, Path
 from dforce.instrument.shared import values_used
 
 NEEDED = "this needs a value"
@@ -129,7 +127,7 @@ def read(field: Field, shape: Shape, text: str, unit: str) -> Any:
             return [composed(part, unit) for part in text.split(";") if part.strip()]
         number = with_point(text)
         meant = int(number) if shape.kind == "whole" else float(number)
-        return meant if abs(meant) < bounds.WHOLE else text  # what cannot be kept as a number stays as it was typed
+        return meant if abs(meant) < WHOLE else text  # what cannot be kept as a number stays as it was typed
     except (ValueError, df.ParameterError):
         return text
 

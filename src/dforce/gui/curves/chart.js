@@ -3,6 +3,8 @@ const NARROW = 320; // px, below which titles of axes are smaller
 const MEASURED = /^(fit|measured|residual) /, STATES = /^states /; // what is drawn beside the curves of results
 const FREE = 600, GHOST = 6000; // ms after the hand is off until the axes follow again, and until the ghost goes
 const WALKED = (meta) => !["jump", "ghost"].includes(meta) && !MEASURED.test(meta ?? "") && !STATES.test(meta ?? "");
+// of a figure: what a slider moves is left out, the numbers of lines and the places of rings
+const moving = (key, value) => ((/^[xy]$/.test(key) && value?.bdata) || (/^[xy]anchor$/.test(key) && Number.isFinite(value)) ? 0 : value);
 const known = (trace) => [...trace.x.keys()].filter((n) => Number.isFinite(trace.x[n]) && Number.isFinite(trace.y[n]));
 let plotly = null;
 
@@ -159,6 +161,9 @@ export default {
       return curves.reduce((best, point) => (away(point) < away(best) ? point : best));
     },
     async paint() {
+      const figure = this.figure;
+      await this.moved;
+      if (figure !== this.figure) return; // a newer one came meanwhile
       this.narrow = this.$el.clientWidth < NARROW;
       const { data, layout } = themed(this.held(), this.narrow);
       // no button that sends a chart to another host
@@ -166,7 +171,20 @@ export default {
                        displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
                        modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"],
                        edits: { shapePosition: this.figure.drag ?? false } };
-      await window.Plotly.react(this.$refs.plot, data, layout, config);
+      const look = this.ranges ? JSON.stringify([data, layout], moving) : null;
+      if (look !== null && look === this.look) await this.move(data, layout);
+      else await window.Plotly.react(this.$refs.plot, data, layout, config);
+      this.look = look;
+    },
+    // Axes that stand still and a legend that says the same need not be drawn again with lines and rings: half the time.
+    // Plotly draws them right after its event; its own promise comes a frame later, and only then it is ready for the next.
+    move(data, layout) {
+      const lines = data.slice(0, this.figure.data.length).map(({ x, y }) => ({ x, y })); // the ghost stays
+      const drawn = new Promise((then) => this.$refs.plot.once("plotly_transitioning", () => queueMicrotask(then)));
+      const frame = { data: lines, traces: [...lines.keys()], layout: { shapes: layout.shapes } };
+      const atOnce = { mode: "immediate", frame: { duration: 0, redraw: false }, transition: { duration: 0 } };
+      this.moved = window.Plotly.animate(this.$refs.plot, frame, atOnce);
+      return drawn;
     },
     // While a slider is dragged the axes stand still, and the curves from which one came stay as a ghost.
     hold() {

@@ -11,10 +11,10 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.notation import html_symbol
-from dforce.gui.curves import compare
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import LONGEST_NAME, KeptResult
+from dforce.gui.document.store import differences
 from dforce.gui.window.dialogs import telling
 from dforce.gui.window.view import View
 
@@ -126,7 +126,7 @@ class Differences(Panel):
         """Show what differs between the results of a scene."""
         if scene is None:
             return
-        rows = compare.differences([layer.result for layer in scene.layers])
+        rows = differences([layer.result for layer in scene.layers])
         changed = {
             "rows": [dataclasses.asdict(row) | {"symbol": html_symbol(row.symbol)} for row in rows],
             "names": [layer.name for layer in scene.layers],

@@ -10,9 +10,11 @@ const digits = (x) => (x === 0 ? "0" : Math.abs(x) >= 1000 || Math.abs(x) < 0.00
 export default {
   template: `
     <section class="df-motion" aria-label="motion at a point" :data-state="state" :class="{'df-behind': behind}">
-      <header class="df-motion-head"><h2 v-if="places.length">Motion at <template v-for="(part, n) in places" :key="n"><template v-if="n">, </template>
+      <header class="df-motion-head df-with-key"><h2 v-if="places.length">Motion at <template v-for="(part, n) in places" :key="n"><template v-if="n">, </template>
           <span v-if="part.symbol"><span class="df-symbol" v-html="part.symbol"></span> = </span>{{ part.text }}</template></h2>
-        <p v-else class="df-text">Click on a point of a curve: the motion of the tip appears here.</p></header>
+        <p v-else class="df-text">Click on a point of a curve: the motion of the tip appears here.</p>
+        <p v-if="motion && !error" class="df-tick-text">Shaded: in contact. Dashed: the tip at rest. Arrow: the force on the tip, at most
+          {{ digits(motion.peak) }} {{ motion.forceUnit }}. All is to scale.</p></header>
       <p v-if="error" class="df-motion-note wrong" role="alert">{{ error }}</p>
       <p v-else-if="note" class="df-motion-note" role="status">{{ note }}</p>
       <template v-if="motion && !error">
@@ -61,8 +63,6 @@ export default {
           <p v-if="trace.name === 'force' && motion.parts.length" class="df-tick-text"><span v-for="(part, n) in motion.parts"
               :key="part.name" class="df-part-name" :data-part="n">{{ part.name }} {{ digits(part.values[now]) }} {{ motion.forceUnit }}</span></p>
         </figure>
-        <p class="df-tick-text">Shaded: in contact. Dashed: the tip at rest. Arrow: the force on the tip, at most
-          {{ digits(motion.peak) }} {{ motion.forceUnit }}. All is to scale.</p>
       </template>
     </section>`,
   props: { places: { default: () => [] }, note: { default: "" }, error: { default: "" }, motion: { default: null }, state: { default: "" },

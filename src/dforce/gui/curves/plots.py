@@ -15,7 +15,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.notation import html_symbol, plain_math
 from dforce.findings.answer import answer_with
-from dforce.gui.case.words import in_words
+from dforce.gui.case.fields import in_words
 from dforce.gui.curves import figures
 from dforce.gui.curves.advice import AdvicePanel
 from dforce.gui.curves.chart import Chart, ring, unit_of
@@ -40,12 +40,22 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("dforce.gui")
 
-LONG = 150  # characters of an answer that are more than two lines of large letters
 UNDRAWN = "An error inside dForce: these results cannot be drawn. Please report it."
 
 
 class Picker(ui.element, component="picker.js"):
     """Chooses what is drawn: one of the usual pictures, or any quantities against any other."""
+
+
+class Answer(ui.element, component="answer.js"):
+    """The result in words."""
+
+    def show(self, text: str) -> None:
+        """Show a text; nothing is sent where it is the same."""
+        if text != self.props.get("text", ""):
+            with self.props.suspend_updates():
+                self.props["text"] = text
+            self.run_method("take", text)
 
 
 class WaitingWords:
@@ -82,7 +92,7 @@ class Plots:
         self.names: tuple[str, ...] = ()  # of the quantities that the picker offers
         self.result: xr.Dataset | None = None
         self.layers: list[figures.Layer] = []
-        self.answer = ui.label().classes("df-answer").props('role="status"')
+        self.answer = Answer()
         self.line = ui.label().classes("df-status").props('role="status"')
         with ui.element("div").classes("df-plotbar"):
             self.picker = Picker()
@@ -170,9 +180,7 @@ class Plots:
         if self.shown is not None:
             self._offer(self.layers[-1].result, self.shown)
         self.picker.set_visibility(self.shown is not None)
-        answer = self._answer()
-        self.answer.set_text(answer)
-        self.answer.classes(add="df-long" if len(answer) > LONG else "", remove="" if len(answer) > LONG else "df-long")
+        self.answer.show(self._answer())
         self.motion.follow(self.view.curve, (*self.layers, *self._behind()))
         self.pane.show(Scene(self.layers, self.shown, self.drawn))
 

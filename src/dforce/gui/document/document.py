@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, BeforeValidator, TypeAdapter
+from pydantic import Field as Bounded
 
 import dforce as df
 from dforce.core.units import split_unit
-from dforce.gui.document import bounds
 from dforce.results.curves import Picture
-
-Path = tuple[str | int, ...]  # ("forces", 0, "hamaker"); places in lists count from 0
 
 FIRST = "hysteresis"  # what a new window shows
 MOST_SLIDERS = 12
@@ -30,6 +31,66 @@ LOOKS = ("results", "plots", "set_point", "measured")  # attributes that are not
 FARTHEST = 1.0  # m, by which measured heights may be shifted
 EDITED = ", edited"  # after the title of an example in which something was changed
 LOWEST_SET_POINT, HIGHEST_SET_POINT = 0.01, 0.999
+LARGEST = 1e100  # of a number on a slider, so that no step of one overflows
+WHOLE = 2**63  # whole numbers are below, as in TOML
+LONGEST_TEXT = 4000  # characters; those of a case are no longer
+MOST_ITEMS = 100  # of a list of tables: modes, tones, forces
+MOST_VALUES = 600_000  # of a table with all that is in it; the text of a case has room for fewer
+DEEPEST = 12  # tables in tables
+
+
+def _plain(given: object, depth: int, left: list[int]) -> Any:
+    """Return a copy of a value of a case as it was typed: tables, lists, texts, numbers, true and false."""
+    left[0] -= 1
+    if left[0] < 0 or depth < 0:
+        raise ValueError("a table that is too large")
+    if isinstance(given, Mapping):
+        return {_text(key, 300): _plain(value, depth - 1, left) for key, value in given.items()}
+    if isinstance(given, list | tuple):
+        if given and isinstance(given[0], Mapping) and len(given) > MOST_ITEMS:
+            raise ValueError("a list that is too long")
+        return [_plain(value, depth - 1, left) for value in given]
+    if isinstance(given, str):
+        return _text(given, LONGEST_TEXT)
+    if given is None or isinstance(given, bool):
+        return given
+    if not (-WHOLE <= given < WHOLE if isinstance(given, int) else isinstance(given, float) and math.isfinite(given)):
+        raise ValueError("no number")
+    return given
+
+
+def _text(given: str, longest: int) -> str:
+    given.encode()  # half of a surrogate pair cannot be written
+    if len(given) > longest:
+        raise ValueError("a text that is too long")
+    return given
+
+
+def _renewed(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the table of a case, as an older window may have kept it, with the solver's keys of now."""
+    return {name: df.SolverSettings.renewed(given) if name == "solver" else given for name, given in table.items()}
+
+
+def _with_range(slider: Slider) -> Slider:
+    if not slider.low < slider.high:
+        raise ValueError("a slider without a range")
+    return slider
+
+
+def _of_quantities(picture: Picture) -> Picture:
+    if not 0 < len(picture.y) <= MOST_QUANTITIES or max(map(len, (picture.x, *picture.y))) > LONGEST_NAME:
+        raise ValueError("a picture of nothing, or of too much")
+    return dataclasses.replace(picture, title="")
+
+
+# what a document that comes from a file may hold: values of a size that forms can show and files can keep
+Name = Annotated[str, Bounded(max_length=LONGEST_NAME)]
+Place = Annotated[int, Bounded(strict=True, ge=0, le=MOST_ITEMS)]
+Path = Annotated[tuple[Annotated[str, Bounded(max_length=100)] | Place, ...], Bounded(max_length=DEEPEST)]
+"""``("forces", 0, "hamaker")``; places in lists count from 0."""
+Number = Annotated[float, Bounded(strict=True, ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+Table = Annotated[Mapping[str, Any], BeforeValidator(lambda given: _plain(given, DEEPEST, [MOST_VALUES]))]
+CaseTable = Annotated[Table, AfterValidator(_renewed)]
 
 
 @dataclass(frozen=True)
@@ -37,17 +98,17 @@ class Slider:
     """A parameter on a slider: its path, and the range in the unit that its field shows."""
 
     path: Path
-    low: float
-    high: float
+    low: Number
+    high: Number
 
 
 @dataclass(frozen=True)
 class KeptResult:
     """A result that is kept: its identifier in the store, its name, the number of its color, and whether it is drawn."""
 
-    id: str
-    name: str
-    color: int
+    id: Name
+    name: Name
+    color: Annotated[int, Bounded(strict=True, ge=0, le=COLORS - 1)]
     shown: bool = True
 
 
@@ -68,16 +129,16 @@ class MeasuredData:
     fit
         The identifier of the last fit of it; empty where there is none.
     confirmed
-        The lever and the tip that a person confirmed for it, of :func:`dforce.gui.measured.lever.lever_and_tip`.
+        The lever and the tip that a person confirmed for it, of :func:`dforce.gui.measured.fitting.lever_and_tip`.
     """
 
-    id: str
-    name: str
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    shift: float = 0.0
-    turn: float = 0.0
-    fit: str = ""
-    confirmed: Mapping[str, Any] = field(default_factory=dict)
+    id: Name
+    name: Name
+    settings: Table = field(default_factory=dict)
+    shift: Annotated[Number, Bounded(ge=-FARTHEST, le=FARTHEST)] = 0.0
+    turn: Annotated[Number, Bounded(ge=-360.0, le=360.0)] = 0.0
+    fit: Name = ""
+    confirmed: Table = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -108,14 +169,18 @@ class Document:
         The measured curve, None while there is none.
     """
 
-    table: Mapping[str, Any]
-    off: tuple[int, ...] = ()
-    aside: Mapping[str, Any] = field(default_factory=dict)
-    sliders: tuple[Slider, ...] = ()
-    plots: tuple[Picture, ...] = ()
-    results: tuple[KeptResult, ...] = ()
-    set_point: float = 0.8
-    opened: Mapping[str, Any] = field(default_factory=dict)
+    table: CaseTable
+    off: Annotated[tuple[Place, ...], Bounded(max_length=MOST_ITEMS)] = ()
+    aside: Table = field(default_factory=dict)
+    sliders: Annotated[
+        tuple[Annotated[Slider, AfterValidator(_with_range)], ...], Bounded(max_length=MOST_SLIDERS)
+    ] = ()
+    plots: Annotated[
+        tuple[Annotated[Picture, AfterValidator(_of_quantities)], ...], Bounded(max_length=MOST_PLOTS)
+    ] = ()
+    results: Annotated[tuple[KeptResult, ...], Bounded(max_length=MOST_RESULTS)] = ()
+    set_point: Annotated[Number, Bounded(ge=LOWEST_SET_POINT, le=HIGHEST_SET_POINT)] = 0.8
+    opened: CaseTable = field(default_factory=dict)
     measured: MeasuredData | None = None
 
     @classmethod
@@ -234,24 +299,9 @@ class Document:
             When the data are none.
         """
         try:
-            return cls(
-                table=_renewed(bounds.table(plain["table"])),
-                off=tuple(bounds.whole(n, 0, bounds.MOST_ITEMS) for n in bounds.items(plain["off"], bounds.MOST_ITEMS)),
-                aside=bounds.table(plain["aside"]),
-                sliders=tuple(_slider(given) for given in bounds.items(plain["sliders"], MOST_SLIDERS)),
-                plots=tuple(_picture(given) for given in bounds.items(plain["plots"], MOST_PLOTS)),
-                results=tuple(_kept(given) for given in bounds.items(plain["results"], MOST_RESULTS)),
-                set_point=bounds.number(plain["set_point"], LOWEST_SET_POINT, HIGHEST_SET_POINT),
-                opened=_renewed(bounds.table(plain.get("opened", {}))),
-                measured=_measured(plain.get("measured")),
-            )
-        except (KeyError, TypeError, ValueError):
+            return TypeAdapter(cls).validate_python(plain)
+        except (TypeError, ValueError):
             raise df.CaseError("the last project cannot be read") from None
-
-
-def _renewed(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the table of a case, as an older window may have kept it, with the solver's keys of now."""
-    return {name: df.SolverSettings.renewed(given) if name == "solver" else given for name, given in table.items()}
 
 
 def _first_slider(table: Mapping[str, Any]) -> tuple[Slider, ...]:
@@ -266,37 +316,8 @@ def _first_slider(table: Mapping[str, Any]) -> tuple[Slider, ...]:
     return (Slider(path, float(f"{0.6 * value:.3g}"), float(f"{1.1 * value:.3g}")),)
 
 
-def _slider(given: Any) -> Slider:
-    low, high = (bounds.number(given[end], -bounds.LARGEST, bounds.LARGEST) for end in ("low", "high"))
-    if not low < high:
-        raise ValueError("a slider without a range")
-    return Slider(bounds.path(given["path"]), low, high)
-
-
 def _unnamed(table: Mapping[str, object]) -> dict[str, Any]:
     return {name: part for name, part in table.items() if name not in NAMING}
-
-
-def _picture(given: Any) -> Picture:
-    x, *y = (bounds.text(name, LONGEST_NAME) for name in [given["x"], *bounds.items(given["y"], MOST_QUANTITIES)])
-    if not y:
-        raise ValueError("a picture of nothing")
-    return Picture(x, tuple(y), bool(given["together"]), bool(given["logarithmic"]))
-
-
-def _kept(given: Any) -> KeptResult:
-    name, color = bounds.text(given["name"], LONGEST_NAME), bounds.whole(given["color"], 0, COLORS - 1)
-    return KeptResult(bounds.text(given["id"], LONGEST_NAME), name, color, bool(given["shown"]))
-
-
-def _measured(given: Any) -> MeasuredData | None:
-    if given is None:
-        return None
-    identifier, name, fit = (bounds.text(given[key], LONGEST_NAME) for key in ("id", "name", "fit"))
-    shift = bounds.number(given["shift"], -FARTHEST, FARTHEST)
-    turn = bounds.number(given["turn"], -360, 360)
-    settings, confirmed = bounds.table(given["settings"]), bounds.table(given.get("confirmed", {}))
-    return MeasuredData(identifier, name, settings, shift, turn, fit, confirmed)
 
 
 def _put(table: Any, path: Path, value: Any) -> Any:

@@ -12,13 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 import dforce as df
-from dforce.gui.curves import compare
 from dforce.gui.document.compute import Job
 from dforce.gui.document.document import LOOKS, Document, KeptResult
-from dforce.gui.document.store import KEY, ResultStore, Saving
-from dforce.gui.measured.fitting import FitJob, curve_in
-from dforce.gui.measured.lever import UNCONFIRMED, is_confirmed, lever_and_tip
-from dforce.gui.measured.session import MeasuredSession
+from dforce.gui.document.store import KEY, ResultStore, Saving, color_of, name_of
+from dforce.gui.measured.fitting import lever_and_tip, unconfirmed
+from dforce.gui.measured.session import FitJob, MeasuredSession, curve_in
 from dforce.gui.study.parameter_study import ParameterStudy
 from dforce.gui.window.security import ALONE, Limits
 
@@ -191,11 +189,11 @@ class Session:
 
         identifier, here, before = await asyncio.to_thread(shelve)
         others = [kept for kept in self.document.results if kept.id in here]
-        name = compare.name_of(result, before, [kept.name for kept in others])
+        name = name_of(result, before, [kept.name for kept in others])
         self._known[identifier] = weakref.ref(result)
         if shown:
             self.results_of[identifier] = result
-        entry = KeptResult(identifier, name, compare.color_of(others), shown)
+        entry = KeptResult(identifier, name, color_of(others), shown)
         self.look(dataclasses.replace(self.document, results=(*others, entry)))
 
     async def take_result(self, document: Document, result: xr.Dataset) -> None:
@@ -326,8 +324,8 @@ class Session:
         if self.measured.curve is None or (self.fitting is not None and self.fitting.busy):
             return
         case = self.limits.check(document.case())
-        if not is_confirmed(document, lever_and_tip(case)):
-            raise df.ParameterError(UNCONFIRMED)
+        if why := unconfirmed(document, lever_and_tip(case)):
+            raise df.ParameterError(why)
         job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.measured.curve)
         await job.go(self.look_at_jobs, LOOKED_EVERY)
         measured, now = document.measured, self.document.measured

@@ -1,17 +1,15 @@
-"""Files of a session: its document, written whole at each change, its results under identifiers, and the files opened last."""
+"""What a session keeps: its document, written whole at each change, and its results, with what tells them apart."""
 
 from __future__ import annotations
 
 import asyncio
-import base64
 import contextlib
-import datetime
 import json
 import logging
 import re
 import secrets
 import threading
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +17,9 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.files import write_whole
-from dforce.gui.document.document import MOST_RESULTS, Document
+from dforce.core.notation import plain_math
+from dforce.core.toml import read_toml
+from dforce.gui.document.document import COLORS, EDITED, LONGEST_NAME, MOST_RESULTS, NAMING, Document, KeptResult
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -227,97 +227,87 @@ class ResultStore:
             sizes.pop(0)
 
 
-LAST = (
-    "last"  # the folder of the files opened last, in that of a session: a browser cannot open a file again by its name
-)
-MOST_LAST = 6
-MOST_LAST_BYTES = 100_000_000  # of all of them
-LONGEST_NAME = 180  # bytes of a name; a longer one keeps its end
+NOT_COMPARED = (*NAMING, "plugins")
+NOTHING = "–"
+LONGEST_VALUE = 60
+IN_A_NAME = 2  # differences that make a name; more make none that can be read
 
 
 @dataclass(frozen=True)
-class LastFile:
-    """A file that was opened: its name, and when (s since 1970)."""
+class Difference:
+    """A parameter in which results differ: its path, words and symbol, and the value of each result as text."""
 
-    name: str
-    opened: float
-
-    def words(self, now: datetime.datetime) -> str:
-        """Return its name with the day, or the time of today."""
-        at = datetime.datetime.fromtimestamp(self.opened)
-        days = (now.date() - at.date()).days
-        when = f"{at:%H:%M}" if days == 0 else "yesterday" if days == 1 else f"{at.day} {at:%b}"
-        return f"{shorten(self.name, 40)} ({when})"
+    path: str
+    label: str
+    symbol: str
+    values: tuple[str, ...]
 
 
-class LastFiles:
-    """The files of one session; one that is opened again takes the place of its earlier content.
-
-    Parameters
-    ----------
-    folder
-        Where they are kept; it is made when the first one comes.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    def keep(self, data: bytes, name: str) -> None:
-        """Keep a file; the oldest ones go when there are too many. Blocking.
-
-        Raises
-        ------
-        ResultError
-            When it cannot be written.
-        """
-        try:
-            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            self._path(name).write_bytes(data)
-            sizes = [path.stat().st_size for path in self._paths()]
-            for number, path in enumerate(self._paths()):
-                if number and (number >= MOST_LAST or sum(sizes[: number + 1]) > MOST_LAST_BYTES):
-                    path.unlink(missing_ok=True)
-        except OSError as error:
-            raise df.ResultError(f"the file is open, but cannot be listed for the next time: {why(error)}") from error
-
-    def take(self, name: str) -> bytes:
-        """Return a file. Blocking.
-
-        Raises
-        ------
-        ResultError
-            When it is no longer kept.
-        """
-        try:
-            return self._path(name).read_bytes()
-        except OSError:
-            raise df.ResultError(
-                f"the file '{shorten(name, 60)}' is no longer kept here; open it from your disk"
-            ) from None
-
-    def listed(self) -> list[LastFile]:
-        """Return the files, the last one first."""
-        return [LastFile(_name_of(path), path.stat().st_mtime) for path in self._paths()]
-
-    def forget(self) -> None:
-        """Remove all of them."""
-        for path in self._paths():
-            path.unlink(missing_ok=True)
-
-    def _path(self, name: str) -> Path:
-        cut = name.encode(errors="replace")[-LONGEST_NAME:].decode(errors="ignore")
-        return self.folder / f"file-{base64.urlsafe_b64encode(cut.encode()).decode('ascii')}"
-
-    def _paths(self) -> list[Path]:
-        return sorted(self.folder.glob("file-*"), key=lambda path: path.stat().st_mtime, reverse=True)
+def differences(results: Sequence[xr.Dataset]) -> list[Difference]:
+    """Return the parameters in which the cases of results differ, in the order of a case file."""
+    cases = [_values(str(result.attrs.get("case", ""))) for result in results]
+    paths = dict.fromkeys(path for case in cases for path in case)
+    found = []
+    for path in paths:
+        values = tuple(case.get(path, NOTHING) for case in cases)
+        if len(set(values)) > 1:
+            owner = next(result for result, case in zip(results, cases, strict=True) if path in case)
+            found.append(Difference(path, *_words(owner, path), values))
+    return found
 
 
-def list_opened(session: Path, file: Path) -> None:
-    """List a file of this computer that was named at the start; one that is gone or too large is not listed. Blocking."""
-    with contextlib.suppress(OSError, df.ResultError):
-        if file.stat().st_size <= MOST_LAST_BYTES:
-            LastFiles(session / LAST).keep(file.read_bytes(), file.name)
+def name_of(result: xr.Dataset, last: xr.Dataset | None, taken: Sequence[str]) -> str:
+    """Return a name for a result that tells it from the last one: what differs, or the title with a number."""
+    title = str(result.attrs.get("title", "")) or "Result"
+    if last is not None and _original(last) == _original(result):
+        rows = differences([last, result])
+        if 0 < len(rows) <= IN_A_NAME:
+            title = ", ".join(f"{plain_math(row.symbol) or row.label} = {row.values[1]}" for row in rows)
+    name, number = shorten(title, LONGEST_NAME - 6), 1
+    while name in taken:
+        number += 1
+        name = f"{shorten(title, LONGEST_NAME - 6)} ({number})"
+    return name
 
 
-def _name_of(path: Path) -> str:
-    return base64.urlsafe_b64decode(path.name.removeprefix("file-")).decode(errors="replace")
+def _original(result: xr.Dataset) -> str:
+    """Return the title of a result before its case was edited."""
+    return str(result.attrs.get("title", "")).removesuffix(EDITED)
+
+
+def color_of(others: Sequence[KeptResult]) -> int:
+    """Return the color that the fewest of the results have."""
+    used = [kept.color for kept in others]
+    return min(range(1, COLORS), key=lambda color: (used.count(color), color))
+
+
+def _values(toml: str) -> dict[str, str]:
+    """Return the parameters of a case by path, as the texts that its file holds."""
+    try:
+        table = read_toml(toml)
+    except ValueError:
+        return {}
+    return {path: value for path, value in _flat("", table) if path.partition(".")[0] not in NOT_COMPARED}
+
+
+def _flat(path: str, value: object) -> Iterator[tuple[str, str]]:
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from _flat(f"{path}.{key}" if path else str(key), inner)
+    elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+        names = [str(item.get("model", "")) for item in value]
+        for number, (name, inner) in enumerate(zip(names, value, strict=True), start=1):
+            yield from _flat(f"{path}.{name if name and names.count(name) == 1 else number}", inner)
+    elif isinstance(value, list):
+        yield path, shorten(", ".join(map(str, value)), LONGEST_VALUE)
+    else:
+        yield path, shorten(str(value), LONGEST_VALUE)
+
+
+def _words(result: xr.Dataset, path: str) -> tuple[str, str]:
+    """Return the words and the symbol that are declared for a parameter; its path where it is no quantity."""
+    try:
+        quantity = df.Case.from_toml(str(result.attrs["case"])).quantity(path)
+    except (df.DForceError, TypeError, KeyError):
+        return path.rpartition(".")[2].replace("_", " "), ""
+    return quantity.doc.partition(";")[0].partition(":")[0], quantity.symbol

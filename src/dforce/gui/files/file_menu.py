@@ -9,7 +9,7 @@ import tempfile
 import threading
 import tomllib
 import weakref
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,9 +20,8 @@ from dforce.core.errors import shorten
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.plots import Plots
 from dforce.gui.document.document import Document
-from dforce.gui.document.store import LAST, LastFiles
 from dforce.gui.files import project, uploads
-from dforce.gui.measured import lever, reading
+from dforce.gui.measured import fitting, reading
 from dforce.gui.measured.overlay import shows
 from dforce.gui.measured.reading import ask_table
 from dforce.gui.study.explore import is_explorable
@@ -69,7 +68,7 @@ class FileMenu:
 
     def __init__(self, view: View, new: Callable[[], None]) -> None:
         self.view = view
-        self.last = LastFiles(view.session.results.folder / LAST)
+        self.last = uploads.LastFiles(view.session.results.folder / uploads.LAST)
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (
@@ -104,7 +103,8 @@ class FileMenu:
                 say(REFUSED)
             return
         data, name = await event.file.read(), event.file.name
-        await self._attempt(UNOPENED, lambda: self._open_and_keep(data, name))
+        with self._telling(UNOPENED):
+            await self._open_and_keep(data, name)
 
     async def _open_and_keep(self, data: bytes, name: str) -> None:
         await self.open(data, name)
@@ -112,16 +112,12 @@ class FileMenu:
 
     async def open_last(self, name: str) -> None:
         """Open one of the last files again, or say that it is gone."""
-
-        async def open_again() -> None:
+        with self._telling(UNOPENED):
             await self._open_and_keep(await asyncio.to_thread(self.last.take, name), name)
-
-        await self._attempt(UNOPENED, open_again)
 
     async def open_shipped(self, name: str) -> None:
         """Open an example, or a measured file that is shipped, with the case that fits it."""
-
-        async def open_it() -> None:
+        with self._telling(UNOPENED):
             if name in df.examples():
                 self.view.open(Document.of(df.example(name)))
                 self.view.session.hide_kept()  # they were of another case, and are a press away
@@ -135,8 +131,6 @@ class FileMenu:
             settings = {key: value for key, value in table.pop("data").items() if key in reading.SETTINGS}
             self.view.open(Document.of(with_approach(df.Case(**table))))
             await self.open_measured(shipped[name], name, settings)
-
-        await self._attempt(UNOPENED, open_it)
 
     async def open(self, data: bytes, name: str = "") -> None:
         """Open a file by its content.
@@ -215,13 +209,11 @@ class FileMenu:
         """Ask what a file does not tell, and once more, with what is wrong, where an answer does not do."""
 
         async def answered(told: dict[str, object]) -> None:
-            async def read() -> None:
+            with self._telling(UNOPENED):
                 try:
                     await self.open_measured(data, name, told)
                 except df.DForceError as error:
                     self._ask(question, str(error), data, name, told)
-
-            await self._attempt(UNOPENED, read)
 
         ask_table(f"Read {shorten(name, 60)}", as_sentence(sentence), question.head, settings, question.asked, answered)
 
@@ -229,32 +221,28 @@ class FileMenu:
         """Show f0, k and Q of a thermal spectrum, and take them for the lever when a person says so."""
         folder = self.view.session.results.folder
         try:
-            found = await asyncio.to_thread(lever.tune_from, data, name, answers, folder)
+            found = await asyncio.to_thread(reading.tune_from, data, name, answers, folder)
         except df.ParameterError as error:
-            fields, why = lever.questions(str(error), answers), as_sentence(str(error))
+            fields, why = reading.tune_questions(str(error), answers), as_sentence(str(error))
             if not fields:
                 raise
         else:
-            fields, why = lever.questions("", answers), lever.tune_in_words(found)
+            fields, why = reading.tune_questions("", answers), fitting.tune_in_words(found)
         shown = dict(fields)
 
         async def answered(*given: str) -> None:
             told = answers | {key: text for key, text in zip(shown, given, strict=True) if text.strip()}
-
-            async def take() -> None:
-                found = await asyncio.to_thread(lever.tune_from, data, name, told, folder)
-                self.view.edit(lever.with_lever(self.view.document, found), anew=True)
-                ui.notify(f"The lever has now {lever.tune_in_words(found)}", type="positive")
-
-            await self._attempt("the spectrum could not be used", take)
+            with self._telling("the spectrum could not be used"):
+                found = await asyncio.to_thread(reading.tune_from, data, name, told, folder)
+                self.view.edit(fitting.with_tune(self.view.document, found), anew=True)
+                ui.notify(f"The lever has now {fitting.tune_in_words(found)}", type="positive")
 
         ask(f"Thermal tune {shorten(name, 60)}", list(shown.values()), answered, why=why, button="Take for the lever")
 
     async def save_project(self) -> None:
         """Save the document with all its results."""
         session, over = self.view.session, self.view.session.study.over
-
-        async def save() -> None:
+        with self._telling(UNSAVED):
             data = await asyncio.to_thread(
                 project.packed, self.view.document, session.results, session.measured.results, over
             )
@@ -262,23 +250,15 @@ class FileMenu:
                 say(TOO_LARGE)
             ui.download.content(data, self._name(ENDING), "application/zip")
 
-        await self._attempt(UNSAVED, save)
-
     async def save_case(self) -> None:
         """Save the case as a TOML file."""
-
-        async def save() -> None:
+        with self._telling(UNSAVED):
             ui.download.content(self.view.document.case().to_toml(), self._name(".toml"), "application/toml")
-
-        await self._attempt(UNSAVED, save)
 
     async def save_script(self) -> None:
         """Save the script that does the same."""
-
-        async def save() -> None:
+        with self._telling(UNSAVED):
             ui.download.content(script_of(self.view.document), self._name(".py"), "text/x-python")
-
-        await self._attempt(UNSAVED, save)
 
     def result_dialog(self) -> None:
         """Ask which result to save, and how."""
@@ -290,13 +270,10 @@ class FileMenu:
 
     async def save_result(self, identifier: str, ending: str) -> None:
         """Save a result of the list, or the one that follows the fields."""
-
-        async def save() -> None:
+        with self._telling(UNSAVED):
             result = await self.plots.kept.take(identifier)
             data = await asyncio.to_thread(written, lambda path: df.write(result, path), ending)
             ui.download.content(data, f"{stem(str(result.attrs.get('title', '')))}{ending}")
-
-        await self._attempt(UNSAVED, save)
 
     def figure_dialog(self) -> None:
         """Ask for the format and the width of the figure."""
@@ -311,23 +288,18 @@ class FileMenu:
         layers, wanted = self.plots.kept.layers(self.view.result), self.plots.shown
         beside = self.plots.measured.beside()
         points = None if beside is None or wanted is None or not shows(wanted) else beside.moved()
-
-        async def save() -> None:
+        with self._telling(UNSAVED):
             data = await asyncio.to_thread(figure_file, layers, wanted, ending, width, points)
             ui.download.content(data, self._name(ending))
 
-        await self._attempt(UNSAVED, save)
-
-    async def _attempt(self, what: str, work: Callable[[], Awaitable[None]]) -> None:
-        """Do what may fail, and say in a sentence why it did."""
+    @contextlib.contextmanager
+    def _telling(self, what: str) -> Iterator[None]:
+        """Say in a sentence why what is done inside failed."""
         with self.upload, telling(what):  # a dialog that asked for it is gone by now
-            await work()
-
-    def _title(self) -> str:
-        return self.view.document.title
+            yield
 
     def _name(self, ending: str) -> str:
-        return f"{stem(self._title())}{ending}"
+        return f"{stem(self.view.document.title)}{ending}"
 
 
 def script_of(document: Document) -> str:

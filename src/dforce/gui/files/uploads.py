@@ -1,20 +1,24 @@
-"""Files from outside: which kind each is, and its content, once that has been written again and drawn."""
+"""Files from outside: which kind each is, its content, once that has been written again and drawn, and the last ones."""
 
 from __future__ import annotations
 
+import base64
 import contextlib
+import datetime
 import tempfile
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import dforce as df
+from dforce.core.errors import shorten
 from dforce.core.files import in_quotes
 from dforce.core.toml import LONGEST, read_toml
-from dforce.gui.curves import compare, figures, setpoint
+from dforce.gui.curves import figures, setpoint
 from dforce.gui.curves.other_figures import basins
 from dforce.gui.document.document import LONGEST_NAME, MOST_QUANTITIES, PLUGINS, Document
-from dforce.gui.document.store import why
+from dforce.gui.document.store import name_of, why
 from dforce.gui.measured import fitting, overlay, reconstruction
 from dforce.gui.measured.reading import calibrated
 from dforce.gui.study import explore, pictures
@@ -226,7 +230,7 @@ def validate_upload(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] 
                     setpoint.table_of([figures.Layer(result, states=states)], picture)
             for name in drawable(result):
                 figures.picture([figures.Layer(result)], Picture(name, (name,)))
-        compare.name_of(result, None, ())
+        name_of(result, None, ())
     except OSError as error:  # a full disk says nothing about the file
         if isinstance(error.__cause__, OSError) or not isinstance(error, df.DForceError):
             raise
@@ -288,3 +292,96 @@ def _pictures(result: xr.Dataset, chosen: Sequence[Picture]) -> Iterator[Picture
     yield from pictures_of(result)
     known = set(drawable(result))
     yield from (picture for picture in chosen if {picture.x, *picture.y} <= known)
+
+
+LAST = (
+    "last"  # the folder of the files opened last, in that of a session: a browser cannot open a file again by its name
+)
+MOST_LAST = 6
+MOST_LAST_BYTES = 100_000_000  # of all of them
+LONGEST_FILE_NAME = 180  # bytes of a name; a longer one keeps its end
+
+
+@dataclass(frozen=True)
+class LastFile:
+    """A file that was opened: its name, and when (s since 1970)."""
+
+    name: str
+    opened: float
+
+    def words(self, now: datetime.datetime) -> str:
+        """Return its name with the day, or the time of today."""
+        at = datetime.datetime.fromtimestamp(self.opened)
+        days = (now.date() - at.date()).days
+        when = f"{at:%H:%M}" if days == 0 else "yesterday" if days == 1 else f"{at.day} {at:%b}"
+        return f"{shorten(self.name, 40)} ({when})"
+
+
+class LastFiles:
+    """The files of one session; one that is opened again takes the place of its earlier content.
+
+    Parameters
+    ----------
+    folder
+        Where they are kept; it is made when the first one comes.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def keep(self, data: bytes, name: str) -> None:
+        """Keep a file; the oldest ones go when there are too many. Blocking.
+
+        Raises
+        ------
+        ResultError
+            When it cannot be written.
+        """
+        try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            self._path(name).write_bytes(data)
+            sizes = [path.stat().st_size for path in self._paths()]
+            for number, path in enumerate(self._paths()):
+                if number and (number >= MOST_LAST or sum(sizes[: number + 1]) > MOST_LAST_BYTES):
+                    path.unlink(missing_ok=True)
+        except OSError as error:
+            raise df.ResultError(f"the file is open, but cannot be listed for the next time: {why(error)}") from error
+
+    def take(self, name: str) -> bytes:
+        """Return a file. Blocking.
+
+        Raises
+        ------
+        ResultError
+            When it is no longer kept.
+        """
+        try:
+            return self._path(name).read_bytes()
+        except OSError:
+            raise df.ResultError(
+                f"the file '{shorten(name, 60)}' is no longer kept here; open it from your disk"
+            ) from None
+
+    def listed(self) -> list[LastFile]:
+        """Return the files, the last one first."""
+        coded = [(path.name.removeprefix("file-"), path.stat().st_mtime) for path in self._paths()]
+        return [LastFile(base64.urlsafe_b64decode(name).decode(errors="replace"), opened) for name, opened in coded]
+
+    def forget(self) -> None:
+        """Remove all of them."""
+        for path in self._paths():
+            path.unlink(missing_ok=True)
+
+    def _path(self, name: str) -> Path:
+        cut = name.encode(errors="replace")[-LONGEST_FILE_NAME:].decode(errors="ignore")
+        return self.folder / f"file-{base64.urlsafe_b64encode(cut.encode()).decode('ascii')}"
+
+    def _paths(self) -> list[Path]:
+        return sorted(self.folder.glob("file-*"), key=lambda path: path.stat().st_mtime, reverse=True)
+
+
+def list_opened(session: Path, file: Path) -> None:
+    """List a file of this computer that was named at the start; one that is gone or too large is not listed. Blocking."""
+    with contextlib.suppress(OSError, df.ResultError):
+        if file.stat().st_size <= MOST_LAST_BYTES:
+            LastFiles(session / LAST).keep(file.read_bytes(), file.name)

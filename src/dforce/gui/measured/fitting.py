@@ -1,8 +1,13 @@
-"""A fit of the measured curve: its free parameters, warnings before it, its values, and safe settings after it."""
+"""A fit of the measured curve: lever and tip that it takes for exact, its free parameters, its values, and what follows.
+
+A curve is fitted as well with another spring constant or tip radius, by other values of the sample: no check of the fit finds
+the mistake. So a person confirms lever and tip before a fit, and each fitted value names them.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import functools
 import math
 import tomllib
 from collections.abc import Callable
@@ -13,22 +18,18 @@ import numpy as np
 from nicegui import background_tasks
 
 import dforce as df
-from dforce.core.progress import duration
 from dforce.core.units import show
 from dforce.findings.finding import with_error
+from dforce.gui.case.fields import field_at, label_of
 from dforce.gui.case.values import ParameterRow, rows_of
-from dforce.gui.case.words import field_at, label_of
 from dforce.gui.document.compute import Job
-from dforce.gui.document.document import LONGEST_NAME, NAMING, Document, Path, path_of
-from dforce.gui.measured.lever import holds_for
-from dforce.gui.measured.reading import CALIBRATED
-from dforce.inverse.fitting.result import data_of
-from dforce.results.provenance import provenance
+from dforce.gui.document.document import NAMING, Document, Path, path_of
+from dforce.inverse.values import show as show_with_error
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DIGITS = 6  # of values that are taken over
+DIGITS = 6  # of values that are taken over, and of lever and tip
 SECTIONS = ("sample", "contact", "tip", "medium", "cantilever")
 FREE = ("fit", "free")
 NUISANCE = {
@@ -40,36 +41,116 @@ NUISANCE = {
 BESIDE = (*NAMING, "experiment", "solver")  # sections that a fit does not depend on
 NOT_SEEN = "Not constrained by these data."
 PRODUCT = "Only a product is constrained"
+UNCONFIRMED = (
+    "Confirm lever and tip: with wrong values the fit looks as good, but its results are wrong. Choose a lever, type its "
+    "values, or drop a thermal spectrum; then confirm."
+)
+TYPED = {"f0": "Hz", "k": "N/m", "Q": "1", "R": "m"}  # units of what is typed of lever and tip
+LONGEST = 40  # characters of a value
 
 
-@dataclass
-class FitJob(Job):
-    """A fit under way."""
+def lever_and_tip(case: df.Case) -> dict[str, str]:
+    """Return the values that a fit takes for exact, as text: f0, k and Q of each mode, then the shape of the tip."""
+    found: dict[str, str] = {}
+    modes = case.problem.modes
+    for number, mode in enumerate(modes, start=1):
+        ending = "" if len(modes) == 1 else f" of mode {number}"
+        found |= {
+            f"f0{ending}": show(mode.f0, "Hz", DIGITS),
+            f"k{ending}": show(mode.k, "N/m", DIGITS),
+            f"Q{ending}": f"{mode.Q:.{DIGITS}g}",
+        }
+    if case.tip is not None and case.tip.radius is not None:
+        found["R"] = show(case.tip.radius, "m", DIGITS)
+    if case.tip is not None and case.tip.half_angle is not None:
+        found["half-angle"] = show(case.tip.half_angle, "deg", DIGITS)
+    return found
 
-    data: xr.Dataset | None = None
-    told: bool = False  # to stop, which is said once: what comes after it describes the best so far
 
-    def compute(self) -> xr.Dataset:
-        """Fit; when it is stopped, the best so far."""
-        return df.fit(self.case, self.data, progress=self._watch)
+def lever_of(document: Document) -> dict[str, str]:
+    """Return the lever and the tip that a document has; empty while it is not a case."""
+    try:
+        return lever_and_tip(document.case())
+    except (df.DForceError, TypeError):
+        return {}
 
-    def _watch(self, done: int, total: int, note: str) -> None:
-        if self.told:
-            return
-        try:
-            super()._watch(done, total, note)
-        except KeyboardInterrupt:
-            self.told = True
-            raise
 
-    def words(self) -> str:
-        """Say in words how far it is."""
-        if self.state == "running":
-            left = self.time_left()
-            return self.note.replace("chi2", "χ² =") + (f", about {duration(left)} left" if left is not None else "")
-        if self.state == "stopped" and not self.error:
-            return "stopped"
-        return super().words() if self.state == "queued" else ""
+def why_no_lever(document: Document) -> str:
+    """Return why a document has no lever and tip; empty where it has them."""
+    try:
+        document.case()
+    except (df.DForceError, TypeError) as error:
+        return str(error)
+    return ""
+
+
+def _place_of(document: Document, name: str) -> Path:
+    """Return where a value of lever or tip is typed; () where it follows from others, as of a beam."""
+    if name == "R":
+        return ("tip", "radius")
+    if document.value(("cantilever", "beam")):
+        return ()
+    return ("cantilever", "modes", 0, name) if document.value(("cantilever", "modes")) else ("cantilever", name)
+
+
+def typed_lever(document: Document) -> list[dict[str, str]]:
+    """Return the values of lever and tip that can be typed, each with its name and its text."""
+    values = lever_of(document)
+    found = []
+    for name in TYPED:
+        place = _place_of(document, name)
+        if place:
+            text = document.value(place)
+            found.append({"name": name, "text": str(text if text is not None else values.get(name, ""))})
+    return found
+
+
+def with_value(document: Document, name: str, text: str) -> Document:
+    """Return a document with a value of lever or tip as typed; nothing typed takes it away."""
+    place = _place_of(document, name) if name in TYPED else ()
+    return document.put(place, text.strip()[:LONGEST] or None) if place else document
+
+
+def with_library(document: Document, name: str) -> Document:
+    """Return a document with a lever of the library, and with its tip where the library has one.
+
+    Its Q is that of the medium, or must be typed: few makers state one.
+    """
+    probe = df.cantilevers().get(name)
+    if probe is None:
+        return document
+    document = document.put(("cantilever",), {"name": name})
+    if probe.tip_radius is not None:
+        document = document.put(("tip", "radius"), show(probe.tip_radius, "m", DIGITS))
+    return document
+
+
+def unconfirmed(document: Document, values: dict[str, str]) -> str:
+    """Return what to confirm unless these values were confirmed for the measured curve of a document; then nothing."""
+    confirmed = document.measured is not None and values and dict(document.measured.confirmed) == values
+    return "" if confirmed else UNCONFIRMED
+
+
+def lever_in_words(values: dict[str, str]) -> str:
+    """Return values for a sentence: ``k = 2.7 N/m, R = 8 nm``."""
+    return ", ".join(f"{name} = {value}" for name, value in values.items())
+
+
+def with_tune(document: Document, tune: df.ThermalTune) -> Document:
+    """Return a document whose lever has the values of a tune; the error of k counts in a fit."""
+    modes = bool(document.value(("cantilever", "modes")))
+    base = ("cantilever", "modes", 0) if modes else ("cantilever",)
+    for name, (value, error) in tune.as_table().items():
+        digits = 2 + max(0, math.floor(math.log10(value)) - math.floor(math.log10(error)))  # two of the error
+        text = df.show(value, TYPED[name], digits)
+        document = document.put((*base, name), text if name != "Q" else float(text))
+    path = "cantilever.modes.1.k" if modes else "cantilever.k"
+    return document.put(("fit", "given", path), [tune.k, tune.k_error])
+
+
+def tune_in_words(tune: df.ThermalTune) -> str:
+    """Return the values of a tune for a sentence."""
+    return ", ".join(f"{name} = {show_with_error(*pair, TYPED[name])}" for name, pair in tune.as_table().items()) + "."
 
 
 def rows(document: Document) -> list[ParameterRow]:
@@ -110,6 +191,18 @@ def found_for(fit: xr.Dataset, name: str) -> str:
     """Return value and error of a parameter of a fit, and for which k and R they hold; empty as :func:`found`."""
     text = found(fit, name)
     return f"{text} {_holds_for(fit)}".strip() if text else ""
+
+
+@functools.lru_cache(maxsize=16)
+def holds_for(case: str, fitted: tuple[str, ...] = ()) -> str:
+    """Return for which k and R the values of a fit hold, from its case as text; without a value that was fitted itself."""
+    try:
+        values = lever_and_tip(df.Case.from_toml(case))
+    except df.DForceError:
+        return ""
+    free = {"k" if path.endswith(".k") else "R" for path in fitted if path.endswith((".k", "tip.radius"))}
+    kept = {name: value for name, value in values.items() if name[0] in {"k", "R"} - free}
+    return f"for {lever_in_words(kept)}" if kept else ""
 
 
 def _holds_for(fit: xr.Dataset) -> str:
@@ -164,15 +257,6 @@ def offsets(fit: xr.Dataset) -> tuple[float | None, float]:
     """Return by how much a fit shifts the heights (m; None: not fitted) and turns the phases (degrees)."""
     shift, turn = _one(fit, "zc_offset"), _one(fit, "phase_offset")
     return (None if shift is None else float(shift["value"]), 0.0 if turn is None else float(turn["value"]))
-
-
-def curve_in(fit: xr.Dataset) -> tuple[xr.Dataset, str, dict[str, Any]]:
-    """Return the measured curve that a fit was made of, calibrated as it was, what it is called, and no settings."""
-    curve = data_of(fit)
-    if "direction" not in curve.coords:
-        curve = curve.assign_coords(direction=("point", ["approach"] * curve.sizes["point"]))
-    curve = curve.assign_attrs(provenance("", "") | {"phase_convention": "lag", CALIBRATED: 0.0} | curve.attrs)
-    return curve, str(curve.attrs.get("source", "the fitted curve"))[:LONGEST_NAME], {}
 
 
 def is_of(fit: xr.Dataset, document: Document) -> bool:

@@ -11,12 +11,12 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.units import show
-from dforce.gui.case.fields import Field
+from dforce.gui.case.entry import QuietElement
+from dforce.gui.case.fields import Field, in_words, with_labels
 from dforce.gui.case.values import ParameterRow
-from dforce.gui.case.words import in_words, with_labels
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import Document, MeasuredData, Path, path_of
-from dforce.gui.measured import fitting, lever, overlay
+from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.fitting import LIMIT, SafeJob
 from dforce.gui.window.dialogs import as_sentence, say, telling
 from dforce.gui.window.view import View
@@ -36,14 +36,8 @@ NOT_HERE = "This picture has no measured quantity; choose amplitude and phase ag
 NO_MODEL = "The case has no curve against the distance; press Match the experiment."
 
 
-class MeasuredPanel(ui.element, component="measured.js"):
+class MeasuredPanel(QuietElement, component="measured.js"):
     """What the panel shows."""
-
-    def show(self, **changed: Any) -> None:
-        """Show other words; nothing is sent where nothing changed."""
-        if any(self.props.get(key) != value for key, value in changed.items()):
-            self.props.update(changed)
-            self.update()
 
 
 class MeasuredCurve(Panel):
@@ -133,11 +127,10 @@ class MeasuredCurve(Panel):
         failed = "" if job is None or job.state != "failed" else job.error
         shown = dict[str, Any](report="", stale=False, notes=[], summary="", others=[], answers=[])
         shown |= {"free": [row.label for row in rows if row.path in chosen]}
-        values = lever.asked(document)
-        confirmed = lever.is_confirmed(document, values)
-        shown |= {"lever": lever.in_words(values), "unconfirmed": "" if confirmed else lever.UNCONFIRMED}
-        missing = "" if values else as_sentence(in_words(document, lever.missing(document)))
-        shown |= {"typed": lever.typed(document), "levers": list(df.cantilevers()), "missing": missing}
+        values = fitting.lever_of(document)
+        shown |= {"lever": fitting.lever_in_words(values), "unconfirmed": fitting.unconfirmed(document, values)}
+        missing = "" if values else as_sentence(in_words(document, fitting.why_no_lever(document)))
+        shown |= {"typed": fitting.typed_lever(document), "levers": list(df.cantilevers()), "missing": missing}
         shown |= {"failed": as_sentence(in_words(document, failed)) if failed else ""}
         busy = job is not None and job.busy
         shown |= {
@@ -183,14 +176,14 @@ class MeasuredCurve(Panel):
         await self.view.session.drop_measured()
 
     def _confirm(self) -> None:
-        self._change(confirmed=lever.asked(self.view.document))
+        self._change(confirmed=fitting.lever_of(self.view.document))
 
     def _library(self, event: GenericEventArguments) -> None:
-        self.view.edit(lever.with_library(self.view.document, str(event.args)), anew=True)
+        self.view.edit(fitting.with_library(self.view.document, str(event.args)), anew=True)
 
     def _lever(self, event: GenericEventArguments) -> None:
         name, text = str(event.args["name"]), str(event.args["text"])
-        self.view.edit(lever.with_value(self.view.document, name, text), anew=True)
+        self.view.edit(fitting.with_value(self.view.document, name, text), anew=True)
 
     async def _safe(self, event: GenericEventArguments) -> None:
         """Find the safe settings for the sample of the fit."""
@@ -199,7 +192,7 @@ class MeasuredCurve(Panel):
             return
         with telling("the safe settings could not be found"):
             case = self.view.session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
-            limit, share = str(event.args)[: lever.LONGEST], self.view.document.set_point
+            limit, share = str(event.args)[: fitting.LONGEST], self.view.document.set_point
             self.safe = SafeJob(case, self.view.session.limits.seconds, limit=limit, share=share)
             await self.safe.go(self.show)
 
@@ -232,12 +225,8 @@ class MeasuredCurve(Panel):
         self._change(turn=turn, **({} if shift is None else {"shift": shift}))
 
 
-class FitAtField(ui.element, component="at_field.js"):
+class FitAtField(QuietElement, component="at_field.js"):
     """What stands at one field."""
-
-    def show(self, **changed: Any) -> None:
-        """Show other words; nothing is sent where nothing changed."""
-        self.props.update({key: value for key, value in changed.items() if self.props.get(key) != value})
 
 
 class FitAtFields:

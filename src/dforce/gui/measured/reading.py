@@ -1,7 +1,8 @@
-"""Measured curves from outside: a file is read and calibrated; a dialog asks for columns, units and signs."""
+"""Measured files: a curve is read and calibrated, a dialog asks for columns, units and signs; a spectrum tunes the lever."""
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import re
 import tempfile
@@ -16,7 +17,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.files import in_quotes
 from dforce.gui.document.document import MeasuredData
-from dforce.gui.window.dialogs import LONGEST, Field, dialog, text
+from dforce.gui.window.dialogs import LONGEST, Field, choice, dialog, text
 from dforce.inverse.fitting.load import known_settings
 from dforce.inverse.heads import SPECTRUM, FileHead, HeadColumn, head_of
 from dforce.inverse.readers import tables_in
@@ -96,12 +97,7 @@ def curve_from(
     """
     if len(data) > MOST_BYTES:
         raise df.ResultError(f"{name} has more than {MOST_BYTES // 1_000_000} MB, too many for a curve")
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
-        path = Path(place) / "curve"
-        path.write_bytes(data)
-        if is_sealed(data):  # of dForce itself: any other HDF5 is read by a process of its own
-            hdf5.look(data, "result")
+    with _as_file(data, folder) as path:
         try:
             raw = df.read_measured(path, **_reading(settings))
             calibrated(raw, settings, case)
@@ -115,6 +111,18 @@ def curve_from(
                 raise MissingAnswer(ADVICE.sub("", sentence), head, asked) from None
             raise type(error)(sentence) from None
     return raw.assign_attrs(source=name)
+
+
+@contextlib.contextmanager
+def _as_file(data: bytes, folder: Path) -> Iterator[Path]:
+    """Give a file with these bytes; one of dForce itself is looked through, any other HDF5 is read by a process of its own."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
+        path = Path(place) / "measured"
+        path.write_bytes(data)
+        if is_sealed(data):
+            hdf5.look(data, "result")
+        yield path
 
 
 def calibrated(raw: xr.Dataset, settings: Mapping[str, Any], case: df.Case | None) -> xr.Dataset:
@@ -333,3 +341,36 @@ def told(
     if str(answer["sensitivity"]).strip():
         places, answers = [*places, SENSITIVITY], [*answers, str(answer["sensitivity"])]
     return with_answers(found, places, [text[:LONGEST] for text in answers])
+
+
+SENSITIVITIES = {"static": "by a force curve on a hard sample", "mode": "for this mode itself"}
+TUNE_SETTINGS = ("temperature", "calibrated", "unit", "sensitivity")  # of df.thermal_tune
+
+
+def tune_from(data: bytes, name: str, answers: Mapping[str, str], folder: Path) -> df.ThermalTune:
+    """Return the thermal tune of a spectrum in the bytes of a file; `answers` are settings of `df.thermal_tune`. Blocking.
+
+    Raises
+    ------
+    DForceError
+        With one sentence.
+    """
+    with _as_file(data, folder) as path:
+        try:
+            told: dict[str, Any] = {key: answers[key] for key in TUNE_SETTINGS if key in answers}
+            return df.thermal_tune(path, **told)
+        except df.DForceError as error:
+            raise type(error)(str(error).replace(in_quotes(path), name)) from None
+
+
+def tune_questions(wrong: str, answers: Mapping[str, str]) -> dict[str, Field]:
+    """Return what is asked of a spectrum, by setting: what a sentence asks for, and how the sensitivity was calibrated."""
+    found = {
+        "temperature": text("Temperature", answers.get("temperature", "25 degC")),
+        "calibrated": choice("Sensitivity calibrated", SENSITIVITIES),
+    }
+    if "write unit" in wrong:
+        found["unit"] = text("Unit of the density", "pm/sqrt(Hz)")
+    if "sensitivity =" in wrong or "sensitivity" in answers:
+        found["sensitivity"] = text("Sensitivity of the detector", answers.get("sensitivity", "50 nm/V"))
+    return found

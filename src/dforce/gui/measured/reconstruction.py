@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from nicegui import background_tasks, ui
+from nicegui import background_tasks
 
 import dforce as df
+from dforce.gui.case.entry import QuietElement
 from dforce.gui.curves.chart import Chart, packed, title, unit_of
 from dforce.gui.curves.figures import MARGIN, Drawn, Figure
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import Job
-from dforce.gui.measured import lever, overlay
+from dforce.gui.measured import fitting, overlay
 from dforce.gui.window.dialogs import as_sentence, telling
 from dforce.gui.window.view import View
 
@@ -122,7 +123,7 @@ class ReconstructJob(Job):
         return df.reconstruct(self.curve, self.case, progress=self._watch)
 
 
-class ReconstructionShown(ui.element, component="reconstructing.js"):
+class ReconstructionShown(QuietElement, component="reconstructing.js"):
     """What the tab shows, around its chart."""
 
 
@@ -159,21 +160,17 @@ class Reconstruction(Panel):
         if document.measured is None or not self.in_sight:
             return
         result = None if job is None else job.result
-        confirmed = lever.is_confirmed(document, lever.asked(document))
-        shown = {
-            "name": document.measured.name,
-            "unconfirmed": "" if confirmed else lever.UNCONFIRMED,
-            "busy": job is not None and job.busy,
-            "share": job.share if job is not None else 0.0,
-            "failed": as_sentence(job.error) if job is not None and job.error else "",
-            "done": result is not None,
-            "stale": result is not None and self._of != self._now(),
-            "holds_for": self.holds_for,
-            "gaps": [] if result is None else [as_sentence(line) for line in notes_of(result)],
-        }
-        if any(self.element.props.get(key) != value for key, value in shown.items()):
-            self.element.props.update(shown)
-            self.element.update()
+        self.element.show(
+            name=document.measured.name,
+            unconfirmed=fitting.unconfirmed(document, fitting.lever_of(document)),
+            busy=job is not None and job.busy,
+            share=job.share if job is not None else 0.0,
+            failed=as_sentence(job.error) if job is not None and job.error else "",
+            done=result is not None,
+            stale=result is not None and self._of != self._now(),
+            holds_for=self.holds_for,
+            gaps=[] if result is None else [as_sentence(line) for line in notes_of(result)],
+        )
         if scene is not None:  # the chart was hidden, perhaps before it was drawn
             self._draw()
 
@@ -184,11 +181,11 @@ class Reconstruction(Panel):
             return
         with telling("the force could not be reconstructed"):
             case = self.view.session.limits.check(self.view.document.case())
-            values = lever.lever_and_tip(case)
-            if not lever.is_confirmed(self.view.document, values):
-                raise df.ParameterError(lever.UNCONFIRMED)
+            values = fitting.lever_and_tip(case)
+            if why := fitting.unconfirmed(self.view.document, values):
+                raise df.ParameterError(why)
             exact = {name: value for name, value in values.items() if name[0] in "kQ"}  # the force scales with k / Q
-            self._of, self.holds_for = self._now(), f"for {lever.in_words(exact)}"
+            self._of, self.holds_for = self._now(), f"for {fitting.lever_in_words(exact)}"
             self.job = ReconstructJob(case, self.view.session.limits.seconds, curve=beside.moved())
             await self.job.go(self.show)
             self._draw()
@@ -213,7 +210,7 @@ class Reconstruction(Panel):
         document = self.view.document
         measured = document.measured
         looks = None if measured is None else (measured.id, measured.shift, measured.turn)
-        return looks, lever.asked(document)
+        return looks, fitting.lever_of(document)
 
 
 def notes_of(result: xr.Dataset) -> list[str]:

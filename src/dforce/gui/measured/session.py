@@ -1,4 +1,4 @@
-"""The measured curve of a session: read, calibrated for the case that is typed, and its last fit."""
+"""The measured curve of a session: read, calibrated for the case that is typed, and fitted."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ import asyncio
 import contextlib
 import dataclasses
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
-from dforce.gui.document.document import Document, MeasuredData
+from dforce.core.progress import duration
+from dforce.gui.document.compute import Job
+from dforce.gui.document.document import LONGEST_NAME, Document, MeasuredData
 from dforce.gui.document.store import ResultStore
-from dforce.gui.measured.reading import calibrated
+from dforce.gui.measured.reading import CALIBRATED, calibrated
+from dforce.inverse.fitting.result import data_of
+from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,3 +118,42 @@ class MeasuredSession:
                     self.results.drop(name)
 
         await asyncio.to_thread(remove)
+
+
+@dataclass
+class FitJob(Job):
+    """A fit under way."""
+
+    data: xr.Dataset | None = None
+    told: bool = False  # to stop, which is said once: what comes after it describes the best so far
+
+    def compute(self) -> xr.Dataset:
+        """Fit; when it is stopped, the best so far."""
+        return df.fit(self.case, self.data, progress=self._watch)
+
+    def _watch(self, done: int, total: int, note: str) -> None:
+        if self.told:
+            return
+        try:
+            super()._watch(done, total, note)
+        except KeyboardInterrupt:
+            self.told = True
+            raise
+
+    def words(self) -> str:
+        """Say in words how far it is."""
+        if self.state == "running":
+            left = self.time_left()
+            return self.note.replace("chi2", "χ² =") + (f", about {duration(left)} left" if left is not None else "")
+        if self.state == "stopped" and not self.error:
+            return "stopped"
+        return super().words() if self.state == "queued" else ""
+
+
+def curve_in(fit: xr.Dataset) -> tuple[xr.Dataset, str, dict[str, Any]]:
+    """Return the measured curve that a fit was made of, calibrated as it was, what it is called, and no settings."""
+    curve = data_of(fit)
+    if "direction" not in curve.coords:
+        curve = curve.assign_coords(direction=("point", ["approach"] * curve.sizes["point"]))
+    curve = curve.assign_attrs(provenance("", "") | {"phase_convention": "lag", CALIBRATED: 0.0} | curve.attrs)
+    return curve, str(curve.attrs.get("source", "the fitted curve"))[:LONGEST_NAME], {}

@@ -122,7 +122,12 @@ def places_of(result: xr.Dataset, dim: str) -> list[str]:
     if axis.dtype.kind != "f":
         return [str(value) for value in axis.values]
     scale, unit = unit_of(axis)
-    return [f"{value / scale:.5g}{'' if unit == '1' else f' {unit}'}" for value in axis.values]
+    return [with_unit(f"{value / scale:.5g}", unit) for value in axis.values]
+
+
+def with_unit(number: str, unit: str) -> str:
+    """Return a number with its unit, if it has one."""
+    return number if unit == "1" else f"{number} {unit}"
 
 
 def label_of(result: xr.Dataset, name: str) -> str:
@@ -222,12 +227,10 @@ def _runs(there: Bools, words: Sequence[str]) -> str:
 
 def words_of(settings: Mapping[str, tuple[float, str]], labels: Mapping[str, str]) -> str:
     """Return settings in words."""
-    import xarray as xr
-
     found = []
     for path, (value, unit) in settings.items():
         scale, name = reader_unit(xr.DataArray([value], attrs={"units": unit}))
-        found.append(f"{labels.get(path, path)} {value / scale:.4g}{'' if name == '1' else f' {name}'}")
+        found.append(f"{labels.get(path, path)} {with_unit(f'{value / scale:.4g}', name)}")
     return ", ".join(found)
 
 
@@ -254,7 +257,7 @@ def usual_limit(result: xr.Dataset, choice: Choice, above: bool) -> DrawnLimit |
 def shown_limit(result: xr.Dataset, choice: Choice, limit: DrawnLimit) -> str:
     """Return a limit as text, in the unit of the lines."""
     scale, unit = scale_of(result, choice)
-    return f"{limit.value / scale:.4g}{'' if unit == '1' else f' {unit}'}"
+    return with_unit(f"{limit.value / scale:.4g}", unit)
 
 
 def read_limit(result: xr.Dataset, choice: Choice, text: str, above: bool) -> DrawnLimit:
@@ -285,5 +288,5 @@ def allowed(result: xr.Dataset, choice: Choice, limit: DrawnLimit) -> str:
         return f"The limit holds nowhere here for {meant}."
     x, _ = axis_of(result, choice.x)
     unit = unit_of(result[choice.x])[1]
-    words = [f"{value:.4g}{'' if unit == '1' else f' {unit}'}" for value in x]
+    words = [with_unit(f"{value:.4g}", unit) for value in x]
     return f"The limit holds at {label_of(result, choice.x)} {_runs(holds, words)}, for {meant}."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
-import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +14,9 @@ import dforce as df
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
 from dforce.findings.set_point import states_meant
-from dforce.gui.case.fields import name_of, within_sentence
+from dforce.gui.case.entry import QuietElement
+from dforce.gui.case.fields import in_words, with_labels, within_sentence
 from dforce.gui.case.values import ParameterRow
-from dforce.gui.case.words import KEY, in_words, with_labels
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import LIVE, in_thread
@@ -48,14 +47,8 @@ MEANT = "Drawn are {}. “All states” adds states that no approach meets."
 ENDS = {"low": "50 %", "high": "95 %"}  # of the set point, as suggested
 
 
-class ExplorePanel(ui.element, component="explore.js"):
+class ExplorePanel(QuietElement, component="explore.js"):
     """What the panel shows, around its chart."""
-
-    def show(self, **changed: Any) -> None:
-        """Show other words; nothing is sent where nothing changed."""
-        if any(self.props.get(key) != value for key, value in changed.items()):
-            self.props.update(changed)
-            self.update()
 
 
 class Explorer(Panel):
@@ -180,7 +173,7 @@ class Explorer(Panel):
         found = str(result.attrs.get("findings", "")).splitlines()
         if self._computed() and "plan_over" not in result.attrs:  # a plan says so itself
             found.append(MEANT.format(states_meant(result)))
-        shown |= {"found": [_in_labels(with_labels(self.view.document, line)) for line in found]}
+        shown |= {"found": [as_sentence(with_labels(self.view.document, line)) for line in found]}
         shown |= {"quantity": choice.quantity, "x": choice.x, "y": choice.y, "slices": slices}
         shown |= {
             "lines": choice.quantity not in explore.WORDS,
@@ -320,18 +313,6 @@ class Explorer(Panel):
                 document = document.put(place, value if unit == "1" else show(value, unit, DIGITS))
         self.view.edit(document, anew=True)
         self.view.session.look(dataclasses.replace(self.view.document, set_point=share))
-
-
-def _in_labels(text: str) -> str:
-    """Return a sentence with the words of quantities and forces in the place of their names."""
-
-    def word(name: re.Match[str]) -> str:
-        if name[0] in OBSERVABLES:
-            return OBSERVABLES[name[0]].label
-        model = df.forces.REGISTRY.get(name[0])
-        return name[0] if model is None else name_of(model)
-
-    return as_sentence(KEY.sub(word, text))
 
 
 def _ends(given: dict[str, Any], which: str = "") -> dict[str, str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from dforce.gui.curves.chart import packed, title, unit_of
 from dforce.gui.curves.figures import Figure
-from dforce.gui.study.explore import STATES, WORDS, Choice, DrawnLimit, axis_of, cut, label_of
+from dforce.gui.study.explore import STATES, WORDS, Choice, DrawnLimit, axis_of, cut, label_of, with_unit
 from dforce.results.kinds import is_kind
 from dforce.results.plan_regions import MARGINS, limits_between
 from dforce.results.regime_lines import boundary_lines
@@ -72,7 +72,7 @@ def _hover(result: xr.Dataset, *dims: str) -> str:
     said = []
     for dim, letter in zip(dims, "xy", strict=False):
         unit = unit_of(result[dim])[1]
-        said.append(f"{label_of(result, dim)} %{{{letter}:.4g}}{'' if unit == '1' else f' {unit}'}")
+        said.append(f"{label_of(result, dim)} {with_unit(f'%{{{letter}:.4g}}', unit)}")
     return ", ".join(said)
 
 

@@ -23,8 +23,9 @@ from dforce.gui.curves.plots import Plots, dim
 from dforce.gui.document.compute import LIVE, Job
 from dforce.gui.document.document import FIRST, Document
 from dforce.gui.document.session import Session
-from dforce.gui.document.store import Store, list_opened
+from dforce.gui.document.store import Store
 from dforce.gui.files.file_menu import FileMenu
+from dforce.gui.files.uploads import list_opened
 from dforce.gui.measured.panel import FitAtFields
 from dforce.gui.study.parameter_study import Over
 from dforce.gui.window.address import Address

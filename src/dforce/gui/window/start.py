@@ -14,7 +14,7 @@ from nicegui.elements.mixins.text_element import TextElement
 
 import dforce as df
 from dforce.experiments import EXPERIMENTS
-from dforce.gui.case.words import in_words
+from dforce.gui.case.fields import in_words
 from dforce.gui.document.document import FIRST, Document
 from dforce.gui.files.file_menu import FileMenu
 from dforce.gui.window.classroom import PAGE as CLASS_PAGE

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from nicegui import background_tasks
 
 import dforce as df
-from dforce.gui.case.words import in_words, with_labels
+from dforce.gui.case.fields import in_words, with_labels
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.other_figures import ForceChart

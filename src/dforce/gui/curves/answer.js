@@ -1,0 +1,26 @@
+// The answer above the chart, in letters that let it stand in two lines.
+const LONG = 150; // characters that are more than two lines of large letters
+
+export default {
+  template: `<div class="df-answer" :class="{'df-long': now.length > LONG}" role="status">{{ now }}</div>`,
+  props: { text: { default: "" } },
+  data() {
+    return { taken: null, LONG };
+  },
+  computed: {
+    now() {
+      return this.taken ?? this.text;
+    },
+  },
+  watch: {
+    text() {
+      this.taken = null;
+    },
+  },
+  methods: {
+    // a text that changes many times a second comes this way: a property would draw the whole page anew
+    take(text) {
+      this.taken = text;
+    },
+  },
+};
