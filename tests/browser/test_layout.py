@@ -23,6 +23,10 @@ OVERLAPS = """() => {
         for (const one of range.getClientRects()) {
             let [left, top, right, bottom] = [one.left, one.top + one.height / 6, one.right, one.bottom - one.height / 6];
             for (let up = owner; up && up !== document.body; up = up.parentElement) {
+                for (const head of up.children) { // what is scrolled under a heading that stays is covered by it
+                    if (getComputedStyle(head).position !== "sticky" || head.contains(owner)) continue;
+                    top = Math.max(top, head.getBoundingClientRect().bottom);
+                }
                 if (up instanceof SVGElement || getComputedStyle(up).overflow === "visible") continue;
                 const box = up.getBoundingClientRect();
                 [left, top] = [Math.max(left, box.left), Math.max(top, box.top)];
