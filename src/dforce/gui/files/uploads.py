@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 import dforce as df
 from dforce.core.errors import shorten
-from dforce.core.files import in_quotes
+from dforce.core.files import in_quotes, read_input
 from dforce.core.toml import LONGEST, read_toml
 from dforce.gui.curves import figures, setpoint
 from dforce.gui.curves.other_figures import basins
@@ -356,8 +356,8 @@ class LastFiles:
             When it is no longer kept.
         """
         try:
-            return self._path(name).read_bytes()
-        except OSError:
+            return read_input(self._path(name), "file", MOST_LAST_BYTES, df.ResultError)
+        except df.ResultError:
             raise df.ResultError(
                 f"the file '{shorten(name, 60)}' is no longer kept here; open it from your disk"
             ) from None
@@ -383,5 +383,4 @@ class LastFiles:
 def list_opened(session: Path, file: Path) -> None:
     """List a file of this computer that was named at the start; one that is gone or too large is not listed. Blocking."""
     with contextlib.suppress(OSError, df.ResultError):
-        if file.stat().st_size <= MOST_LAST_BYTES:
-            LastFiles(session / LAST).keep(file.read_bytes(), file.name)
+        LastFiles(session / LAST).keep(read_input(file, "file", MOST_LAST_BYTES, df.ResultError), file.name)
