@@ -337,6 +337,8 @@ class Window:
         case = df.example(name)
         with self.remade():
             self.example(name)
+        while not self.holds(case):  # the forms may have been made anew for what came before, too
+            self.page.wait_for_timeout(POLLING)
         self.shows(case)
         return case
 
