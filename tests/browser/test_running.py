@@ -13,7 +13,7 @@ import dforce as df
 from dforce.gui.document.document import FIRST
 
 AMPLITUDE = "drive.A0"
-# what is seen of lines and rings when only they were drawn, and when the same chart is drawn anew
+# paths of lines and rings after a move of the slider, and after a full redraw
 BOTH_WAYS = """() => {
     const chart = document.querySelector(".df-main .df-chart"), plot = chart.querySelector(".df-plot");
     const seen = () => [...plot.querySelectorAll(".js-line, .shapelayer path")].map((one) => one.getAttribute("d"));

@@ -180,7 +180,10 @@ def test_a_law_that_stays_is_drawn_anew_only_once_nothing_changes(tmp_path, live
     async def flow():
         async with window(tmp_path) as (_, page):
             view, draw = page.view, page.view.force.draw
-            resting = lambda: not (view._latest.busy or view._beside.busy or view._advising.busy)  # noqa: E731
+
+            def resting():
+                return not (view._latest.busy or view._beside.busy or view._advising.busy)
+
             view.force.draw = lambda figure: drawn.append(figure["data"][0]["x"]) or draw(figure)
             view.edit(DOCUMENT)
             await until(lambda: drawn and resting())

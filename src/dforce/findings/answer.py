@@ -84,7 +84,7 @@ def answer_with(
 
 
 def _modulus(curve: xr.Dataset, share: float) -> Iterator[str]:
-    """Give what the formulas of AM-FM find at a set point, where tone 2 moves within the contact as they assume."""
+    """Give the modulus of AM-FM at a set point, in a sentence, where tone 2 stays within the contact."""
     if SHIFT not in curve:
         return
     states = at_set_point(curve, share)

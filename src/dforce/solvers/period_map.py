@@ -365,7 +365,7 @@ def go_on(slots: Any, s: int) -> None:
 
 
 def carry(slots: Any, s: int, change: Any) -> None:
-    """Let the memory of a slot answer a small change of its motion and of its parameter as that of its neighbors has done."""
+    """Add to a slot's memory its answer to a small change of motion and parameter, as its neighbors have shown it."""
     for e in range(change.shape[0]):
         for k in range(slots.memory.shape[1]):
             slots.memory[s, k] += slots.apart[slots.case[s], 1 + e, k] * change[e] / FD_STEP

@@ -294,7 +294,7 @@ class FileMenu:
 
     @contextlib.contextmanager
     def _telling(self, what: str) -> Iterator[None]:
-        """Say in a sentence why what is done inside failed."""
+        """Say in a sentence why the work inside failed."""
         with self.upload, telling(what):  # a dialog that asked for it is gone by now
             yield
 

@@ -45,7 +45,7 @@ UNCONFIRMED = (
     "Confirm lever and tip: with wrong values the fit looks as good, but its results are wrong. Choose a lever, type its "
     "values, or drop a thermal spectrum; then confirm."
 )
-TYPED = {"f0": "Hz", "k": "N/m", "Q": "1", "R": "m"}  # units of what is typed of lever and tip
+TYPED = {"f0": "Hz", "k": "N/m", "Q": "1", "R": "m"}  # units of the numbers of lever and tip
 LONGEST = 40  # characters of a value
 
 
@@ -114,7 +114,7 @@ def with_value(document: Document, name: str, text: str) -> Document:
 def with_library(document: Document, name: str) -> Document:
     """Return a document with a lever of the library, and with its tip where the library has one.
 
-    Its Q is that of the medium, or must be typed: few makers state one.
+    Its Q comes from the medium or has to be typed: few makers state one.
     """
     probe = df.cantilevers().get(name)
     if probe is None:

@@ -364,7 +364,7 @@ def tune_from(data: bytes, name: str, answers: Mapping[str, str], folder: Path) 
 
 
 def tune_questions(wrong: str, answers: Mapping[str, str]) -> dict[str, Field]:
-    """Return what is asked of a spectrum, by setting: what a sentence asks for, and how the sensitivity was calibrated."""
+    """Return the questions on a spectrum by setting: those of a sentence, and how the sensitivity was calibrated."""
     found = {
         "temperature": text("Temperature", answers.get("temperature", "25 degC")),
         "calibrated": choice("Sensitivity calibrated", SENSITIVITIES),

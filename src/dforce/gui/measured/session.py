@@ -151,7 +151,7 @@ class FitJob(Job):
 
 
 def curve_in(fit: xr.Dataset) -> tuple[xr.Dataset, str, dict[str, Any]]:
-    """Return the measured curve that a fit was made of, calibrated as it was, what it is called, and no settings."""
+    """Return the measured curve of a fit with its calibration, its name, and no settings."""
     curve = data_of(fit)
     if "direction" not in curve.coords:
         curve = curve.assign_coords(direction=("point", ["approach"] * curve.sizes["point"]))
