@@ -124,9 +124,9 @@ def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
     block, numbers = np.empty((points + 1, 3, LANES)), batch.numbers.T.copy()
     block[0, :2], numbers[0] = batch.free().T, zc
     end = functions.advance_lanes(
-        block, numbers, batch.tones[:, 0, 2:-3].T.copy(), batch.kinks.T.copy(), batch.tones, np.zeros(1), 0, points,
-        np.array([np.cos(angles), -np.sin(angles)]), np.zeros(LANES, dtype=np.int64), np.zeros(0), np.zeros((8, 1)),
-        (*numbers[:OTHERS, 0], numbers[OTHERS:, 0]),
+        block, (numbers, batch.tones[:, 0, 2:-3].T.copy(), batch.kinks.T.copy(), batch.tones),
+        (np.zeros(1), 0, points, np.array([np.cos(angles), -np.sin(angles)])), np.zeros(LANES, dtype=np.int64),
+        np.zeros((8, 1)), (*numbers[:OTHERS, 0], numbers[OTHERS:, 0]),
     )  # fmt: skip
     ends = []
     for one in problems:

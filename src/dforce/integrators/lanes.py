@@ -29,6 +29,8 @@ from dforce.kernel.vocabulary import (
 
 LANES = 8  # the compiler takes so many at once: fewer go one by one, and take longer
 CROSSED, BESIDE = 1, 2  # marks of lanes whose step passes a kink, or lies near one
+COLUMNS = "Tuple((f8[:,::1],f8[:,::1],f8[:,::1],f8[:,:,::1]))"
+PERIOD = "Tuple((f8[::1],i8,i8,f8[:,::1]))"
 FAR = 1000.0  # times the free amplitude: a motion so much farther from the surface meets no force to speak of
 
 
@@ -37,109 +39,56 @@ def padded(count: int) -> int:
     return LANES * ((count + LANES - 1) // LANES)
 
 
-@by_address(
-    "void(f8[:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,:,::1],f8[::1],i8,i8,i8,f8[:,::1],i8[::1],f8[::1],f8[:,::1],"
-    "{p})"
-)
-def cut_lanes(
-    here: Any,
-    there: Any,
-    numbers: Any,
-    drive: Any,
-    kinks: Any,
-    tones: Any,
-    phases: Any,
-    i: int,
-    period: int,
-    points: int,
-    waves: Any,
-    crossed: Any,
-    nothing: Any,
-    work: Any,
-    p: Any,
-) -> None:
+@by_address(f"void(f8[:,::1],f8[:,::1],i8,{COLUMNS},{PERIOD},i8[::1],f8[:,::1],{{p}})")
+def cut_lanes(here: Any, there: Any, i: int, lanes: Any, drive: Any, crossed: Any, work: Any, p: Any) -> None:
     """Do step i again in each lane that is marked as `crossed`, from its sample `here` to the one `there`."""
+    (numbers, forcing, kinks, tones), (phases, period, points, waves) = lanes, drive
     h, place, levels = TAU / points, motion_size(), work[1, : kinks.shape[0]]
+    forces = work[0, :0], work[0, :0], levels, work
     c0, c1, c2 = waves_at(waves, 2 * i), waves_at(waves, 2 * i + 1), waves_at(waves, 2 * i + 2)
     for j in range(crossed.shape[0]):
         if crossed[j]:
             p = parameters_of(numbers, j)
             y, uncut, f = column(here, j), column(there, j), here[place, j]
-            u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
+            u = lane_drive(forcing, j, c0), lane_drive(forcing, j, c1), lane_drive(forcing, j, c2)
             for k in range(kinks.shape[0]):
                 levels[k] = kinks[k, j]
             if crossed[j] & CROSSED:
-                end = cut_at_kink(
-                    y,
-                    uncut,
-                    f,
-                    u0,
-                    u1,
-                    u2,
-                    i * h,
-                    h,
-                    period,
-                    nothing,
-                    nothing,
-                    tones[j],
-                    phases,
-                    levels,
-                    work[0],
-                    work,
-                    p,
-                )
+                end = cut_at_kink(y, uncut, f, u, i, (tones[j], phases, period, points), forces, p)
             else:
-                t = seconds(period * TAU + i * h, p)
-                end = divided(y, uncut, f, u0, u1, u2, h, t, nothing, nothing, levels, work[0], work, p)
+                end = divided(y, uncut, f, u, h, seconds(period * TAU + i * h, p), forces, p)
             put_column(there, j, end)
 
 
 @apart
-@by_address(
-    "i8(f8[:,:,::1],f8[:,::1],f8[:,::1],f8[:,::1],f8[:,:,::1],f8[::1],i8,i8,f8[:,::1],i8[::1],f8[::1],f8[:,::1],{p})"
-)
-def advance_lanes(
-    block: Any,
-    numbers: Any,
-    drive: Any,
-    kinks: Any,
-    tones: Any,
-    phases: Any,
-    period: int,
-    points: int,
-    waves: Any,
-    crossed: Any,
-    nothing: Any,
-    work: Any,
-    tip: Any,
-) -> int:
+@by_address(f"i8(f8[:,:,::1],{COLUMNS},{PERIOD},i8[::1],f8[:,::1],{{p}})")
+def advance_lanes(block: Any, lanes: Any, drive: Any, crossed: Any, work: Any, tip: Any) -> int:
     """Advance motions of different problems by one period, cut at kinks, and keep their samples.
 
     block[i] holds sample i: the motion and, behind it, the force, one column a lane. A block of only two rows is used in
-    turns. Returns the row where the period ends. `numbers`, `kinks` and `drive` (real parts of each tone on each mode, then
-    imaginary ones) have one column a lane, tones[j] is the tone table of lane j, with `phases` at the start of the period.
-    `waves` holds cosine and minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1). `crossed`
-    and `work`, with a column for each kink, are scratch, `nothing` is an empty array in the place of memory and branches. Of
-    `tip` only the addresses matter: each lane has parameters of its own.
+    turns. Returns the row where the period ends. `lanes` are the numbers of the tip equations, the drives (real parts of each
+    tone on each mode, then imaginary ones) and the kinks, one column a lane, and the tone tables, (lanes, tones, columns).
+    `drive` is what they share: the tones' phases at the start of the period, its number and that of its steps, and cosine and
+    minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1). `crossed` and `work`, with a column
+    for each kink, are scratch. Of `tip` only the addresses matter: each lane has parameters of its own.
     """
+    (numbers, forcing, kinks, _), (_, period, points, waves) = lanes, drive
     h = TAU / points
     rows, size = block.shape[0], block.shape[2]
-    place = motion_size()
+    place, forces = motion_size(), (None, None, None, None)
     for i in range(points):
         here, there = block[i % rows], block[(i + 1) % rows]
         c0, c1, c2 = waves_at(waves, 2 * i), waves_at(waves, 2 * i + 1), waves_at(waves, 2 * i + 2)
         for j in range(size):
             p = parameters_of(numbers, j)
-            u0, u1, u2 = lane_drive(drive, j, c0), lane_drive(drive, j, c1), lane_drive(drive, j, c2)
+            u = lane_drive(forcing, j, c0), lane_drive(forcing, j, c1), lane_drive(forcing, j, c2)
             t = seconds(period * TAU + i * h, p)
             y = column(here, j)
             f = force(distance(y, p), rate_of(y, p), t, None, None, p)
             here[place, j] = f
-            put_column(there, j, step(y, f, u0, u1, u2, h, t, None, None, None, None, None, p))
+            put_column(there, j, step(y, f, u, h, t, forces, None, p))
         if mark_crossed(here, there, numbers, kinks, h, crossed):
-            cut_lanes(
-                here, there, numbers, drive, kinks, tones, phases, i, period, points, waves, crossed, nothing, work, tip
-            )
+            cut_lanes(here, there, i, lanes, drive, crossed, work, tip)
     end_row = points % rows
     last = block[end_row]
     for j in range(size):

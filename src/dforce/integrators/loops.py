@@ -1,4 +1,12 @@
-"""What the compiled solvers share: the drive within a period, records of a period, and branch switches."""
+"""What the compiled solvers share: the drive within a period, records of a period, and branch switches.
+
+These go down together:
+
+- `drive`: the tone table, the tones' phases at the start of a period, the number of that period and of the steps in it;
+- `u`: the drive on each mode at the start, in the middle and at the end of a step;
+- `forces`: memory and branches of the forces, the distances (m) of their kinks, and room for the memory within a step, (8,
+  states), whose first row holds the memory that the step leads to.
+"""
 
 from __future__ import annotations
 
@@ -73,6 +81,13 @@ def keep_rest(block: Any, i: int, memory: Any, latched: Any, f: float) -> None:
     block[i, place + latch_count()] = f
 
 
+def remember(forces: Any) -> None:
+    """Take the memory to where the last step has led it."""
+    memory, _, _, room = forces
+    for k in range(memory_size()):
+        memory[k] = room[0, k]
+
+
 def risen(y: Any, t: float, latched: Any, p: Any) -> int:
     """Return the first latch whose switching function is above zero, or -1."""
     d = distance(y, p)
@@ -83,11 +98,12 @@ def risen(y: Any, t: float, latched: Any, p: Any) -> int:
     return -1
 
 
-def passed(y: Any, end: Any, t: float, latched: Any, kinks: Any, p: Any) -> int:
+def passed(y: Any, end: Any, t: float, forces: Any, p: Any) -> int:
     """Return which kink (0, 1, ...) or latch (counted on from the kinks) lies between two motions, or -1.
 
     `t` is the time (s) of the second one.
     """
+    _, latched, kinks, _ = forces
     d0, d1 = distance(y, p), distance(end, p)
     for which in range(kinks.shape[0]):
         if (d0 > kinks[which]) != (d1 > kinks[which]):
@@ -109,12 +125,13 @@ def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
     return found
 
 
-def touches_a_jump(y: Any, h: float, t: float, memory: Any, latched: Any, kinks: Any, p: Any) -> bool:
+def touches_a_jump(y: Any, h: float, t: float, forces: Any, p: Any) -> bool:
     """Say whether the force jumps at a kink that a step may touch.
 
     Where it only bends, a step that dips behind the kink and back is left whole: what it misses vanishes with the depth of
     the dip, while a cut would change the error of the step at once.
     """
+    memory, latched, kinks, _ = forces
     d, middle, rate, found = distance(y, p), distance(coasted(y, 0.5 * h), p), rate_of(y, p), False
     aside = INSIDE * p[1]
     for kink in kinks:
@@ -137,8 +154,9 @@ def turn_behind(y: Any, end: Any, dt: float, kinks: Any, p: Any) -> float:
     return 0.0
 
 
-def margin(which: int, y: Any, end: Any, t: float, latched: Any, kinks: Any, p: Any) -> float:
+def margin(which: int, y: Any, end: Any, t: float, forces: Any, p: Any) -> float:
     """Return how far a motion is past an event that `passed` found: negative before it, positive after."""
+    _, latched, kinks, _ = forces
     if which < kinks.shape[0]:
         past = distance(end, p) - kinks[which]
         return -past if distance(y, p) > kinks[which] else past

@@ -19,6 +19,7 @@ from dforce.integrators.loops import (
     margin,
     passed,
     phases,
+    remember,
     risen,
     seconds,
     tabulate,
@@ -42,6 +43,7 @@ from dforce.kernel.vocabulary import (
     keep,
     latch_count,
     memory_size,
+    mode_count,
     pushed,
     rate_of,
     row,
@@ -58,40 +60,23 @@ LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the
 
 
 @uncounted
-def cut_at_kink(
-    y: Any,
-    end: Any,
-    f: float,
-    u0: Any,
-    u1: Any,
-    u2: Any,
-    tau: float,
-    h: float,
-    period: int,
-    memory: Any,
-    latched: Any,
-    tones: Any,
-    bases: Any,
-    kinks: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
-    """Return the motion one step later, cut where it passes a kink or a branch switches; the states are updated.
+def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: Any, p: Any) -> Any:
+    """Return the motion after step i, cut where it passes a kink or a branch switches; the forces' states are updated.
 
-    `f` is the force at the start, `u0`, `u1` and `u2` are the drive there, in the middle and at the end; `end` is where the
-    uncut step would lead. Without memory and branches Newton's method finds the kink, under a drive interpolated between
-    the three, to an error below that of the step. What this cannot do, as more than one kink in a step, is left to
-    `cut_step`.
+    `f` is the force at its start, `end` is where the uncut step would lead. Without memory and branches Newton's method finds
+    the kink, under a drive interpolated between the three of `u`, to an error below that of the step. What this cannot do, as
+    more than one kink in a step, is left to `cut_step`.
     """
+    (_, _, period, points), (memory, latched, kinks, _), (u0, u1, u2) = drive, forces, u
+    h = TAU / points
+    tau = i * h
     t, dt = seconds(period * TAU + tau, p), seconds(h, p)
-    which = passed(y, end, t + dt, latched, kinks, p)
+    which = passed(y, end, t + dt, forces, p)
     if which < 0:
-        if not touches_a_jump(y, h, t, memory, latched, kinks, p):
-            for i in range(memory_size()):
-                memory[i] = stage[i]
+        if not touches_a_jump(y, h, t, forces, p):
+            remember(forces)
             return end
-        end = driven_step(y, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+        end = driven_step(y, tau, h, drive, forces, p)
     elif memory_size() == 0 and latch_count() == 0:
         limits = interval(y, kinks, p)
         first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
@@ -100,8 +85,8 @@ def cut_at_kink(
             if not 0.0 < first < h:
                 break
             um, uh = drive_between(u0, u1, u2, 0.5 * first / h), drive_between(u0, u1, u2, first / h)
-            landed = part_step(y, f, u0, um, uh, first, t, memory, latched, limits, kinks, stage, work, p)
-            past = margin(which, y, landed, t, latched, kinks, p)
+            landed = part_step(y, f, (u0, um, uh), first, t, forces, p)
+            past = margin(which, y, landed, t, forces, p)
             wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
             off = (past - 0.5 * wanted) / wanted
             first -= off * NEAR * h
@@ -115,40 +100,27 @@ def cut_at_kink(
             landed = pushed(bent(coasted(near, back), 0.5 * back * back, a), back, a)
             if fluid_size():
                 landed = followed(landed, near, back, fluid_slopes(near, p))
-            if passed(y, landed, t, latched, kinks, p) != which:
+            if passed(y, landed, t, forces, p) != which:
                 break
             left, between = h - first, t + seconds(first, p)
             limits = interval(landed, kinks, p)
             behind = force(held(distance(landed, p), limits), rate_of(landed, p), between, memory, latched, p)
             um = drive_between(u0, u1, u2, 0.5 + 0.5 * first / h)
-            end = part_step(landed, behind, uh, um, u2, left, between, memory, latched, limits, kinks, stage, work, p)
-            if passed(landed, end, t + dt, latched, kinks, p) >= 0:
+            end = part_step(landed, behind, (uh, um, u2), left, between, forces, p)
+            if passed(landed, end, t + dt, forces, p) >= 0:
                 break
             return end
-        end = driven_step(y, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
-    return cut_step(y, end, tau, h, period, memory, latched, tones, bases, kinks, stage, work, p)
+        end = driven_step(y, tau, h, drive, forces, p)
+    return cut_step(y, end, tau, h, drive, forces, p)
 
 
 @uncounted
-def cut_step(
-    y: Any,
-    end: Any,
-    tau: float,
-    h: float,
-    period: int,
-    memory: Any,
-    latched: Any,
-    tones: Any,
-    bases: Any,
-    kinks: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
-    """Return the motion one step later, cut where it passes a kink or a branch switches; the states are updated.
+def cut_step(y: Any, end: Any, tau: float, h: float, drive: Any, forces: Any, p: Any) -> Any:
+    """Return the motion after step i, cut where it passes a kink or a branch switches; the forces' states are updated.
 
     `end` is where the uncut step would lead.
     """
+    (_, _, period, _), (_, latched, kinks, _) = drive, forces
     left, known = h, True
     for _ in range(MOST_CUTS):
         start = tau + h - left
@@ -160,54 +132,36 @@ def cut_step(
             continue
         done = left
         if not known:
-            end = driven_step(y, start, done, period, memory, latched, tones, bases, kinks, stage, work, p)
-        which = passed(y, end, t + seconds(done, p), latched, kinks, p)
+            end = driven_step(y, start, done, drive, forces, p)
+        which = passed(y, end, t + seconds(done, p), forces, p)
         share = turn_behind(y, end, seconds(done, p), kinks, p) if which < 0 else 0.0
         if share > 0.0:
             done *= share
-            end = driven_step(y, start, done, period, memory, latched, tones, bases, kinks, stage, work, p)
-            which = passed(y, end, t + seconds(done, p), latched, kinks, p)
+            end = driven_step(y, start, done, drive, forces, p)
+            which = passed(y, end, t + seconds(done, p), forces, p)
         if which >= 0:
-            done, end = first_event(
-                y, end, which, start, done, period, memory, latched, tones, bases, kinks, stage, work, p
-            )
+            done, end = first_event(y, end, start, done, drive, forces, p)
         y, known = end, False
-        for i in range(memory_size()):
-            memory[i] = stage[i]
+        remember(forces)
         left -= done
         if left <= LANDED * h:
             return y
-    end = driven_step(y, tau + h - left, left, period, memory, latched, tones, bases, kinks, stage, work, p)
-    for i in range(memory_size()):
-        memory[i] = stage[i]
+    end = driven_step(y, tau + h - left, left, drive, forces, p)
+    remember(forces)
     return end
 
 
 @uncounted
-def first_event(
-    y: Any,
-    end: Any,
-    which: int,
-    start: float,
-    h: float,
-    period: int,
-    memory: Any,
-    latched: Any,
-    tones: Any,
-    bases: Any,
-    kinks: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
-    """Return a time within the step just after the first event in it, and the motion then; its memory is in `stage`.
+def first_event(y: Any, end: Any, start: float, h: float, drive: Any, forces: Any, p: Any) -> Any:
+    """Return a time within a step just after the first event in it, and the motion then; the memory has not moved yet.
 
     The first guess comes from the cubic through both ends, the next ones from secants aimed at either side.
     """
+    (_, _, period, _), (_, _, kinks, _) = drive, forces
     t = seconds(period * TAU + start, p)
-    low, high = 0.0, h
-    below = margin(which, y, y, t, latched, kinks, p)
-    above = margin(which, y, end, t + seconds(h, p), latched, kinks, p)
+    low, high, which = 0.0, h, passed(y, end, t + seconds(h, p), forces, p)
+    below = margin(which, y, y, t, forces, p)
+    above = margin(which, y, end, t + seconds(h, p), forces, p)
     guess = low + (high - low) * below / (below - above)
     if which < kinks.shape[0]:
         dt = seconds(h, p)
@@ -221,65 +175,42 @@ def first_event(
             guess = low + (high - low) * below / (below - above) + side * LANDED * h
         if attempt % 4 == 3 or not low < guess < high:
             guess = 0.5 * (low + high)
-        middle = driven_step(y, start, guess, period, memory, latched, tones, bases, kinks, stage, work, p)
+        middle = driven_step(y, start, guess, drive, forces, p)
         now = t + seconds(guess, p)
-        found = passed(y, middle, now, latched, kinks, p)
+        found = passed(y, middle, now, forces, p)
         if found < 0:
-            low, below, side = guess, margin(which, y, middle, now, latched, kinks, p), 1.0
+            low, below, side = guess, margin(which, y, middle, now, forces, p), 1.0
         elif found == which:
-            high, above, side = guess, margin(which, y, middle, now, latched, kinks, p), -1.0
+            high, above, side = guess, margin(which, y, middle, now, forces, p), -1.0
             rate = abs(rate_of(middle, p)) / p[3]
             if which < kinks.shape[0] and above < NEAR * h * rate:
                 return high, middle
         else:  # another event comes before it
             which, high, side, low = found, guess, -1.0, 0.0
-            below = margin(which, y, y, t, latched, kinks, p)
-            above = margin(which, y, middle, now, latched, kinks, p)
-    return high, driven_step(y, start, high, period, memory, latched, tones, bases, kinks, stage, work, p)
+            below = margin(which, y, y, t, forces, p)
+            above = margin(which, y, middle, now, forces, p)
+    return high, driven_step(y, start, high, drive, forces, p)
 
 
 @uncounted
-def driven_step(
-    y: Any,
-    tau: float,
-    h: float,
-    period: int,
-    memory: Any,
-    latched: Any,
-    tones: Any,
-    bases: Any,
-    kinks: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
+def driven_step(y: Any, tau: float, h: float, drive: Any, forces: Any, p: Any) -> Any:
     """Take a step of any length from any time within the period, with the drive evaluated anew, on one side of all kinks."""
+    (tones, bases, period, _), (memory, latched, kinks, _) = drive, forces
     t = seconds(period * TAU + tau, p)
-    limits = interval(y, kinks, p)
-    f = force(held(distance(y, p), limits), rate_of(y, p), t, memory, latched, p)
-    u0 = drive_at(tones, bases, tau)
-    u1 = drive_at(tones, bases, tau + 0.5 * h)
-    u2 = drive_at(tones, bases, tau + h)
-    return part_step(y, f, u0, u1, u2, h, t, memory, latched, limits, kinks, stage, work, p)
+    f = force(held(distance(y, p), interval(y, kinks, p)), rate_of(y, p), t, memory, latched, p)
+    u = drive_at(tones, bases, tau), drive_at(tones, bases, tau + 0.5 * h), drive_at(tones, bases, tau + h)
+    return part_step(y, f, u, h, t, forces, p)
 
 
-@by_address("{y}({y},f8[::1],f8[::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[::1],f8[::1],f8[:,::1],f8[:,::1],{p})")
-def advance(
-    y: Any,
-    memory: Any,
-    latched: Any,
-    period: int,
-    points: int,
-    tones: Any,
-    bases: Any,
-    table: Any,
-    kinks: Any,
-    stage: Any,
-    work: Any,
-    block: Any,
-    p: Any,
-) -> Any:
-    """Return the motion one period later; block[i] holds sample i of the period, both ends included."""
+@by_address(
+    "{y}({y},Tuple((f8[:,::1],f8[::1],i8,i8)),f8[:,::1],Tuple((f8[::1],f8[::1],f8[::1],f8[:,::1])),f8[:,::1],{p})"
+)
+def advance(y: Any, drive: Any, table: Any, forces: Any, block: Any, p: Any) -> Any:
+    """Return the motion one period later; block[i] holds sample i of the period, both ends included.
+
+    `table` is the drive on each mode at the ends and middles of all steps, (2 points + 1, modes).
+    """
+    (_, _, period, points), (memory, latched, kinks, _) = drive, forces
     h = TAU / points
     start = seconds(period * TAU, p)
     dt = seconds(h, p)
@@ -288,76 +219,30 @@ def advance(
         f = force(distance(y, p), rate_of(y, p), t, memory, latched, p)
         keep(block, i, y)
         keep_rest(block, i, memory, latched, f)
-        u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
-        end = step(y, f, u0, u1, u2, h, t, memory, latched, None, stage, work, p)
-        if passed(y, end, t + dt, latched, kinks, p) >= 0 or grazes(y, h, kinks, p):
-            end = cut_at_kink(
-                y, end, f, u0, u1, u2, i * h, h, period, memory, latched, tones, bases, kinks, stage, work, p
-            )
+        u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
+        end = step(y, f, u, h, t, forces, None, p)
+        if passed(y, end, t + dt, forces, p) >= 0 or grazes(y, h, kinks, p):
+            y = cut_at_kink(y, end, f, u, i, drive, forces, p)
         else:
-            end = divided(y, end, f, u0, u1, u2, h, t, memory, latched, kinks, stage, work, p)
-            for k in range(memory_size()):
-                memory[k] = stage[k]
-        y = end
+            y = divided(y, end, f, u, h, t, forces, p)
+            remember(forces)
     f = force(distance(y, p), rate_of(y, p), start + points * dt, memory, latched, p)
     keep(block, points, y)
     keep_rest(block, points, memory, latched, f)
     return y
 
 
-def over_common_period(
-    y: Any,
-    memory: Any,
-    latched: Any,
-    first: int,
-    common: int,
-    points: int,
-    tones: Any,
-    bases: Any,
-    table: Any,
-    kinks: Any,
-    stage: Any,
-    work: Any,
-    block: Any,
-    p: Any,
-) -> Any:
-    """Return the motion one common period later."""
-    for k in range(common):
-        if common > 1:
-            phases(tones, first + k, bases)
-            tabulate(tones, bases, points, table)
-        y = advance(y, memory, latched, first + k, points, tones, bases, table, kinks, stage, work, block, p)
-    return y
-
-
-def march(
-    y: Any,
-    memory: Any,
-    latched: Any,
-    first: int,
-    periods: int,
-    points: int,
-    tones: Any,
-    p: Any,
-    kinks: Any,
-    work: Any,
-    block: Any,
-    table: Any,
-    turns: Any,
-    every: bool,
-    out: Any,
-) -> Any:
-    """Advance whole periods; out[i] holds what was measured over period i: lock-in only, or everything."""
-    bases, z, stage = np.empty(tones.shape[0]), np.empty(points + 1), work[0]
-    phases(tones, first, bases)
-    tabulate(tones, bases, points, table)
-    for i in range(periods):
-        if i > 0 and tones.shape[0] > 1:  # the first tone alone repeats every period
+def march(y: Any, forces: Any, first: int, tones: Any, turns: Any, block: Any, p: Any, out: Any) -> Any:
+    """Advance whole periods; out[i] holds what was measured over period i: lock-in only, two columns a tone, or everything."""
+    points, bases = block.shape[0] - 1, np.empty(tones.shape[0])
+    z, table = np.empty(points + 1), np.empty((2 * points + 1, mode_count()))
+    for i in range(out.shape[0]):
+        if i == 0 or tones.shape[0] > 1:  # the first tone alone repeats every period
             phases(tones, first + i, bases)
             tabulate(tones, bases, points, table)
-        y = advance(y, memory, latched, first + i, points, tones, bases, table, kinks, stage, work, block, p)
-        if every:
-            measure(block, first + i, turns, tones, bases, p, kinks, out[i])
+        y = advance(y, (tones, bases, first + i, points), table, forces, block, p)
+        if out.shape[1] > 2 * tones.shape[0]:
+            measure(block, first + i, turns, tones, bases, p, forces[2], out[i])
         else:
             lock_in_turned(block, turns, bases, z, out[i])
     return y

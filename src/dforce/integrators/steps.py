@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dforce.integrators.loops import held, interval, seconds
+from dforce.integrators.loops import held, interval, remember, seconds
 from dforce.kernel.codegen import FIRST_MODE
 from dforce.kernel.linker import inlined, uncounted
 from dforce.kernel.vocabulary import (
@@ -54,25 +54,15 @@ STRIDE = 1.0  # lengths of a step against the distance: a shorter one holds no s
 
 
 @inlined
-def step(
-    y: Any,
-    f: float,
-    u0: Any,
-    u1: Any,
-    u2: Any,
-    h: float,
-    t: float,
-    memory: Any,
-    latched: Any,
-    limits: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
-    """Return the motion one step later; the memory then is in `stage`. Forces are evaluated within the limits."""
+def step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any, p: Any) -> Any:
+    """Return the motion one step later, from the force at its start; others are evaluated within the limits.
+
+    `u` and `forces` are those of ``loops``.
+    """
     half = seconds(0.5 * h, p)
     full = seconds(h, p)
-    size = memory_size()
+    size, (u0, u1, u2), (memory, latched, _, room) = memory_size(), u, forces
+    stage = room[0] if size else memory
     d = distance(y, p)
     rate = rate_of(y, p)
     middle, last = coasted(y, 0.5 * h), coasted(y, h)
@@ -85,10 +75,10 @@ def step(
         ya = followed(ya, y, 0.5 * h, q1)
     da, ra = held(distance(middle, p), limits), rate_of(ya, p)
     if size:
-        evolve(d, rate, t, memory, latched, work[1], p)
+        evolve(d, rate, t, memory, latched, room[1], p)
         for i in range(size):
-            stage[i] = memory[i] + 0.5 * h * work[1, i]
-        evolve(da, ra, t + half, stage, latched, work[2], p)
+            stage[i] = memory[i] + 0.5 * h * room[1, i]
+        evolve(da, ra, t + half, stage, latched, room[2], p)
     fa = force(da, ra, t + half, stage, latched, p)
     b2 = free_acceleration(u1, ya, p)
     a2 = forced(b2, fa, p)
@@ -100,8 +90,8 @@ def step(
     db, rb = held(distance(bent(middle, bend, b1), p) + bend * yielding(p) * f, limits), rate_of(yb, p)
     if size:
         for i in range(size):
-            stage[i] = memory[i] + 0.5 * h * work[2, i]
-        evolve(db, rb, t + half, stage, latched, work[3], p)
+            stage[i] = memory[i] + 0.5 * h * room[2, i]
+        evolve(db, rb, t + half, stage, latched, room[3], p)
     a3 = forced(free_acceleration(u1, yb, p), force(db, rb, t + half, stage, latched, p), p)
     bend = 0.5 * h * h
     yc = pushed(bent(last, bend, a2), h, a3)
@@ -111,12 +101,12 @@ def step(
     dc, rc = held(distance(bent(last, bend, b2), p) + bend * yielding(p) * fa, limits), rate_of(yc, p)
     if size:
         for i in range(size):
-            stage[i] = memory[i] + h * work[3, i]
-        evolve(dc, rc, t + full, stage, latched, work[4], p)
+            stage[i] = memory[i] + h * room[3, i]
+        evolve(dc, rc, t + full, stage, latched, room[4], p)
     a4 = forced(free_acceleration(u2, yc, p), force(dc, rc, t + full, stage, latched, p), p)
     if size:
         for i in range(size):
-            stage[i] = memory[i] + h / 6.0 * (work[1, i] + 2.0 * (work[2, i] + work[3, i]) + work[4, i])
+            stage[i] = memory[i] + h / 6.0 * (room[1, i] + 2.0 * (room[2, i] + room[3, i]) + room[4, i])
     end = arrived(last, h, a1, a2, a3, a4)
     if fluid_size():
         end = followed(end, y, h, fluid_mean(q1, q2, q3, fluid_slopes(yc, p)))
@@ -124,23 +114,9 @@ def step(
 
 
 @uncounted
-def whole_step(
-    y: Any,
-    f: float,
-    u0: Any,
-    u1: Any,
-    u2: Any,
-    h: float,
-    t: float,
-    memory: Any,
-    latched: Any,
-    limits: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
+def whole_step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any, p: Any) -> Any:
     """Return the motion one step later: `step`, not inlined, so that it is compiled once."""
-    return step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+    return step(y, f, u, h, t, forces, limits, p)
 
 
 @inlined
@@ -195,56 +171,26 @@ def until_root(y: Any, end: Any, h: float, kinks: Any, p: Any) -> float:
 
 
 @uncounted
-def part_step(
-    y: Any,
-    f: float,
-    u0: Any,
-    u1: Any,
-    u2: Any,
-    h: float,
-    t: float,
-    memory: Any,
-    latched: Any,
-    limits: Any,
-    kinks: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
+def part_step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
     """Return the motion after a part of a step on one side of all kinks, divided where that is near a root, or a spike."""
-    end = whole_step(y, f, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
-    around = near_roots(y, end, h, kinks, p)
-    around = near_spikes(y, end, f, h, t, memory, latched, limits, kinks, stage, around, p)
+    _, _, kinks, _ = forces
+    end = whole_step(y, f, u, h, t, forces, interval(y, kinks, p), p)
+    around = near_spikes(y, end, f, h, t, forces, near_roots(y, end, h, kinks, p), p)
     if around[2] == 0.0 and around[3] == 0.0:
         return end
-    return with_parts(y, end, around, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+    return with_parts(y, end, around, u, h, t, forces, p)
 
 
 @uncounted
-def divided(
-    y: Any,
-    whole: Any,
-    f: float,
-    u0: Any,
-    u1: Any,
-    u2: Any,
-    h: float,
-    t: float,
-    memory: Any,
-    latched: Any,
-    kinks: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
+def divided(y: Any, whole: Any, f: float, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
     """Return where a step that passes no kink leads in parts where that is needed; the whole step leads to `whole`."""
+    _, _, kinks, _ = forces
     around = near_roots(y, whole, h, kinks, p)
     if strides(y, whole, h, kinks, p):
-        limits = interval(y, kinks, p)
-        around = near_spikes(y, whole, f, h, t, memory, latched, limits, kinks, stage, around, p)
+        around = near_spikes(y, whole, f, h, t, forces, around, p)
     if around[2] == 0.0 and around[3] == 0.0:
         return whole
-    return with_parts(y, whole, around, u0, u1, u2, h, t, memory, latched, interval(y, kinks, p), stage, work, p)
+    return with_parts(y, whole, around, u, h, t, forces, p)
 
 
 def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
@@ -257,28 +203,16 @@ def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
 
 
 @uncounted
-def near_spikes(
-    y: Any,
-    end: Any,
-    f: float,
-    h: float,
-    t: float,
-    memory: Any,
-    latched: Any,
-    limits: Any,
-    kinks: Any,
-    stage: Any,
-    around: Any,
-    p: Any,
-) -> Any:
+def near_spikes(y: Any, end: Any, f: float, h: float, t: float, forces: Any, around: Any, p: Any) -> Any:
     """Return how much parts count, see `with_parts`, with what they count for a spike beside a kink."""
-    before, after, at_begin, at_end = around
+    (before, after, at_begin, at_end), (memory, latched, kinks, room) = around, forces
     dt, d0, v0, d1, v1 = seconds(h, p), distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
     if not 0.0 <= STRIDE * min(d0, d1) < abs(d1 - d0):
         return around
+    limits = interval(y, kinks, p)
     dm, vm = held(cubic(0.5, dt, d0, v0, d1, v1), limits), cubic_rate(0.5, dt, d0, v0, d1, v1)
     fm = force(dm, vm, t + 0.5 * dt, memory, latched, p)
-    f1 = force(held(d1, limits), v1, t + dt, stage if memory_size() else memory, latched, p)
+    f1 = force(held(d1, limits), v1, t + dt, room[0] if memory_size() else memory, latched, p)
     steep, first = spike(f, fm, f1, abs(d1 - d0) / min(d0, d1), h, p), abs(f) > abs(f1)
     steps = REACH
     for kink in kinks:
@@ -301,84 +235,46 @@ def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
 
 
 @uncounted
-def with_parts(
-    y: Any,
-    whole: Any,
-    around: Any,
-    u0: Any,
-    u1: Any,
-    u2: Any,
-    h: float,
-    t: float,
-    memory: Any,
-    latched: Any,
-    limits: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
-    """Add to where a step leads, and to its memory in `stage`, what parts change.
+def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
+    """Add to where a step leads, and to the memory there, what parts change.
 
     `around` says how many steps it begins behind a root and ends before one, and how much the parts count: those that become
     longer from its beginning, and those that become shorter to its end.
     """
-    size, (before, after, at_begin, at_end) = memory_size(), around
+    size, (before, after, at_begin, at_end), (_, _, _, room) = memory_size(), around, forces
     for k in range(size):
-        work[5, k], work[6, k] = stage[k], stage[k]
+        room[5, k], room[6, k] = room[0, k], room[0, k]
     first, last = whole, whole
     if at_begin > 0.0:
-        first = in_parts(y, before, False, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+        first = in_parts(y, before, False, u, h, t, forces, p)
         for k in range(size):
-            work[6, k] += at_begin * (stage[k] - work[5, k])
+            room[6, k] += at_begin * (room[0, k] - room[5, k])
     if at_end > 0.0:
-        last = in_parts(y, after, True, u0, u1, u2, h, t, memory, latched, limits, stage, work, p)
+        last = in_parts(y, after, True, u, h, t, forces, p)
         for k in range(size):
-            work[6, k] += at_end * (stage[k] - work[5, k])
+            room[6, k] += at_end * (room[0, k] - room[5, k])
     for k in range(size):
-        stage[k] = work[6, k]
+        room[0, k] = room[6, k]
     return blend(whole, at_begin, first, at_end, last)
 
 
 @uncounted
-def in_parts(
-    y: Any,
-    steps: float,
-    mirrored: bool,
-    u0: Any,
-    u1: Any,
-    u2: Any,
-    h: float,
-    t: float,
-    memory: Any,
-    latched: Any,
-    limits: Any,
-    stage: Any,
-    work: Any,
-    p: Any,
-) -> Any:
+def in_parts(y: Any, steps: float, mirrored: bool, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
     """Return the motion one step later, taken in parts; `mirrored` counts the lengths to the root from the step's end."""
-    share, now = 0.0, work[7]
+    (u0, u1, u2), (memory, latched, kinks, room) = u, forces
+    share, now, limits = 0.0, room[7], interval(y, kinks, p)
     for k in range(memory_size()):
         now[k] = memory[k]
+    inside = now, latched, kinks, room
     for k in range(1, PARTS + 1):
         end = 1.0 - node(steps, PARTS - k) if mirrored else node(steps, k)
         f = force(held(distance(y, p), limits), rate_of(y, p), t + seconds(share * h, p), now, latched, p)
-        y = whole_step(
-            y,
-            f,
+        driven = (
             drive_between(u0, u1, u2, share),
             drive_between(u0, u1, u2, 0.5 * (share + end)),
             drive_between(u0, u1, u2, end),
-            (end - share) * h,
-            t + seconds(share * h, p),
-            now,
-            latched,
-            limits,
-            stage,
-            work,
-            p,
         )
-        for i in range(memory_size()):
-            now[i] = stage[i]
+        y = whole_step(y, f, driven, (end - share) * h, t + seconds(share * h, p), inside, limits, p)
+        remember(inside)
         share = end
     return y

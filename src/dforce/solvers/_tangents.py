@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.integrators.loops import TAU, grazes, passed, seconds, tabulate
+from dforce.integrators.loops import TAU, grazes, passed, remember, seconds, tabulate
 from dforce.integrators.rk4 import cut_at_kink
 from dforce.integrators.steps import step
 from dforce.kernel.vocabulary import (
@@ -24,9 +24,7 @@ from dforce.kernel.vocabulary import (
 ASIDE = 2e-6  # of the scale: steps are short, so that the rounding of their differences counts more than the bend of the force
 
 
-def tangents(
-    block: Any, period: int, tones: Any, bases: Any, kinks: Any, scale: Any, p: Any, change: Any, work: Any, ends: Any
-) -> None:
+def tangents(block: Any, drive: Any, kinks: Any, scale: Any, p: Any, change: Any, work: Any, ends: Any) -> None:
     """Write the derivative of the end of each step of a recorded period by its start, change[i] (numbers, numbers).
 
     Each is the difference of two steps that start beside the sample on both sides, cut at kinks and switches as any step is.
@@ -35,18 +33,21 @@ def tangents(
     ----------
     block
         Samples of the period, both ends included: motion, memory, branches.
+    drive
+        See ``loops``.
     scale
         Scale of each number of the forces' memory.
     work, ends
         Scratch: (8, memory), and (2, numbers).
     """
-    points, size, states = change.shape[0], motion_size(), memory_size()
+    (tones, bases, period, points), size, states = drive, motion_size(), memory_size()
     h = TAU / points
     table = np.empty((2 * points + 1, mode_count()))
     tabulate(tones, bases, points, table)
     memory, branch, motion = np.empty(states), np.empty(latch_count()), np.empty(size)
+    forces = memory, branch, kinks, work
     for i in range(points):
-        u0, u1, u2 = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
+        u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
         t = seconds(period * TAU + i * h, p)
         for e in range(size + states):
             apart = 0.0  # as the numbers have it: the steps' lengths are rounded
@@ -62,14 +63,11 @@ def tangents(
                     branch[k] = block[i, size + states + k]
                 y = from_vector(motion)
                 f = force(distance(y, p), rate_of(y, p), t, memory, branch, p)
-                end = step(y, f, u0, u1, u2, h, t, memory, branch, None, work[0], work, p)
-                if passed(y, end, t + seconds(h, p), branch, kinks, p) >= 0 or grazes(y, h, kinks, p):
-                    end = cut_at_kink(
-                        y, end, f, u0, u1, u2, i * h, h, period, memory, branch, tones, bases, kinks, work[0], work, p
-                    )
+                end = step(y, f, u, h, t, forces, None, p)
+                if passed(y, end, t + seconds(h, p), forces, p) >= 0 or grazes(y, h, kinks, p):
+                    end = cut_at_kink(y, end, f, u, i, drive, forces, p)
                 else:
-                    for k in range(states):
-                        memory[k] = work[0, k]
+                    remember(forces)
                 for k in range(size):
                     ends[side, k] = end[k]
                 for k in range(states):

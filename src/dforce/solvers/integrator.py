@@ -221,25 +221,9 @@ class RK4(Integrator):
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         memory, latched = motion.memory.copy(), motion.latched.copy()
-        table = np.empty((2 * self.points + 1, len(self.problem.modes)))
+        forces, turns = (memory, latched, self.kinks, self.work), self.turns(self.points)
         tip = self.tip("advance", *(["measure_force"] if every else []))
-        y = self.solvers.entry("march_rk4")(
-            motion.y,
-            memory,
-            latched,
-            motion.period,
-            periods,
-            self.points,
-            self.tones,
-            tip,
-            self.kinks,
-            self.work,
-            self.block,
-            table,
-            self.turns(self.points),
-            every,
-            out,
-        )
+        y = self.solvers.entry("march_rk4")(motion.y, forces, motion.period, self.tones, turns, self.block, tip, out)
         return Motion(y, memory, latched, motion.period + periods)
 
 

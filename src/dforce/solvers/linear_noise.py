@@ -126,9 +126,7 @@ def _periods(integrator: Integrator, motion: Motion, periods: int) -> Sequence[t
         motion, block = integrator.record(motion)
         compiled.entry("tangents")(
             block,
-            period,
-            integrator.tones,
-            bases,
+            (integrator.tones, bases, period, integrator.points),
             integrator.kinks,
             np.maximum(integrator.sizes, 1e-300),
             integrator.p,

@@ -248,26 +248,13 @@ def march_lanes(
     block = shaped(room, rows, size + 1, lanes)
     records, scratch = np.empty((LANES, rows, size + 1)), np.empty((ROOM, rows))
     kinks_here, others = np.empty(kinks.shape[0]), np.empty(numbers.shape[0] - OTHERS)
-    crossed, nothing, work = np.empty(lanes, np.int64), np.empty(0), np.empty((8, kinks.shape[0] + 1))
+    crossed, work = np.empty(lanes, np.int64), np.empty((8, kinks.shape[0] + 1))
     for k in range(size):
         for j in range(lanes):
             block[0, k, j] = starts[k, j]
     for period in range(drive.periods):
-        end = advance_lanes(
-            block,
-            numbers,
-            forcing,
-            kinks,
-            tones,
-            drive.phases[period],
-            period,
-            drive.points,
-            drive.waves[period],
-            crossed,
-            nothing,
-            work,
-            model.tip,
-        )
+        shared = drive.phases[period], period, drive.points, drive.waves[period]
+        end = advance_lanes(block, (numbers, forcing, kinks, tones), shared, crossed, work, model.tip)
         if kept:
             for j in range(count):
                 if j % LANES == 0:  # of all that lie side by side at once: the memory is read once
@@ -320,21 +307,8 @@ def march_columns(
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
             for period in range(drive.periods):
                 tabulate_steps(tones[j], drive.waves[period], table)
-                y = advance(
-                    y,
-                    memory,
-                    branch,
-                    period,
-                    drive.points,
-                    tones[j],
-                    drive.phases[period],
-                    table,
-                    kinks[:, j].copy(),
-                    work[0],
-                    work,
-                    record,
-                    p,
-                )
+                of_period = tones[j], drive.phases[period], period, drive.points
+                y = advance(y, of_period, table, (memory, branch, kinks[:, j].copy(), work), record, p)
                 if measured and each == 1 and slots.wanted[s] != NOTHING:
                     take_measure(slots, s, period, model, drive, columns, j, desk)
             settled = repeats(memory, memory_before, model.memory_scale, branch, branch_before)
