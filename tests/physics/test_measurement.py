@@ -102,7 +102,9 @@ def test_a_wall_that_a_step_passes_gets_the_samples_that_it_needs(method):
     assert float(found.peak_force) == pytest.approx(-0.11065e-9, abs=5e-15)
 
 
-@pytest.mark.parametrize(("method", "zc"), [("periodic", "2.61 nm"), ("transient", "2.6112 nm"), ("transient", "2.6292 nm")])
+@pytest.mark.parametrize(
+    ("method", "zc"), [("periodic", "2.61 nm"), ("transient", "2.6112 nm"), ("transient", "2.6292 nm")]
+)
 def test_a_motion_that_steps_over_a_wall_throw_about_gets_more_samples(method, zc):
     """With 256 samples it wanders, to 7.6 nm: twice the free amplitude."""
     case = WALL.replace("solver.method", method)
