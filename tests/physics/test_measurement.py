@@ -102,6 +102,17 @@ def test_a_wall_that_a_step_passes_gets_the_samples_that_it_needs(method):
     assert float(found.peak_force) == pytest.approx(-0.11065e-9, abs=5e-15)
 
 
+@pytest.mark.parametrize(
+    ("method", "zc"), [("periodic", "2.61 nm"), ("transient", "2.6112 nm"), ("transient", "2.6292 nm")]
+)
+def test_a_motion_that_steps_over_a_wall_throw_about_gets_more_samples(method, zc):
+    """With 256 samples it wanders, to 7.6 nm: twice the free amplitude."""
+    case = WALL.replace("solver.method", method)
+    found, fine = df.dwell(case, zc), df.dwell(case.replace("solver.points_per_period", 2048), zc)
+    assert found.status == df.Status.OK
+    assert float(found.amplitude[0]) == pytest.approx(float(fine.amplitude[0]), rel=1e-4)
+
+
 def test_a_curve_over_a_wall_and_a_sweep_of_it_refine_each_point_that_needs_it():
     zc = np.linspace(3.2e-9, 2.6e-9, 4)
     curve = df.approach(WALL, zc=zc)

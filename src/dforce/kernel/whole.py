@@ -39,7 +39,7 @@ def way() -> str:
     from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 
     known = all(hasattr(JITCodeLibrary, name) or hasattr(JITCPUCodegen, name) for name in USED)
-    return "as wholes" if known and hasattr(JITCPUCodegen, "_library_class") else "in parts"
+    return "as closed wholes" if known and hasattr(JITCPUCodegen, "_library_class") else "in parts"
 
 
 @contextlib.contextmanager
@@ -47,7 +47,7 @@ def compiled() -> Iterator[None]:
     """Compile as wholes what is compiled inside, and whatever other threads compile meanwhile."""
     from numba.core.registry import cpu_target
 
-    if way() != "as wholes":
+    if way() == "in parts":
         yield
         return
     codegen: Any = cpu_target.target_context.codegen()
@@ -64,7 +64,7 @@ def compiled() -> Iterator[None]:
 
 def is_part(library: Any) -> bool:
     """Say whether a function's code has been left for those who call it."""
-    return way() == "as wholes" and isinstance(library, _library()) and not library._finalized
+    return way() != "in parts" and isinstance(library, _library()) and not library._finalized
 
 
 class _Unneeded:
@@ -129,6 +129,10 @@ def _library() -> Any:
                     self._reload_init.update(library._reload_init)
                 module = library.as_written() if is_part(library) else library._get_module_for_linking()
                 self._final_module.link_in(module, preserve=True)
+            # nobody else calls these: what is called once is put in its place, and what nobody reads is not handed on
+            for function in self._final_module.functions:
+                if function.linkage == Linkage.linkonce_odr:
+                    function.linkage = "internal"
 
         def finalize(self) -> None:
             look()  # nothing of this function is done yet

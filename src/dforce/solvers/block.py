@@ -203,6 +203,24 @@ class Block:
         """Whether the force is a function of the motion: then motions march side by side."""
         return len(self.memory_scale) == 0 and self.hysteresis == 0
 
+    @functools.cached_property
+    def gain(self) -> Array:
+        """How far from rest each number of the memory is, in changes over a common period, (problems, states)."""
+        out = np.ones((len(self.batch), len(self.memory_scale)))
+        for case in range(len(out) if out.size else 0):
+            problem, _ = self.problem(case, math.inf if self.parameter == DISTANCE else float(self.reference[case]))
+            rates = [np.resize(force.rates or math.inf, force.memory) for force in problem.forces if force.memory]
+            out[case] = -1.0 / np.expm1(-self.common * self.batch.period[case] * np.concatenate(rates))
+        return out
+
+    @functools.cached_property
+    def elements(self) -> Indices:
+        """Where the memory of each element of the sample begins, and the end of the last."""
+        forces = [force for force in self.batch.example.forces if force.memory]
+        sizes = [len(force.rates) or force.memory for force in forces]
+        counts = [force.memory // size for force, size in zip(forces, sizes, strict=True)]
+        return np.cumsum([0, *np.repeat(sizes, counts)])
+
     def decay(self, which: Any) -> Indices:
         """Return decay times of the slowest mode, in whole common periods."""
         return np.asarray(np.ceil(np.maximum(4, self.batch.decay[which]) / self.common), dtype=np.int64)
@@ -297,6 +315,8 @@ class Block:
             levers.modes,
             levers.tones,
             self.memory_scale,
+            self.gain[which],
+            self.elements,
             self.hysteresis,
             tip,
         )
@@ -419,7 +439,8 @@ class Block:
 
     def take_step(self, slots: Slots, each: int, orbits: Orbits) -> None:
         """Take the Newton step of the only slot, which holds no memory, see ``newton.take_steps``."""
-        self._solvers.entry("take_steps")(slots, np.zeros(1, np.int64), 1, each, np.empty(0), orbits)
+        nothing = np.empty(0)
+        self._solvers.entry("take_steps")(slots, np.zeros(1, np.int64), 1, each, nothing[None], nothing, orbits)
 
     @functools.cached_property
     def _driven(self) -> Model:

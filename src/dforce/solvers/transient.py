@@ -121,7 +121,8 @@ def settle(
     Returns
     -------
     motion, settled, drift
-        The state; whether what is to come is within the tolerance; the estimate, relative to the free amplitude.
+        The state; whether what is to come is within the tolerance; the estimate, relative to the free amplitude, infinite
+        where the motion wanders.
     """
     problem, settings = integrator.problem, integrator.settings
     tolerance = settings.settle_tolerance if tolerance is None else tolerance
@@ -151,7 +152,7 @@ def settle(
             change_before = change
         before = now
         if _wanders(np.array(first[-LATE:])):
-            break
+            return motion, False, math.inf
     return motion, False, drift
 
 
@@ -186,6 +187,8 @@ def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
 def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift: float) -> tuple[bool, Array, float]:
     """Look for a motion that stays although it is no steady state: subharmonic, or without any period.
 
+    Whole decay times have shown already that one of infinite drift wanders; the rows are often fewer.
+
     Returns
     -------
     Whether it is one; the rows that it is to be measured by, whole periods of a subharmonic motion, all of one without
@@ -202,7 +205,7 @@ def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift
                     return False, rows[:count], drift
                 cycles = min(math.ceil(count / (n * window)), len(c) // n)
                 return True, rows[: cycles * n * window], miss
-        if _wanders(c):
+        if _wanders(c) or drift == math.inf:
             return True, rows, size
     return False, rows[:count], drift
 
