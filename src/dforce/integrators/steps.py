@@ -59,9 +59,10 @@ def step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any,
 
     `u` and `forces` are those of ``loops``.
     """
+    (u0, u1, u2), (memory, latched, _, room) = u, forces
     half = seconds(0.5 * h, p)
     full = seconds(h, p)
-    size, (u0, u1, u2), (memory, latched, _, room) = memory_size(), u, forces
+    size = memory_size()
     stage = room[0] if size else memory
     d = distance(y, p)
     rate = rate_of(y, p)
