@@ -108,15 +108,15 @@ def test_steps_are_longer_where_orbits_may_be_farther_from_their_predictions_and
     assert found[1].steps.sum() > 1.1 * found[0].steps.sum()
 
 
-@pytest.mark.parametrize("family", ["viscous", "jumping", "capillary", "sagging"])
+@pytest.mark.parametrize("family", ["viscous", "jumping", "sagging"])
 def test_a_curve_has_the_same_bits_however_long_the_calls_last_that_follow_it(monkeypatch, family):
     case = lever(family, A0=10e-9, Q=60.0, points_per_period=256)
-    found, zc = [], np.linspace(12e-9, 5e-9, 20)
+    found, zc = [], np.linspace(12e-9, 4e-9, 9)
     for seconds in (0.0, 1e9):  # a call a march; all in a few calls
         monkeypatch.setattr(transient, "CHUNK_SECONDS", seconds)
-        found.append(df.approach(case, zc=zc, direction="both"))
+        found.append(df.approach(case, zc=zc))
     xr.testing.assert_identical(*(curve.drop_attrs(deep=False) for curve in found))
-    assert (found[0].max_indentation > 0.0).any()
+    assert found[0].amplitude.min() < 5e-9
 
 
 def test_whether_a_state_changes_suddenly_at_a_fold_does_not_depend_on_the_last_orbit_before_it():

@@ -57,8 +57,8 @@ def test_a_run_keeps_what_was_computed_however_often_it_is_told_to_stop(every_lo
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
-def test_a_run_is_stopped_in_the_midst_of_a_stretch_and_goes_on(monkeypatch):
-    """A force with memory takes minutes for the points that are followed from one on which a run can go on."""
+def test_a_run_is_stopped_in_the_midst_of_a_stretch_that_is_followed(monkeypatch, every_look):
+    """64 points are followed from one on which a run can go on: a force with memory takes minutes for them."""
     monkeypatch.setattr(transient, "CHUNK_SECONDS", 0.0)
     forces = [df.forces.PowerLaw(modulus_at_reference="50 MPa", shortest_time="1 us", elements=4)]
     lever = df.Cantilever(f0="30 kHz", k="0.5 N/m", Q=2)
