@@ -124,10 +124,19 @@ class Course(NamedTuple):
 def set_out(branch: Branch, slots: int) -> Course:
     """Return the course of problems at their starts, of which so many orbits at most are sought at once."""
     cases, size = branch.last_x.shape
-    zeros, ones = np.zeros((2, cases), np.int64), np.ones((2, cases), np.int64)
-    last = branch.last_value.copy(), branch.last_x.copy(), branch.last_slope.copy()
-    sought, place, guesses = np.zeros(1, np.int64), np.empty(slots, np.int64), np.empty((slots, size))
-    return Course(*last, np.full(cases, FIRST), *zeros, *ones, sought, place, guesses)
+    return Course(
+        branch.last_value.copy(),
+        branch.last_x.copy(),
+        branch.last_slope.copy(),
+        np.full(cases, FIRST),
+        np.zeros(cases, np.int64),
+        np.zeros(cases, np.int64),
+        np.ones(cases, np.int64),
+        np.ones(cases, np.int64),
+        np.zeros(1, np.int64),
+        np.empty(slots, np.int64),
+        np.empty((slots, size)),
+    )
 
 
 def predict(
