@@ -149,12 +149,8 @@ def find_orbits(slots: Any, count: int, measured: bool, model: Any, drive: Any, 
     for s in range(count):
         orbits.unit[s] = model.unit[slots.case[s]]
     begin(orbits, count)
-    while True:
-        going, each = choose_next(slots, count, orbits, which)
-        if going == 0:
-            return
-        march(slots, which, going, each, measured, model, drive, room)
-        take_steps(slots, which, going, each, model.gain, model.memory_scale, orbits)
+    while march_once(slots, count, measured, model, drive, orbits, which, room):
+        pass
 
 
 def begin(orbits: Any, count: int) -> None:
@@ -162,6 +158,17 @@ def begin(orbits: Any, count: int) -> None:
     for s in range(count):
         orbits.outcome[s], orbits.steps[s], orbits.passes[s] = PENDING, 0, 0
         orbits.residual[s], orbits.before[s] = np.inf, np.inf
+
+
+def march_once(
+    slots: Any, count: int, measured: bool, model: Any, drive: Any, orbits: Any, which: Any, room: Any
+) -> bool:
+    """Advance those of the first `count` slots that are next, and take their Newton steps; return whether there were any."""
+    going, each = choose_next(slots, count, orbits, which)
+    if going > 0:
+        march(slots, which, going, each, measured, model, drive, room)
+        take_steps(slots, which, going, each, model.gain, model.memory_scale, orbits)
+    return bool(going > 0)
 
 
 @uncounted
