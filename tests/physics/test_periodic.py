@@ -240,6 +240,21 @@ def test_an_orbit_is_measured_with_the_memory_that_belongs_to_it():
     assert orbit.total_dissipated_energy.item() == pytest.approx(reference.total_dissipated_energy.item(), rel=1e-5)
 
 
+def test_an_orbit_has_the_memory_that_hundreds_of_periods_would_bring():
+    """Arms of up to 300 periods are foretold; integration through 20 times as many is the reference."""
+    case = df.Case(
+        cantilever={"f0": "30 kHz", "k": "0.5 N/m", "Q": 2}, drive={"A0": "10 nm"}, tip={"radius": "10 nm"},
+        sample={"poisson_ratio": 0.3},
+        forces=[df.forces.PowerLaw(modulus_at_reference="50 MPa", shortest_time="1 us", elements=4)],
+    )  # fmt: skip
+    in_time = df.SolverSettings(method="transient", settle="fixed", periods=8000)
+    orbit, reference = df.dwell(case, "6 nm"), df.dwell(case.replace(solver=in_time), "6 nm")
+    assert orbit.status.item() == df.Status.OK and orbit.drift.item() < 1e-9
+    for name in ("amplitude", "peak_force", "total_dissipated_energy"):
+        assert orbit[name].item() == pytest.approx(reference[name].item(), rel=1e-9)
+    assert orbit.error_estimate.item() < 1e-4, "only an orbit that Newton's method has found has one"
+
+
 def test_a_voltage_that_does_not_repeat_with_the_drive_is_left_to_time():
     """The mean force follows from the mean square of the voltage at any frequency, not from the voltage at one instant."""
 

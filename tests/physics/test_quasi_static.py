@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from compiled import Block, States
 from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
@@ -9,7 +10,7 @@ from tiers import some_long
 
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag
-from dforce.solvers import quasi_static_walk
+from dforce.solvers import quasi_static_walk, transient
 
 # one kernel each; a force that jumps at contact, a sudden neck and a memory besides those that are smooth or have a kink
 FAMILIES = {
@@ -105,6 +106,17 @@ def test_steps_are_longer_where_orbits_may_be_farther_from_their_predictions_and
     assert found[1].x == pytest.approx(found[0].x, abs=SAME)
     # Newton's method has a longer way from predictions that are farther off
     assert found[1].steps.sum() > 1.1 * found[0].steps.sum()
+
+
+@pytest.mark.parametrize("family", ["viscous", "jumping", "sagging"])
+def test_a_curve_has_the_same_bits_however_long_the_calls_last_that_follow_it(monkeypatch, family):
+    case = lever(family, A0=10e-9, Q=60.0, points_per_period=256)
+    found, zc = [], np.linspace(12e-9, 4e-9, 9)
+    for seconds in (0.0, 1e9):  # a call a march; all in a few calls
+        monkeypatch.setattr(transient, "CHUNK_SECONDS", seconds)
+        found.append(df.approach(case, zc=zc))
+    xr.testing.assert_identical(*(curve.drop_attrs(deep=False) for curve in found))
+    assert found[0].amplitude.min() < 5e-9
 
 
 def test_whether_a_state_changes_suddenly_at_a_fold_does_not_depend_on_the_last_orbit_before_it():

@@ -18,6 +18,7 @@ from dforce.core import stopping
 from dforce.core.parallel import Crew
 from dforce.core.stopping import SAME, at_end, heard, late_stop_waits, look, sigterm_as_ctrl_c, unbroken
 from dforce.results.status import count_status
+from dforce.solvers import transient
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
@@ -54,6 +55,28 @@ def test_a_run_keeps_what_was_computed_however_often_it_is_told_to_stop(every_lo
     found = count_status(result)
     assert result.attrs["interrupted"] and found[df.Status.NOT_COMPUTED]
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_a_run_is_stopped_in_the_midst_of_a_stretch_that_is_followed(monkeypatch, every_look):
+    """64 points are followed from one on which a run can go on: a force with memory takes minutes for them."""
+    monkeypatch.setattr(transient, "CHUNK_SECONDS", 0.0)
+    forces = [df.forces.PowerLaw(modulus_at_reference="50 MPa", shortest_time="1 us", elements=4)]
+    lever = df.Cantilever(f0="30 kHz", k="0.5 N/m", Q=2)
+    case = df.Case(cantilever=lever, drive={"A0": "10 nm"}, tip={"radius": "10 nm"}, forces=forces,
+                   sample={"poisson_ratio": 0.3})  # fmt: skip
+    case = case.replace("experiment", {"kind": "approach", "zc": {"start": "11 nm", "stop": "5 nm", "points": 40}})
+    places = []
+
+    def stop_at_ten(done, total, note):
+        places.append(done)
+        if done == 10:
+            terminate()
+
+    stopped = df.run(case, progress=stop_at_ten)
+    assert stopped.attrs["interrupted"] and set(range(1, 11)) <= set(places)
+    whole = df.run(case)
+    assert (stopped.amplitude == whole.amplitude)[:10].all() and stopped.amplitude[11:].isnull().all()
+    assert count_status(stopped)[df.Status.OK] == 10
 
 
 def test_a_sweep_keeps_what_was_computed():

@@ -67,8 +67,9 @@ class Force(Parameters):
         `memory`, `evolve(d, rate, t, memory, change, *arguments)`
             number of state variables (a property, or a class attribute), and the function that writes their
             rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale` is the scale of
-            tolerances (in the unit of the states). States start at zero, the relaxed sample. `fastest_rate` is the rate (1/s)
-            of the fastest relaxation; solvers resolve it.
+            tolerances (in the unit of the states). States start at zero, the relaxed sample. `rates` are the rates (1/s) at
+            which the states of one element of the sample relax; the memory is one such set of states after the other.
+            Solvers resolve the fastest, and foretell by all where the states come to rest.
         `switch(latched, d, rate, t, *arguments)`
             for a force with two branches (with and without a neck): the branch changes where the value of this function becomes
             positive, also at the start of a motion. The law then takes `latched` (0.0 or 1.0) after `t` (and after `memory`); a
@@ -127,9 +128,14 @@ class Force(Parameters):
         REGISTRY[cls.name] = cls
 
     @property
+    def rates(self) -> tuple[float, ...]:
+        """Inverse relaxation times of the states of one element (1/s); none without a memory, or where they are not known."""
+        return ()
+
+    @property
     def fastest_rate(self) -> float:
         """Inverse of the shortest relaxation time of the memory (1/s); 0 without a memory."""
-        return 0.0
+        return max(self.rates, default=0.0)
 
     @property
     def is_rooted(self) -> bool:

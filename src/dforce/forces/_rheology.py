@@ -109,11 +109,6 @@ class Viscoelastic(ViscoelasticSphere):
         return tuple(1.0 / time for _, time in self.arms())
 
     @property
-    def fastest_rate(self) -> float:
-        """Inverse of the shortest relaxation time (1/s)."""
-        return max(self.rates)
-
-    @property
     def reach(self) -> float:
         """Radius of contact that the elements cover (m)."""
         return sqrt(self.radius * (self.radius if self.max_indentation is None else self.max_indentation))

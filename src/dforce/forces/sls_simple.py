@@ -46,9 +46,9 @@ class SLSSimple(StandardSolid, ViscoelasticSphere):
         return 1.0 / self.numbers_of_solid[2]
 
     @property
-    def fastest_rate(self) -> float:
+    def rates(self) -> tuple[float, ...]:
         """Inverse relaxation time (1/s)."""
-        return self.speed
+        return (self.speed,)
 
     @staticmethod
     def law(

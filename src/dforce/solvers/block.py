@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -23,13 +23,13 @@ from dforce.solvers.integrator import CALLED, INTEGRATORS, SHARED, Integrator, l
 from dforce.solvers.newton import Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Model, SharedDrive, Slots
 from dforce.solvers.problem_batch import Levers, ProblemBatch
-from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path
+from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path, set_out
 from dforce.solvers.relaxation import GOING, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.retune import retune
 from dforce.solvers.states import States
-from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, CancelCheck, never_cancelled
+from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, CancelCheck, chunks, never_cancelled
 
-ABREAST = 64  # problems solved in one call: their samples stay in the cache
+ABREAST = 64  # problems solved in one call: their samples stay in the cache; with memory, which takes long, one
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 LOOKS = 64  # leaps in one call, for the same reason
 LEAPT = 20  # times the periods after which motions are given up that leaps may lead over: each costs three or four
@@ -203,6 +203,24 @@ class Block:
         """Whether the force is a function of the motion: then motions march side by side."""
         return len(self.memory_scale) == 0 and self.hysteresis == 0
 
+    @functools.cached_property
+    def gain(self) -> Array:
+        """How far from rest each number of the memory is, in changes over a common period, (problems, states)."""
+        out = np.ones((len(self.batch), len(self.memory_scale)))
+        for case in range(len(out) if out.size else 0):
+            problem, _ = self.problem(case, math.inf if self.parameter == DISTANCE else float(self.reference[case]))
+            rates = [np.resize(force.rates or math.inf, force.memory) for force in problem.forces if force.memory]
+            out[case] = -1.0 / np.expm1(-self.common * self.batch.period[case] * np.concatenate(rates))
+        return out
+
+    @functools.cached_property
+    def elements(self) -> Indices:
+        """Where the memory of each element of the sample begins, and the end of the last."""
+        forces = [force for force in self.batch.example.forces if force.memory]
+        sizes = [len(force.rates) or force.memory for force in forces]
+        counts = [force.memory // size for force, size in zip(forces, sizes, strict=True)]
+        return np.cumsum([0, *np.repeat(sizes, counts)])
+
     def decay(self, which: Any) -> Indices:
         """Return decay times of the slowest mode, in whole common periods."""
         return np.asarray(np.ceil(np.maximum(4, self.batch.decay[which]) / self.common), dtype=np.int64)
@@ -297,16 +315,26 @@ class Block:
             levers.modes,
             levers.tones,
             self.memory_scale,
+            self.gain[which],
+            self.elements,
             self.hysteresis,
             tip,
         )
 
     def follow(
-        self, which: Indices, starts: States, at: Array, values: Array, counts: Indices | None = None, repeats: int = 1
+        self,
+        which: Indices,
+        starts: States,
+        at: Array,
+        values: Array,
+        counts: Indices | None = None,
+        repeats: int = 1,
+        report: Callable[[Branch], None] = lambda found: None,
     ) -> Branch:
         """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
 
-        `counts` says how many of its values each has; left out: all. The orbits last `repeats` common periods.
+        `counts` says how many of its values each has; left out: all. The orbits last `repeats` common periods. `report` is
+        called with what is found so far, now and then.
         """
         cases, steps = values.shape
         size, states, branches, periods = self.size, len(self.memory_scale), self.hysteresis, self.common * repeats
@@ -330,24 +358,31 @@ class Block:
             np.full(cases, np.nan),
         )
         follow = self._solvers.entry("follow")
-        for start in range(0, cases, ABREAST):
-            part = slice(start, start + ABREAST)
-            some = len(counts[part])
-            most = some * self._ahead
-            slots = self._slots(most, periods)
-            orbits = empty_orbits(most, size)
-            path = Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted)
-            follow(
-                path,
-                Branch(*(array[part] for array in found)),
-                slots,
-                orbits,
+        for part in self._parts(cases):
+            most = len(counts[part]) * self._ahead
+            branch = Branch(*(array[part] for array in found))
+            here = (
+                Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted),
+                branch,
+                set_out(branch, most),
+                self._slots(most, periods),
+                empty_orbits(most, size),
                 self._room(most, size + 2),
                 self.model(which[part]),
                 self.drive(repeats),
             )
+            for marches in chunks(math.inf, self.check_cancelled, 1):
+                if follow(*here, marches):
+                    break
+                report(found)
             self.check_cancelled()
         return found
+
+    def _parts(self, cases: int) -> Iterator[slice]:
+        """Give the problems that are solved in one call."""
+        abreast = 1 if len(self.memory_scale) else ABREAST
+        for start in range(0, cases, abreast):
+            yield slice(start, start + abreast)
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
         """Return states so many common periods later."""
@@ -358,8 +393,7 @@ class Block:
                 out.put([i], States.of(motion))
             return out
         advance = self._solvers.entry("advance_block")
-        for start in range(0, len(which), ABREAST):
-            part = slice(start, start + ABREAST)
+        for part in self._parts(len(which)):
             slots = self.slots(out.take(part), at[part])
             model, drive, room = self.model(which[part]), self.drive(1), self._room(len(slots.case), 1)
             for done in range(0, periods, LONGEST):
@@ -419,7 +453,8 @@ class Block:
 
     def take_step(self, slots: Slots, each: int, orbits: Orbits) -> None:
         """Take the Newton step of the only slot, which holds no memory, see ``newton.take_steps``."""
-        self._solvers.entry("take_steps")(slots, np.zeros(1, np.int64), 1, each, np.empty(0), orbits)
+        nothing = np.empty(0)
+        self._solvers.entry("take_steps")(slots, np.zeros(1, np.int64), 1, each, nothing[None], nothing, orbits)
 
     @functools.cached_property
     def _driven(self) -> Model:
@@ -437,8 +472,7 @@ class Block:
         """
         out, settled, periods = states.copy(), np.zeros(len(which), dtype=bool), np.zeros(len(which))
         relax = self._solvers.entry("relax")
-        for start in range(0, len(which), ABREAST):
-            part = slice(start, start + ABREAST)
+        for part in self._parts(len(which)):
             count, size, looks = len(which[part]), self.size, 0
             slots = self._slots(count, 1)
             slots.case[:], slots.value[:], slots.x[:] = np.arange(count), at[part], out.x[part]
@@ -465,8 +499,7 @@ class Block:
         """
         rows = np.empty((len(which), self.common, self.columns))
         remeasure = self._solvers.entry("remeasure")
-        for start in range(0, len(which), ABREAST):
-            part = slice(start, start + ABREAST)
+        for part in self._parts(len(which)):
             slots = self.slots(states.take(part), at[part])
             room = self._room(len(slots.case), 1)
             remeasure(slots, np.ascontiguousarray(monodromy[part]), self.model(which[part]), self.drive(1), room)

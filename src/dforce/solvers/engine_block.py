@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -224,14 +225,18 @@ class EngineBlock(Block):
         return found
 
     def follow(
-        self, which: Indices, starts: States, at: Array, values: Array, counts: Indices | None = None, repeats: int = 1
+        self,
+        which: Indices,
+        starts: States,
+        at: Array,
+        values: Array,
+        counts: Indices | None = None,
+        repeats: int = 1,
+        report: Callable[[Branch], None] = lambda found: None,
     ) -> Branch:
-        """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
-
-        `counts` says how many of its values each has; left out: all. The orbits last `repeats` common periods.
-        """
+        """Follow the stable orbit near each start along `values`; see :meth:`Block.follow`."""
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
-        return follow(self, which, starts, at, values, counts, repeats)
+        return follow(self, which, starts, at, values, counts, repeats, report)
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
         """Return states so many common periods later."""

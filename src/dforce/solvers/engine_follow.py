@@ -7,6 +7,7 @@ are found side by side, and most of them by one march.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -70,7 +71,14 @@ class Anchor(NamedTuple):
 
 
 def follow(
-    block: OrbitFinder, which: Indices, starts: States, at: Array, values: Array, counts: Indices, repeats: int
+    block: OrbitFinder,
+    which: Indices,
+    starts: States,
+    at: Array,
+    values: Array,
+    counts: Indices,
+    repeats: int,
+    report: Callable[[Branch], None],
 ) -> Branch:
     """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
 
@@ -80,7 +88,7 @@ def follow(
     found = empty_branch(block, starts, at, values.shape, repeats)
     walk = _Walk(block, which, values, counts, repeats, found)
     while walk.step():
-        pass
+        report(found)
     return found
 
 

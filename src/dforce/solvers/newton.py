@@ -25,7 +25,7 @@ import numpy as np
 
 from dforce.kernel.linker import uncounted
 from dforce.kernel.vocabulary import motion_size
-from dforce.solvers.period_map import FD_STEP, MEMORY_PASSES, carry, go_on, march
+from dforce.solvers.period_map import FD_STEP, carry, go_on, march, unrest
 
 TOLERANCE = 1e-9  # of the free amplitude: Newton step at which an orbit is accepted
 RESIDUAL = 1e-11  # of the free amplitude: residual that is rounding, whatever the Newton step
@@ -149,12 +149,8 @@ def find_orbits(slots: Any, count: int, measured: bool, model: Any, drive: Any, 
     for s in range(count):
         orbits.unit[s] = model.unit[slots.case[s]]
     begin(orbits, count)
-    while True:
-        going, each = choose_next(slots, count, orbits, which)
-        if going == 0:
-            return
-        march(slots, which, going, each, measured, model, drive, room)
-        take_steps(slots, which, going, each, model.memory_scale, orbits)
+    while march_once(slots, count, measured, model, drive, orbits, which, room):
+        pass
 
 
 def begin(orbits: Any, count: int) -> None:
@@ -162,6 +158,17 @@ def begin(orbits: Any, count: int) -> None:
     for s in range(count):
         orbits.outcome[s], orbits.steps[s], orbits.passes[s] = PENDING, 0, 0
         orbits.residual[s], orbits.before[s] = np.inf, np.inf
+
+
+def march_once(
+    slots: Any, count: int, measured: bool, model: Any, drive: Any, orbits: Any, which: Any, room: Any
+) -> bool:
+    """Advance those of the first `count` slots that are next, and take their Newton steps; return whether there were any."""
+    going, each = choose_next(slots, count, orbits, which)
+    if going > 0:
+        march(slots, which, going, each, measured, model, drive, room)
+        take_steps(slots, which, going, each, model.gain, model.memory_scale, orbits)
+    return bool(going > 0)
 
 
 @uncounted
@@ -182,7 +189,7 @@ def choose_next(slots: Any, count: int, orbits: Any, which: Any) -> Any:
     return 0, 1
 
 
-def take_steps(slots: Any, which: Any, count: int, each: int, memory_scale: Any, orbits: Any) -> None:
+def take_steps(slots: Any, which: Any, count: int, each: int, gain: Any, memory_scale: Any, orbits: Any) -> None:
     """Take a Newton step from the states of slots that were advanced as `choose_next` has said, or accept them."""
     size = slots.x.shape[1]
     first, second, matrix = np.empty(size + 1), np.empty(size + 1), np.empty((size + 1, size + 1))
@@ -190,7 +197,7 @@ def take_steps(slots: Any, which: Any, count: int, each: int, memory_scale: Any,
         if each > 1:
             newton_step(slots, which[g], orbits, first, second, matrix)
         else:
-            simplified_newton_step(slots, which[g], orbits, memory_scale, first, second, matrix)
+            simplified_newton_step(slots, which[g], orbits, gain, memory_scale, first, second, matrix)
 
 
 def newton_step(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix: Any) -> None:
@@ -257,18 +264,16 @@ def central_differences(slots: Any, which: Any, count: int, model: Any, drive: A
 
 
 def simplified_newton_step(
-    slots: Any, s: int, orbits: Any, memory_scale: Any, first: Any, second: Any, matrix: Any
+    slots: Any, s: int, orbits: Any, gain: Any, memory_scale: Any, first: Any, second: Any, matrix: Any
 ) -> None:
     """Accept a state that was advanced alone as its orbit, or take one more Newton step with the derivatives from before."""
-    size, residual, rest = slots.x.shape[1], 0.0, 0.0
+    size = slots.x.shape[1]
     for k in range(size):
         first[k], second[k] = slots.ends[s, 0, k] - slots.x[s, k], 0.0
     first[size], second[size] = 0.0, 0.0
     residual = longest(first)
-    for k in range(memory_scale.shape[0]):
-        rest = max(rest, abs(slots.memory_after[s, k] - slots.memory[s, k]) / memory_scale[k])
-    for k in range(slots.branch.shape[1]):
-        rest = np.inf if slots.branch_after[s, k] != slots.branch[s, k] else rest
+    memories, branches = (slots.memory_after[s], slots.memory[s]), (slots.branch_after[s], slots.branch[s])
+    rest = unrest(memories[0], memories[1], branches[0], branches[1], gain[slots.case[s]], memory_scale)
     border(orbits, s, matrix)
     solve_both(matrix, first, second)
     step = longest(first)
@@ -278,13 +283,12 @@ def simplified_newton_step(
         orbits.outcome[s] = CONVERGED
         return
     slow = step > CONTRACTS * orbits.before[s] and rest < TOLERANCE
-    last = orbits.passes[s] == (MEMORY_PASSES if memory_scale.shape[0] > 0 else MOST_PASSES)
-    if not step < NEAR or slow or last:
+    if not step < NEAR or slow or orbits.passes[s] == MOST_PASSES:
         orbits.outcome[s] = CONVERGED if residual < ROUGH_RESIDUAL and rest < TOLERANCE else FAILED
         return
     if rest >= TOLERANCE:  # the memory first: beside a fold the motion answers its errors too strongly
         go_on(slots, s)
-        orbits.outcome[s] = PENDING if orbits.passes[s] % MOST_PASSES == 0 else NEARBY
+        orbits.outcome[s] = PENDING
         return
     orbits.before[s] = step
     for k in range(size):

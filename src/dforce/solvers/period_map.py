@@ -22,8 +22,8 @@ from dforce.observables.measure import ROOM, measure_in, measure_motion
 from dforce.solvers.retune import retune
 
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
-REPEATED = 1e-11  # of its scale: change of a memory that repeats
-SLOWEST = 0.99  # ratio of the changes of a memory over two periods: beyond, nothing is foretold
+REPEATED = 1e-11  # of its scale: how far a memory that repeats is from rest
+ROUNDING = 1e-13  # of its scale: change of a memory over a period that is rounding
 MEMORY_PASSES = 200  # periods that a memory gets to repeat
 DISTANCE, FREQUENCY = 0, 1  # the parameter that is varied
 NOTHING, MOTION, ALL = 0, 1, 2  # what will be read of what is measured: of the motion alone, or of the forces, too
@@ -53,6 +53,10 @@ class Model(NamedTuple):
         parameters and the tone tables there, a row for each distance; there is none where levers stay.
     memory_scale
         Scale of each number of the forces' memory.
+    gain
+        How far from rest each number of the memory is, by its rate alone, in changes over a common period, (problems, states).
+    elements
+        Where the memory of each element of the sample begins, and the end of the last, (elements + 1,).
     hysteresis
         Number of forces with two branches.
     tip
@@ -71,6 +75,8 @@ class Model(NamedTuple):
     levers: Any
     drives: Any
     memory_scale: Any
+    gain: Any
+    elements: Any
     hysteresis: int
     tip: Any
 
@@ -313,14 +319,14 @@ def march_columns(
     record, work, others = desk[0], np.empty((8, max(states, 1))), np.empty(numbers.shape[0] - OTHERS)
     for j in range(count * each):
         s = which[j // each]
-        start, e = from_vector(starts[:, j].copy()), first_column(each) + j % each
+        start, e, gain = from_vector(starts[:, j].copy()), first_column(each) + j % each, model.gain[slots.case[s]]
         memory = slots.memory[s].copy() if e == 0 else slots.memory_after[s].copy()
         apart = slots.apart[slots.case[s], e]
         for k in range(states):
             memory[k] += side * apart[k]
         branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, numbers[ZC, j], others)
-        y, change, settled = start, np.zeros(states), False
+        y, last, settled = start, np.zeros((2, states)), False
         for attempt in range(MEMORY_PASSES if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
             for period in range(drive.periods):
@@ -342,11 +348,11 @@ def march_columns(
                 )
                 if measured and each == 1 and slots.wanted[s] != NOTHING:
                     take_measure(slots, s, period, model, drive, columns, j, desk)
-            settled = repeats(memory, memory_before, model.memory_scale, branch, branch_before)
+            settled = unrest(memory, memory_before, branch, branch_before, gain, model.memory_scale) < REPEATED
             if settled:
                 break
             if each > 1:
-                aitken(memory, memory_before, change, attempt % 3 == 2)
+                foretell(memory, memory_before, last, attempt > 0, gain, model.elements)
         for k in range(size):
             slots.ends[s, e, k] = y[k]
         if e == 0:
@@ -376,24 +382,36 @@ def carry(slots: Any, s: int, change: Any) -> None:
             slots.memory[s, k] += slots.apart[slots.case[s], 1 + e, k] * change[e] / FD_STEP
 
 
-def aitken(memory: Any, before: Any, change: Any, now: bool) -> None:
-    """Take each number of a memory to where its last two changes, as a geometric series, would lead (Aitken)."""
-    for k in range(memory.shape[0]):
-        latest = memory[k] - before[k]
-        ratio = latest / change[k] if change[k] != 0.0 else 0.0
-        change[k] = latest
-        if now and 0.0 < ratio < SLOWEST:
-            memory[k] += latest * ratio / (1.0 - ratio)
+def foretell(memory: Any, before: Any, last: Any, known: bool, gain: Any, elements: Any) -> None:
+    """Take a memory, from what it was before a period, to where it comes to rest.
+
+    Each number is foretold by the geometric series of its own rate. What elements that relax otherwise miss by that is a
+    multiple of one direction each: a secant through the pass before, of which `last` holds start and step, finds it.
+
+    Source: D. G. Anderson, J. ACM 12, 547 (1965), with one pass before.
+    """
+    for n in range(elements.shape[0] - 1):
+        along, square = 0.0, 0.0
+        for k in range(elements[n], elements[n + 1]):
+            step = gain[k] * (memory[k] - before[k])
+            along += step * (step - last[1, k])
+            square += (step - last[1, k]) ** 2
+        share = along / square if known and square > 0.0 else 0.0
+        for k in range(elements[n], elements[n + 1]):
+            step = gain[k] * (memory[k] - before[k])
+            memory[k] = before[k] + step - share * (before[k] - last[0, k] + step - last[1, k])
+            last[0, k], last[1, k] = before[k], step
 
 
-def repeats(memory: Any, memory_before: Any, scale: Any, branch: Any, branch_before: Any) -> bool:
-    """Say whether memory and branches are those of one common period before."""
-    same = True
+def unrest(memory: Any, memory_before: Any, branch: Any, branch_before: Any, gain: Any, scale: Any) -> float:
+    """Return how far memory and branches are from those that repeat, by those of one common period before, of their scale."""
+    most = 0.0
     for k in range(memory.shape[0]):
-        same &= abs(memory[k] - memory_before[k]) < REPEATED * scale[k]
+        change = abs(memory[k] - memory_before[k]) / scale[k] - ROUNDING
+        most = max(most, gain[k] * change) if change < np.inf else np.inf
     for k in range(branch.shape[0]):
-        same &= branch[k] == branch_before[k]
-    return same
+        most = most if branch[k] == branch_before[k] else np.inf
+    return most
 
 
 def tabulate_steps(tones: Any, waves: Any, table: Any) -> None:

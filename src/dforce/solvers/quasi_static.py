@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
-from dforce.solvers.newton import CONVERGED, central_differences, find_orbits, longest
+from dforce.solvers.newton import CONVERGED, begin, central_differences, longest, march_once
 from dforce.solvers.period_map import NOTHING, carry
 from dforce.solvers.stability import is_stable
 
@@ -93,6 +93,52 @@ class Branch(NamedTuple):
     fold: Any
 
 
+class Course(NamedTuple):
+    """How far `follow` has come, between two calls.
+
+    Attributes
+    ----------
+    before, x_before, slope_before
+        Of each problem the orbit before its last one, as in `Branch`.
+    reach, bridge, short
+        Its next step, of the parameter's unit; which bridge is tried, from 1 on, or 0; steps in a row that were so short.
+    fresh, going
+        Whether its first orbit is still to be found, and whether it goes on: 1 or 0.
+    sought, place, guesses
+        Number of orbits that are sought at present, (1,); where on the path each one lies, or -1; what was predicted of it.
+    """
+
+    before: Any
+    x_before: Any
+    slope_before: Any
+    reach: Any
+    bridge: Any
+    short: Any
+    fresh: Any
+    going: Any
+    sought: Any
+    place: Any
+    guesses: Any
+
+
+def set_out(branch: Branch, slots: int) -> Course:
+    """Return the course of problems at their starts, of which so many orbits at most are sought at once."""
+    cases, size = branch.last_x.shape
+    return Course(
+        branch.last_value.copy(),
+        branch.last_x.copy(),
+        branch.last_slope.copy(),
+        np.full(cases, FIRST),
+        np.zeros(cases, np.int64),
+        np.zeros(cases, np.int64),
+        np.ones(cases, np.int64),
+        np.ones(cases, np.int64),
+        np.zeros(1, np.int64),
+        np.empty(slots, np.int64),
+        np.empty((slots, size)),
+    )
+
+
 def predict(
     start: float, x: Any, slope: Any, before: float, x_before: Any, slope_before: Any, at: float, out: Any
 ) -> None:
@@ -108,132 +154,151 @@ def predict(
         out[k] = x[k] + s * (a + s * ((2.0 * a + b - 3.0 * rise) + s * (a + b - 2.0 * rise)))
 
 
-def follow(path: Any, branch: Any, slots: Any, orbits: Any, room: Any, model: Any, drive: Any) -> None:
+def follow(
+    path: Any, branch: Any, course: Any, slots: Any, orbits: Any, room: Any, model: Any, drive: Any, marches: int
+) -> bool:
     """Follow the stable orbit near each problem's start along its path, and measure it at each value.
 
     The first orbit is sought at the start. A problem without a stable orbit there has ENDED with nothing done. `slots` and
-    `orbits` are scratch: as many for each problem as orbits are looked for ahead.
+    `orbits` hold as many for each problem as orbits are looked for ahead. A call ends after so many marches, and the next one
+    goes on there, to the last bit. Return whether all is done.
     """
+    which = np.empty(slots.case.shape[0], np.int64)
+    for _ in range(marches):
+        if course.sought[0] == 0:
+            look_ahead(path, branch, course, slots, orbits, model)
+            if course.sought[0] == 0:
+                return True
+            begin(orbits, course.sought[0])
+        if not march_once(slots, course.sought[0], True, model, drive, orbits, which, room):
+            go_ahead(path, branch, course, slots, orbits, which, room, model, drive)
+            course.sought[0] = 0
+    return False
+
+
+def look_ahead(path: Any, branch: Any, course: Any, slots: Any, orbits: Any, model: Any) -> None:
+    """Choose where the next orbits of each problem are sought, and predict them."""
     size, cases, most = motion_size(), path.counts.shape[0], slots.case.shape[0]
     states, branches, ahead = model.memory_scale.shape[0], model.hysteresis, most // cases
-    guesses, place, change = np.empty((most, size)), np.empty(most, np.int64), np.empty(size + 1)
-    fits, which = np.empty(most, np.bool_), np.empty(most, np.int64)
-    before, x_before, slope_before = branch.last_value.copy(), branch.last_x.copy(), branch.last_slope.copy()
-    reach, fresh = np.full(cases, FIRST), np.ones(cases, np.int64)
-    going, bridge, short = np.ones(cases, np.int64), np.zeros(cases, np.int64), np.zeros(cases, np.int64)
+    place, guesses, change, count = course.place, course.guesses, np.empty(size + 1), 0
     for case in range(cases):
-        branch.done[case], branch.outcome[case] = 0, FOLLOWED
-    while True:
-        count = 0
-        for case in range(cases):
-            if going[case] == 0:
-                continue
-            unit, start, at = model.unit[case], branch.last_value[case], branch.done[case]
-            if fresh[case] == 1:
-                slots.case[count], slots.value[count] = case, start
-                place[count] = 0 if path.values[case, 0] == start and path.counts[case] > 0 else -1
-                for k in range(size):
-                    guesses[count, k] = branch.last_x[case, k]
-                count += 1
-                continue
-            way = 1.0 if path.values[case, at] > start else -1.0
-            step, most_now, several = reach[case], ahead, 0
-            if bridge[case] > 0:
-                step, most_now = BRIDGES[bridge[case] - 1], 1
-            while several < most_now and at + several < path.counts[case]:
-                if abs(path.values[case, at + several] - start) > step * unit:
-                    break
-                slots.case[count], slots.value[count] = case, path.values[case, at + several]
-                place[count] = at + several
-                count, several = count + 1, several + 1
-            if several == 0:
-                slots.case[count], slots.value[count], place[count] = case, start + way * step * unit, -1
-                count, several = count + 1, 1
-            for s in range(count - several, count):
-                predict(
-                    start / unit,
-                    branch.last_x[case],
-                    branch.last_slope[case],
-                    before[case] / unit,
-                    x_before[case],
-                    slope_before[case],
-                    slots.value[s] / unit,
-                    guesses[s],
-                )
-        if count == 0:
-            return
-        for s in range(count):
-            case = slots.case[s]
+        if course.going[case] == 0:
+            continue
+        unit, start, at = model.unit[case], branch.last_value[case], branch.done[case]
+        if course.fresh[case] == 1:
+            slots.case[count], slots.value[count] = case, start
+            place[count] = 0 if path.values[case, 0] == start and path.counts[case] > 0 else -1
             for k in range(size):
-                slots.x[s, k] = guesses[s, k]
-            for k in range(states):
-                slots.memory[s, k] = branch.last_memory[case, k]
-            for k in range(branches):
-                slots.branch[s, k] = branch.last_branch[case, k]
+                guesses[count, k] = branch.last_x[case, k]
+            count += 1
+            continue
+        way = 1.0 if path.values[case, at] > start else -1.0
+        step, most_now, several = course.reach[case], ahead, 0
+        if course.bridge[case] > 0:
+            step, most_now = BRIDGES[course.bridge[case] - 1], 1
+        while several < most_now and at + several < path.counts[case]:
+            if abs(path.values[case, at + several] - start) > step * unit:
+                break
+            slots.case[count], slots.value[count] = case, path.values[case, at + several]
+            place[count] = at + several
+            count, several = count + 1, several + 1
+        if several == 0:
+            slots.case[count], slots.value[count], place[count] = case, start + way * step * unit, -1
+            count, several = count + 1, 1
+        for s in range(count - several, count):
+            predict(
+                start / unit,
+                branch.last_x[case],
+                branch.last_slope[case],
+                course.before[case] / unit,
+                course.x_before[case],
+                course.slope_before[case],
+                slots.value[s] / unit,
+                guesses[s],
+            )
+    for s in range(count):
+        case = slots.case[s]
+        for k in range(size):
+            slots.x[s, k] = guesses[s, k]
+        for k in range(states):
+            slots.memory[s, k] = branch.last_memory[case, k]
+        for k in range(branches):
+            slots.branch[s, k] = branch.last_branch[case, k]
+        for k in range(size):
+            change[k] = guesses[s, k] - branch.last_x[case, k]
+        change[size] = (slots.value[s] - branch.last_value[case]) / model.unit[case]
+        carry(slots, s, change)
+        slots.wanted[s] = path.wanted if place[s] >= 0 else NOTHING
+        orbits.unit[s] = model.unit[case]
+    course.sought[0] = count
+
+
+def go_ahead(
+    path: Any, branch: Any, course: Any, slots: Any, orbits: Any, which: Any, room: Any, model: Any, drive: Any
+) -> None:
+    """Go to the orbits found that continue the last ones of their problems; choose the next steps."""
+    size, count, place, guesses = motion_size(), course.sought[0], course.place, course.guesses
+    fits = np.empty(count, np.bool_)
+    fitting = 0
+    for s in range(count):
+        case = slots.case[s]
+        last = branch.last_value[case], branch.last_x[case], branch.last_slope[case]
+        fits[s] = True
+        if s > 0 and slots.case[s - 1] == case:
+            last, fits[s] = (slots.value[s - 1], slots.x[s - 1], orbits.slope[s - 1]), fits[s - 1]
+        fits[s] &= orbits.outcome[s] == CONVERGED
+        if fits[s] and course.fresh[case] == 0:
+            fits[s] = continues(
+                s, last, slots, orbits, guesses[s], model.unit[case], course.bridge[case], path.predicted
+            )
+        if fits[s]:
+            which[fitting] = s
+            fitting += 1
+    if fitting > 0:
+        central_differences(slots, which, fitting, model, drive, orbits, room)
+    s = 0
+    while s < count:
+        case, begun, done = slots.case[s], branch.last_value[slots.case[s]], branch.done[slots.case[s]]
+        unit, refused = model.unit[case], False
+        while s < count and slots.case[s] == case:
+            if not refused:
+                refused = not (fits[s] and is_stable(orbits.monodromy[s]))
+                if refused and course.fresh[case] == 1:
+                    course.going[case], branch.outcome[case] = 0, ENDED
+                elif refused and course.bridge[case] > 0:
+                    course.bridge[case] += 1
+                elif refused:
+                    course.reach[case] = SHRINK * abs(slots.value[s] - branch.last_value[case]) / unit
+                else:
+                    if course.fresh[case] == 0 and branch.last_value[case] == begun:
+                        course.before[case] = begun
+                        for k in range(size):
+                            course.x_before[case, k] = branch.last_x[case, k]
+                            course.slope_before[case, k] = branch.last_slope[case, k]
+                    take(s, place[s], slots, orbits, branch)
+                    if course.fresh[case] == 1:
+                        course.before[case] = branch.last_value[case]
+            s += 1
+        if not refused and course.fresh[case] == 0:
+            astray, longer = 0.0, max(course.reach[case], GROWTH * abs(branch.last_value[case] - begun) / unit)
             for k in range(size):
-                change[k] = guesses[s, k] - branch.last_x[case, k]
-            change[size] = (slots.value[s] - branch.last_value[case]) / model.unit[case]
-            carry(slots, s, change)
-            slots.wanted[s] = path.wanted if place[s] >= 0 else NOTHING
-        find_orbits(slots, count, True, model, drive, orbits, room)
-        fitting = 0
-        for s in range(count):
-            case = slots.case[s]
-            last = branch.last_value[case], branch.last_x[case], branch.last_slope[case]
-            fits[s] = True
-            if s > 0 and slots.case[s - 1] == case:
-                last, fits[s] = (slots.value[s - 1], slots.x[s - 1], orbits.slope[s - 1]), fits[s - 1]
-            fits[s] &= orbits.outcome[s] == CONVERGED
-            if fits[s] and fresh[case] == 0:
-                fits[s] = continues(s, last, slots, orbits, guesses[s], model.unit[case], bridge[case], path.predicted)
-            if fits[s]:
-                which[fitting] = s
-                fitting += 1
-        if fitting > 0:
-            central_differences(slots, which, fitting, model, drive, orbits, room)
-        s = 0
-        while s < count:
-            case, begun, done = slots.case[s], branch.last_value[slots.case[s]], branch.done[slots.case[s]]
-            unit, refused = model.unit[case], False
-            while s < count and slots.case[s] == case:
-                if not refused:
-                    refused = not (fits[s] and is_stable(orbits.monodromy[s]))
-                    if refused and fresh[case] == 1:
-                        going[case], branch.outcome[case] = 0, ENDED
-                    elif refused and bridge[case] > 0:
-                        bridge[case] += 1
-                    elif refused:
-                        reach[case] = SHRINK * abs(slots.value[s] - branch.last_value[case]) / unit
-                    else:
-                        if fresh[case] == 0 and branch.last_value[case] == begun:
-                            before[case] = begun
-                            for k in range(size):
-                                x_before[case, k] = branch.last_x[case, k]
-                                slope_before[case, k] = branch.last_slope[case, k]
-                        take(s, place[s], slots, orbits, branch)
-                        if fresh[case] == 1:
-                            before[case] = branch.last_value[case]
-                s += 1
-            if not refused and fresh[case] == 0:
-                astray, longer = 0.0, max(reach[case], GROWTH * abs(branch.last_value[case] - begun) / unit)
-                for k in range(size):
-                    astray = max(astray, abs(slots.x[s - 1, k] - guesses[s - 1, k]))
-                reach[case] = longer if astray < EXACT else min(LARGEST, longer)
-            if not refused and bridge[case] > 0:
-                bridge[case], reach[case] = 0, abs(branch.last_value[case] - begun) / unit
-            fresh[case] = 0
-            if reach[case] < SMALLEST and bridge[case] == 0:
-                bridge[case] = 1
-            if bridge[case] > len(BRIDGES):
-                going[case], branch.outcome[case] = 0, ENDED
-            if branch.done[case] > done:
-                short[case] = 0
-            elif abs(branch.last_value[case] - begun) < SHORT * unit:
-                short[case] += 1
-            if short[case] > MOST_SHORT:
-                going[case], branch.outcome[case] = 0, TOO_ROUGH
-            if branch.done[case] == path.counts[case]:
-                going[case] = 0
+                astray = max(astray, abs(slots.x[s - 1, k] - guesses[s - 1, k]))
+            course.reach[case] = longer if astray < EXACT else min(LARGEST, longer)
+        if not refused and course.bridge[case] > 0:
+            course.bridge[case], course.reach[case] = 0, abs(branch.last_value[case] - begun) / unit
+        course.fresh[case] = 0
+        if course.reach[case] < SMALLEST and course.bridge[case] == 0:
+            course.bridge[case] = 1
+        if course.bridge[case] > len(BRIDGES):
+            course.going[case], branch.outcome[case] = 0, ENDED
+        if branch.done[case] > done:
+            course.short[case] = 0
+        elif abs(branch.last_value[case] - begun) < SHORT * unit:
+            course.short[case] += 1
+        if course.short[case] > MOST_SHORT:
+            course.going[case], branch.outcome[case] = 0, TOO_ROUGH
+        if branch.done[case] == path.counts[case]:
+            course.going[case] = 0
 
 
 def continues(

@@ -87,6 +87,7 @@ class Walk:
 
     def run(self) -> None:
         """Find the steady motions at all values that are left."""
+        self.reported = int(self.done.sum())
         fresh = np.flatnonzero(self.done == 0)
         if len(fresh):
             self._begin(fresh)
@@ -97,7 +98,6 @@ class Walk:
             self.block.check_cancelled()
             at_start = going[self.done[going] % CHUNK == 0]
             self.state.put(at_start, as_kept(self.block, at_start, self.state.take(at_start), self.at[at_start]))
-            before = int(self.done.sum())
             back = going[(self.done[going] >= self.turn[going]) & (self.cycles[going] == 1)]
             if len(back) and self.block.is_smooth:
                 self._take_over(back)
@@ -110,7 +110,14 @@ class Walk:
                 else:
                     for case in some:
                         self._in_time(int(case))
-            self.report_done(int(self.done.sum()) - before)
+            self._report()
+
+    def _report(self) -> None:
+        """Report the points that are done since the report before."""
+        new = int(self.done.sum()) - self.reported
+        if new:
+            self.reported += new
+            self.report_done(new)
 
     def _begin(self, cases: Indices) -> None:
         """Find the states that the starts settle to at the first values."""
@@ -125,7 +132,7 @@ class Walk:
             self._keep_first(left, found, good, periods)
             for case in left[~good]:
                 self._in_time(int(case))
-        self.report_done(len(cases))
+        self._report()
 
     def _keep_first(self, cases: Indices, found: Branch, good: Any, periods: Array) -> None:
         which = np.flatnonzero(good)
@@ -148,12 +155,18 @@ class Walk:
         counts = np.where(self.at[cases] == self.values[cases, done - 1], stop - done, 1)
         places = done[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1)
         values = self.values[cases[:, None], places]
-        found = self.block.follow(cases, self.state.take(cases), self.at[cases], values, counts, cycles)
+
+        def keep(found: Branch) -> None:
+            if cycles == 1:  # others may come to repeat after half the periods
+                self._store(cases, found, np.arange(len(cases)), found.done, cycles, done)
+                self._report()
+
+        found = self.block.follow(cases, self.state.take(cases), self.at[cases], values, counts, cycles, keep)
         halved = np.zeros(len(cases), dtype=bool)
         if cycles > 1:
             for i in range(len(cases)):
                 halved[i] = self._halve(cases, found, i, values[i], cycles)
-        self._store(cases, found, np.flatnonzero(~halved), found.done, cycles)
+        self._store(cases, found, np.flatnonzero(~halved), found.done, cycles, done)
         ended = np.flatnonzero((found.outcome == ENDED) & ~halved)
         if len(ended):
             targets = values[ended, np.minimum(found.done[ended], counts[ended] - 1)]
@@ -205,19 +218,26 @@ class Walk:
         self.at[case], self.cycles[case] = at[first], cycles // 2
         return True
 
-    def _store(self, cases: Indices, found: Branch, which: Indices, counts: Indices, cycles: int) -> None:
-        """Keep orbits found from the next place of each problem on, and go to the last of them."""
+    def _store(
+        self, cases: Indices, found: Branch, which: Indices, counts: Indices, cycles: int, begun: Indices | None = None
+    ) -> None:
+        """Keep orbits found from the next place of each problem on, and go to the last of them.
+
+        `begun` are the places of the first orbits found, of which some may be kept already.
+        """
         points = self.points
         for i in which.tolist():
-            case, count = int(cases[i]), int(counts[i])
+            case = int(cases[i])
+            kept = 0 if begun is None else int(self.done[case] - begun[i])
+            count, new = int(counts[i]) - kept, slice(kept, int(counts[i]))
             where = (case, slice(int(self.done[case]), int(self.done[case]) + count))
             self.state_of[where] = self.number[case]
-            states = States(found.x[i, :count], found.memory[i, :count], found.branch[i, :count])
+            states = States(found.x[i, new], found.memory[i, new], found.branch[i, new])
             points.states.put(where, states)
             points.cycles[where] = cycles
             if cycles == 1:
-                points.rows[where], points.monodromy[where] = found.rows[i, :count], found.monodromy[i, :count]
-                points.residual[where], points.steps[where] = found.residual[i, :count], found.steps[i, :count]
+                points.rows[where], points.monodromy[where] = found.rows[i, new], found.monodromy[i, new]
+                points.residual[where], points.steps[where] = found.residual[i, new], found.steps[i, new]
                 points.settling[where] = 0.0
             else:
                 for k in range(count):

@@ -80,7 +80,7 @@ def march(
 ) -> tuple[Motion, AnyArray]:
     """Advance and check for a stop now and then; return the motion and the complex amplitudes of the last periods `kept`."""
     last = np.empty((0, len(integrator.tones)), dtype=complex)
-    for count in _chunks(periods, check_cancelled):
+    for count in chunks(periods, check_cancelled):
         motion, c = integrator.lock_in(motion, count)
         last = np.concatenate([last, c])[-kept:]
         if not motion.is_finite:
@@ -91,17 +91,20 @@ def march(
 def observe(integrator: Integrator, motion: Motion, periods: int, check_cancelled: CancelCheck) -> tuple[Motion, Array]:
     """Advance and check for a stop now and then; return the motion and what was measured over each period."""
     parts = []
-    for count in _chunks(periods, check_cancelled):
+    for count in chunks(periods, check_cancelled):
         motion, rows = integrator.observe(motion, count)
         parts.append(rows)
     return motion, np.concatenate(parts)
 
 
-def _chunks(periods: int, check_cancelled: CancelCheck) -> Iterator[int]:
-    """Give how many periods to compute next, so that a stop is heard in time."""
-    done, chunk = 0, 16
+def chunks(periods: float, check_cancelled: CancelCheck, chunk: int = 16) -> Iterator[int]:
+    """Give how many of some periods, or of what else takes as long each, to compute next, so that a stop is heard in time.
+
+    `chunk` is the first number.
+    """
+    done = 0
     while done < periods:
-        count = min(chunk, periods - done)
+        count = int(min(chunk, periods - done))
         start = time.perf_counter()
         yield count
         took = time.perf_counter() - start
