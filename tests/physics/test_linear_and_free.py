@@ -91,12 +91,15 @@ def test_drive_off_resonance_still_gives_the_free_amplitude_asked_for():
 @pytest.mark.parametrize("method", ["periodic", "transient"])
 @pytest.mark.parametrize("r", [0.99997, 1.0])
 def test_few_steps_move_the_lever_alone_exactly_whatever_its_q(method, r):
-    """Steps as they are would turn the phase by 2 Q (2 pi / 64)^4 / 120 at resonance: 2.3 degrees."""
+    """Steps as they are would turn the phase by 2 Q (2 pi / 64)^4 / 120 at resonance: 2.3 degrees.
+
+    An orbit is accepted with a residual of 1e-11, which Q / pi periods add up.
+    """
     case = single(df.Drive(A0="10 nm", frequency=r * 50e3), Q=26e3, points_per_period=64, method=method)
     found = df.dwell(case, FAR)
     assert found.attrs["samples_per_period"] == 64
     assert float(found.amplitude[0]) == pytest.approx(10e-9, rel=1e-8)
-    assert float(found.phase[0]) == pytest.approx(math.degrees(math.atan2(r / 26e3, 1 - r * r)), abs=1e-6)
+    assert float(found.phase[0]) == pytest.approx(math.degrees(math.atan2(r / 26e3, 1 - r * r)), abs=2e-5)
 
 
 def test_few_steps_follow_the_lever_alone_from_rest():
