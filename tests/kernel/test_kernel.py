@@ -20,6 +20,7 @@ from dforce import kernel
 from dforce.core.log import listening
 from dforce.forces import Force
 from dforce.integrators import rk4
+from dforce.integrators.fitted import fit
 from dforce.integrators.lanes import LANES, advance_lanes
 from dforce.kernel import cache
 from dforce.kernel.codegen import OTHERS, compose
@@ -121,10 +122,12 @@ def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
     functions = plain(problems[0], {"advance_lanes": advance_lanes, "march_rk4": rk4.march})
     batch, points, zc = ProblemBatch.of(problems * (LANES // 2)), 64, 6e-9
     angles = math.pi / points * np.arange(2 * points + 1)
-    block, numbers = np.empty((points + 1, 3, LANES)), batch.numbers.T.copy()
+    block, numbers, tones = np.empty((points + 1, 3, LANES)), batch.numbers.T.copy(), batch.tones.copy()
+    for j in range(LANES):
+        fit(numbers[:, j], tones[j], 1, 2.0 * math.pi / points)
     block[0, :2], numbers[0] = batch.free().T, zc
     end = functions.advance_lanes(
-        block, (numbers, batch.tones[:, 0, 2:-3].T.copy(), batch.kinks.T.copy(), batch.tones),
+        block, (numbers, tones[:, 0, 2:-3].T.copy(), batch.kinks.T.copy(), tones),
         (np.zeros(1), 0, points, np.array([np.cos(angles), -np.sin(angles)])), np.zeros(LANES, dtype=np.int64),
         np.zeros((8, 1)), (*numbers[:OTHERS, 0], numbers[OTHERS:, 0]),
     )  # fmt: skip

@@ -15,6 +15,7 @@ from dforce import kernel
 from dforce.core.arrays import AnyArray, Array, Complexes
 from dforce.core.errors import ParameterError
 from dforce.integrators import lanes, loops, lsoda, rk4
+from dforce.integrators.fitted import fit
 from dforce.kernel.tip import TipFunctions
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
@@ -46,6 +47,7 @@ ENTRIES: dict[str, Callable[..., Any]] = OWN | {
     "lock_in": lockin.lock_in,
     "phases": loops.phases,
 }
+LEAST_SAMPLES = 32  # per period of a mode or tone
 PHASE_ERROR = 1e-4  # rad that RK4's own error may turn the slowest-damped mode by, at most
 FOLLOWED = 1.2  # of the shortest time in which a fluid follows: longest step; its errors count for little
 RELAXED = 0.5  # of the shortest relaxation time: longest step; at 2.8 RK4 is unstable, here it errs by 3e-4
@@ -74,9 +76,10 @@ class Motion:
 def sample_count(problem: Problem, settings: SolverSettings) -> int:
     """Return the samples per period of the first tone: as asked, or more where a mode or tone needs it.
 
-    RK4 turns a mode's phase at resonance by 2 Q (wh)^4 / 120, from its leading error term; the step h is made small
-    enough for :data:`PHASE_ERROR`. Every tone and mode gets at least 32 samples per period, and the relaxation of a
-    force's memory a step of at most :data:`RELAXED` of its time. A lever that changes with its height counts as far away.
+    Every tone and mode gets at least :data:`LEAST_SAMPLES` per period, and the relaxation of a force's memory a step of at
+    most :data:`RELAXED` of its time. Where the fluid has a memory the lever is not fitted to the steps (see ``fitted``):
+    RK4 turns a mode's phase at resonance by 2 Q (wh)^4 / 120, from its leading error term, and the step h is made small
+    enough for :data:`PHASE_ERROR`. A lever that changes with its height counts as far away.
 
     Raises
     ------
@@ -84,10 +87,10 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
         When a force relaxes so fast that more than :data:`MOST_POINTS` samples are needed.
     """
     first, modes = problem.tones[0].frequency, problem.at_height(math.inf).modes
-    needs = [32.0 * tone.frequency / first for tone in problem.tones]
+    needs = [LEAST_SAMPLES * tone.frequency / first for tone in problem.tones]
     for mode in modes:
-        least = 32.0
-        if settings.integrator == "rk4":
+        least = float(LEAST_SAMPLES)
+        if settings.integrator == "rk4" and mode.memory is not None:
             least = max(least, 2.0 * math.pi * (2.0 * mode.Q / (120.0 * PHASE_ERROR)) ** 0.25)
         needs.append(least * mode.f0 / first)
         if mode.memory is not None and settings.integrator != "langevin":  # whose step is exact for lever and fluid
@@ -218,6 +221,14 @@ class RK4(Integrator):
     name = "rk4"
     order = "4"
     source = "M. W. Kutta, Z. Math. Phys. 46, 435 (1901)"
+
+    def take(self, problem: Problem) -> None:
+        """Go over to a problem with other numbers in the same modes, tones and forces; `place` has to follow."""
+        super().take(problem)
+        if problem.late_fluid == 0:
+            numbers = np.array(self.p)
+            fit(numbers, self.tones, len(problem.modes), loops.TAU / self.points)
+            self.p = tuple(numbers.tolist())
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         memory, latched = motion.memory.copy(), motion.latched.copy()

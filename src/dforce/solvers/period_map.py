@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dforce.integrators.fitted import fit
 from dforce.integrators.lanes import FAR, LANES, advance_lanes, padded
+from dforce.integrators.loops import TAU
 from dforce.integrators.rk4 import advance
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, OTHERS, PER_MODE, SPEED, ZC
 from dforce.kernel.linker import uncounted
@@ -136,8 +138,8 @@ class Slots(NamedTuple):
     wanted: Any
 
 
-def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, tones: Any, drive: Any, j: int) -> None:
-    """Write the numbers, kinks, tones and drive of a problem at a value of the parameter into column j."""
+def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, tones: Any, j: int) -> None:
+    """Write the numbers, kinks and tones of a problem at a value of the parameter into column j."""
     for k in range(numbers.shape[0]):
         numbers[k, j] = model.numbers[k, case]
     for k in range(kinks.shape[0]):
@@ -170,8 +172,6 @@ def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, 
                 tones[j, k, n] = (1.0 - share) * low + share * high
         if model.parameter == FREQUENCY:
             retune(tones[j, k], model.responses[case, k], mode_count(), ratio)
-        for n in range(2 * mode_count()):
-            drive[2 * k * mode_count() + n, j] = tones[j, k, FIRST_DRIVE + n]
 
 
 @uncounted
@@ -218,7 +218,12 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
         case, value = slots.case[s], slots.value[s]
         if e == size + 1:
             value += FD_STEP * model.unit[case]
-        place_column(model, case, value, numbers, kinks, tones, forcing, j)
+        place_column(model, case, value, numbers, kinks, tones, j)
+        if fluid_size() == 0:
+            fit(numbers[:, j], tones[j], mode_count(), TAU / drive.points)
+        for k in range(forcing.shape[0]):
+            tone, n = k // (2 * mode_count()), k % (2 * mode_count())
+            forcing[k, j] = tones[j, tone, FIRST_DRIVE + n]
         for k in range(size):
             starts[k, j] = slots.x[s, k] + (side * FD_STEP if e == k + 1 else 0.0)
         if j >= total:

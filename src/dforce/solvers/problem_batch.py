@@ -16,9 +16,7 @@ from dforce.core.arrays import Array, Indices
 from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.integrator import PHASE_ERROR, enough_samples
-
-LEAST_SAMPLES = 32  # per period of a mode
+from dforce.solvers.integrator import LEAST_SAMPLES, enough_samples
 
 
 def has_own_samples(problem: Problem, settings: SolverSettings) -> bool:
@@ -170,11 +168,8 @@ class ProblemBatch:
 
     def samples(self, settings: SolverSettings) -> Indices:
         """Return the samples per period of each, as :func:`dforce.solvers.integrator.sample_count` does."""
-        modes = self._modes()
-        ratio = np.sqrt(modes[:, :, 0])
-        least = 2.0 * math.pi * (2.0 * ratio / modes[:, :, 1] / (120.0 * PHASE_ERROR)) ** 0.25
-        needs = np.maximum(np.maximum(least, LEAST_SAMPLES) * ratio, LEAST_SAMPLES).max(1)
-        return np.asarray(enough_samples(needs, settings))
+        fastest = np.sqrt(self._modes()[:, :, 0].max(axis=1))
+        return np.asarray(enough_samples(LEAST_SAMPLES * np.maximum(fastest, 1.0), settings))
 
     def moving(self, mode: int, amplitude: float, phase: float) -> Array:
         """Return scaled motions at the start of a period: a mode deflects by an amplitude (m) with a phase lag (rad)."""
