@@ -115,6 +115,21 @@ def test_no_motion_is_called_ok_beyond_its_accuracy(case):
         assert error / 3.0 < float(found.error_estimate) < case.solver.accuracy
 
 
+def test_a_neck_that_forms_and_a_contact_that_begins_in_one_step_come_one_after_the_other():
+    """The tip moves 0.9 nm in the step, and the neck forms 0.26 nm before contact; it formed at contact, with any step so long."""
+    case = df.Case(
+        cantilever={"f0": "55 kHz", "k": "6 N/m", "Q": 18}, drive={"A0": "36 nm"}, tip={"radius": "4 nm"},
+        sample={"youngs_modulus": "30 MPa", "poisson_ratio": 0.16},
+        forces=[df.forces.Hertz(), df.forces.Capillary(formation="0.43 nm", volume="7.15e-27 m^3")],
+        experiment={"kind": "dwell", "zc": "23.6 nm"},
+    )  # fmt: skip
+    found, exact = df.run(case), df.run(case.replace("solver.points_per_period", 16_384))
+    assert found.attrs["samples_per_period"] == 256
+    error = off(found, exact, case.problem).max()
+    assert error < case.solver.accuracy
+    assert error / 3.0 < float(found.error_estimate) < 3.0 * error
+
+
 @pytest.mark.xfail(strict=True, reason="steps longer than the wall is wide make the motion seem not to repeat")
 @pytest.mark.parametrize("settings", [[], ["solver.points_per_period=1024", "solver.accuracy=1e-4"]])
 def test_a_motion_over_a_wall_narrower_than_a_step_is_found_to_repeat(settings):

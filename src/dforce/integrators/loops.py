@@ -101,13 +101,17 @@ def risen(y: Any, t: float, latched: Any, p: Any) -> int:
 def passed(y: Any, end: Any, t: float, forces: Any, p: Any) -> int:
     """Return which kink (0, 1, ...) or latch (counted on from the kinks) lies between two motions, or -1.
 
-    `t` is the time (s) of the second one.
+    Of several kinks it is the first one that the motion comes to. `t` is the time (s) of the second motion.
     """
     _, latched, kinks, _ = forces
-    d0, d1 = distance(y, p), distance(end, p)
+    d0, d1, first = distance(y, p), distance(end, p), -1
     for which in range(kinks.shape[0]):
-        if (d0 > kinks[which]) != (d1 > kinks[which]):
-            return which
+        if (d0 > kinks[which]) != (d1 > kinks[which]) and (
+            first < 0 or abs(kinks[which] - d0) < abs(kinks[first] - d0)
+        ):
+            first = which
+    if first >= 0:
+        return first
     which = risen(end, t, latched, p)
     return which + kinks.shape[0] if which >= 0 else -1
 

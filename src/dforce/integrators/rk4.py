@@ -152,6 +152,19 @@ def cut_step(y: Any, end: Any, tau: float, h: float, drive: Any, forces: Any, p:
 
 
 @uncounted
+def before_kink(y: Any, landed: Any, t: float, now: float, share: float, forces: Any, p: Any) -> int:
+    """Return the latch that switches on the way to a kink, clearly before it, or -1; `share` of a step leads there."""
+    _, latched, kinks, _ = forces
+    which = risen(landed, now, latched, p)
+    if which >= 0:
+        event = which + kinks.shape[0]
+        below, above = margin(event, y, y, t, forces, p), margin(event, y, landed, now, forces, p)
+        if share * above < 2.0 * NEAR * (above - below):
+            return -1
+    return which
+
+
+@uncounted
 def first_event(y: Any, end: Any, start: float, h: float, drive: Any, forces: Any, p: Any) -> Any:
     """Return a time within a step just after the first event in it, and the motion then; the memory has not moved yet.
 
@@ -178,6 +191,9 @@ def first_event(y: Any, end: Any, start: float, h: float, drive: Any, forces: An
         middle = driven_step(y, start, guess, drive, forces, p)
         now = t + seconds(guess, p)
         found = passed(y, middle, now, forces, p)
+        if 0 <= found < kinks.shape[0]:
+            latch = before_kink(y, middle, t, now, guess / h, forces, p)
+            found = latch + kinks.shape[0] if latch >= 0 else found
         if found < 0:
             low, below, side = guess, margin(which, y, middle, now, forces, p), 1.0
         elif found == which:
