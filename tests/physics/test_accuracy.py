@@ -116,7 +116,7 @@ def test_no_motion_is_called_ok_beyond_its_accuracy(case):
 
 
 def test_a_neck_that_forms_and_a_contact_that_begins_in_one_step_come_one_after_the_other():
-    """The tip moves 0.9 nm in the step, and the neck forms 0.26 nm before contact; it formed at contact, with any step so long."""
+    """The tip moves 0.7 nm in the step; the neck forms 0.26 nm before contact, and formed at contact if steps were so long."""
     case = df.Case(
         cantilever={"f0": "55 kHz", "k": "6 N/m", "Q": 18}, drive={"A0": "36 nm"}, tip={"radius": "4 nm"},
         sample={"youngs_modulus": "30 MPa", "poisson_ratio": 0.16},
