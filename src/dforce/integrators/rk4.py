@@ -116,7 +116,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
 
 @uncounted
 def cut_step(y: Any, end: Any, tau: float, h: float, drive: Any, forces: Any, p: Any) -> Any:
-    """Return the motion after step i, cut where it passes a kink or a branch switches; the forces' states are updated.
+    """Return the motion one step later, cut where it passes a kink or a branch switches; the forces' states are updated.
 
     `end` is where the uncut step would lead.
     """
@@ -249,7 +249,7 @@ def advance(y: Any, drive: Any, table: Any, forces: Any, block: Any, p: Any) -> 
 
 
 def march(y: Any, forces: Any, first: int, tones: Any, turns: Any, block: Any, p: Any, out: Any) -> Any:
-    """Advance whole periods; out[i] holds what was measured over period i: lock-in only, two columns a tone, or everything."""
+    """Advance whole periods and measure each into a row of `out`: the lock-in, two columns a tone, or all columns."""
     points, bases = block.shape[0] - 1, np.empty(tones.shape[0])
     z, table = np.empty(points + 1), np.empty((2 * points + 1, mode_count()))
     for i in range(out.shape[0]):

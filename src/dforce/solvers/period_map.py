@@ -357,7 +357,7 @@ def carry(slots: Any, s: int, change: Any) -> None:
 
 
 def foretell(memory: Any, before: Any, last: Any, known: bool, gain: Any, elements: Any) -> None:
-    """Take a memory, from what it was before a period, to where it comes to rest.
+    """Extrapolate a memory to its state of rest, from its values before and behind a period.
 
     Each number is foretold by the geometric series of its own rate. What elements that relax otherwise miss by that is a
     multiple of one direction each: a secant through the pass before, of which `last` holds start and step, finds it.
@@ -378,7 +378,7 @@ def foretell(memory: Any, before: Any, last: Any, known: bool, gain: Any, elemen
 
 
 def unrest(memory: Any, memory_before: Any, branch: Any, branch_before: Any, gain: Any, scale: Any) -> float:
-    """Return how far memory and branches are from those that repeat, by those of one common period before, of their scale."""
+    """Return the distance of a memory from rest, relative to its scale; infinite where a branch has changed in the period."""
     most = 0.0
     for k in range(memory.shape[0]):
         change = abs(memory[k] - memory_before[k]) / scale[k] - ROUNDING

@@ -105,7 +105,7 @@ class Course(NamedTuple):
     fresh, going
         Whether its first orbit is still to be found, and whether it goes on: 1 or 0.
     sought, place, guesses
-        Number of orbits that are sought at present, (1,); where on the path each one lies, or -1; what was predicted of it.
+        Number of orbits under search, (1,); the place of each on the path, or -1; its predicted state.
     """
 
     before: Any

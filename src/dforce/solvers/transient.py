@@ -124,8 +124,8 @@ def settle(
     Returns
     -------
     motion, settled, drift
-        The state; whether what is to come is within the tolerance; the estimate, relative to the free amplitude, infinite
-        where the motion wanders.
+        The state; whether the estimated rest of the way is within the tolerance; this estimate, relative to the free
+        amplitude, infinite for a motion that wanders.
     """
     problem, settings = integrator.problem, integrator.settings
     tolerance = settings.settle_tolerance if tolerance is None else tolerance
