@@ -85,7 +85,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
             if not 0.0 < first < h:
                 break
             um, uh = drive_between(u0, u1, u2, 0.5 * first / h), drive_between(u0, u1, u2, first / h)
-            landed = part_step(y, f, (u0, um, uh), first, t, forces, p)
+            landed = part_step(y, f, (u0, um, uh), first, t, forces, points, p)
             past = margin(which, y, landed, t, forces, p)
             wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
             off = (past - 0.5 * wanted) / wanted
@@ -106,7 +106,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
             limits = interval(landed, kinks, p)
             behind = force(held(distance(landed, p), limits), rate_of(landed, p), between, memory, latched, p)
             um = drive_between(u0, u1, u2, 0.5 + 0.5 * first / h)
-            end = part_step(landed, behind, (uh, um, u2), left, between, forces, p)
+            end = part_step(landed, behind, (uh, um, u2), left, between, forces, points, p)
             if passed(landed, end, t + dt, forces, p) >= 0:
                 break
             return end
@@ -211,11 +211,11 @@ def first_event(y: Any, end: Any, start: float, h: float, drive: Any, forces: An
 @uncounted
 def driven_step(y: Any, tau: float, h: float, drive: Any, forces: Any, p: Any) -> Any:
     """Take a step of any length from any time within the period, with the drive evaluated anew, on one side of all kinks."""
-    (tones, bases, period, _), (memory, latched, kinks, _) = drive, forces
+    (tones, bases, period, points), (memory, latched, kinks, _) = drive, forces
     t = seconds(period * TAU + tau, p)
     f = force(held(distance(y, p), interval(y, kinks, p)), rate_of(y, p), t, memory, latched, p)
     u = drive_at(tones, bases, tau), drive_at(tones, bases, tau + 0.5 * h), drive_at(tones, bases, tau + h)
-    return part_step(y, f, u, h, t, forces, p)
+    return part_step(y, f, u, h, t, forces, points, p)
 
 
 @by_address(

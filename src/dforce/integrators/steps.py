@@ -8,15 +8,19 @@ amounts; so the error of each part is like that of any other. Where the kink is 
 less and less, so that the motion after the step has no jumps as a function of that before. A spike, as the attraction just
 before contact is to a tip that moves by many times its range in a step, is treated the same way in steps cut at a kink.
 
+Between two kinks that are passed within a step there is none as long as the others, whatever their number: it would err alike
+with twice as many. So it has more parts, the more steps there are.
+
 Source: H. Brunner, Collocation Methods for Volterra Integral and Related Functional Differential Equations, Cambridge (2004),
 chapter 6.2: graded meshes.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from dforce.integrators.loops import held, interval, remember, seconds
+from dforce.integrators.loops import TAU, held, interval, remember, seconds
 from dforce.kernel.codegen import FIRST_MODE
 from dforce.kernel.linker import inlined, uncounted
 from dforce.kernel.vocabulary import (
@@ -43,6 +47,8 @@ from dforce.kernel.vocabulary import (
 from dforce.observables.interpolant import cubic, cubic_rate
 
 PARTS = 4  # of a step beside such a kink
+SPARSE = 64  # steps a period with which one between two near kinks would have one part
+EVEN = 1e4  # steps behind a root from where on parts are all but equal
 REACH = 2.0  # steps from it, within which steps are divided
 # second difference of the force over a part, as a share of the forces there, from which on it counts as a spike, and from
 # which on fully; and the same for what it changes in the velocity, of omega A0, where Q is below UNDAMPED: a lever of a higher
@@ -147,10 +153,10 @@ def spike(f0: float, fm: float, f1: float, stride: float, h: float, p: Any) -> f
 
 
 @inlined
-def node(steps: float, k: int) -> float:
+def node(steps: float, k: int, parts: int) -> float:
     """Return the share of a step at which part k ends, where the step begins so many of its lengths behind a root."""
     first, last = steps ** (1.0 / 3.0), (steps + 1.0) ** (1.0 / 3.0)
-    return float((first + (last - first) * k / PARTS) ** 3 - steps)
+    return float((first + (last - first) * k / parts) ** 3 - steps)
 
 
 def since_root(y: Any, h: float, kinks: Any, p: Any) -> float:
@@ -172,10 +178,16 @@ def until_root(y: Any, end: Any, h: float, kinks: Any, p: Any) -> float:
 
 
 @uncounted
-def part_step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
-    """Return the motion after a part of a step on one side of all kinks, divided where that is near a root, or a spike."""
+def part_step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, points: int, p: Any) -> Any:
+    """Return the motion after a part of one of so many steps a period, on one side of all kinks.
+
+    It is divided between two kinks that are passed within a step, near a root, and near a spike.
+    """
     _, _, kinks, _ = forces
-    end = whole_step(y, f, u, h, t, forces, interval(y, kinks, p), p)
+    low, high = limits = interval(y, kinks, p)
+    if (high - low) * p[3] * points < TAU * abs(rate_of(y, p)):
+        return in_parts(y, (EVEN, math.ceil(h * points * points / (TAU * SPARSE)), False), u, h, t, forces, p)
+    end = whole_step(y, f, u, h, t, forces, limits, p)
     around = near_spikes(y, end, f, h, t, forces, near_roots(y, end, h, kinks, p), p)
     if around[2] == 0.0 and around[3] == 0.0:
         return end
@@ -247,11 +259,11 @@ def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forc
         room[5, k], room[6, k] = room[0, k], room[0, k]
     first, last = whole, whole
     if at_begin > 0.0:
-        first = in_parts(y, before, False, u, h, t, forces, p)
+        first = in_parts(y, (before, PARTS, False), u, h, t, forces, p)
         for k in range(size):
             room[6, k] += at_begin * (room[0, k] - room[5, k])
     if at_end > 0.0:
-        last = in_parts(y, after, True, u, h, t, forces, p)
+        last = in_parts(y, (after, PARTS, True), u, h, t, forces, p)
         for k in range(size):
             room[6, k] += at_end * (room[0, k] - room[5, k])
     for k in range(size):
@@ -260,15 +272,19 @@ def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forc
 
 
 @uncounted
-def in_parts(y: Any, steps: float, mirrored: bool, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
-    """Return the motion one step later, taken in parts; `mirrored` counts the lengths to the root from the step's end."""
-    (u0, u1, u2), (memory, latched, kinks, room) = u, forces
+def in_parts(y: Any, mesh: Any, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
+    """Return the motion one step later, taken in parts.
+
+    `mesh` says how many of its lengths the step begins behind a root, how many parts it has, and whether the lengths count from
+    its end instead, to the root.
+    """
+    (steps, parts, mirrored), (u0, u1, u2), (memory, latched, kinks, room) = mesh, u, forces
     share, now, limits = 0.0, room[7], interval(y, kinks, p)
     for k in range(memory_size()):
         now[k] = memory[k]
     inside = now, latched, kinks, room
-    for k in range(1, PARTS + 1):
-        end = 1.0 - node(steps, PARTS - k) if mirrored else node(steps, k)
+    for k in range(1, parts + 1):
+        end = 1.0 - node(steps, parts - k, parts) if mirrored else node(steps, k, parts)
         f = force(held(distance(y, p), limits), rate_of(y, p), t + seconds(share * h, p), now, latched, p)
         driven = (
             drive_between(u0, u1, u2, share),

@@ -34,9 +34,7 @@ def status_of(found: Steady, problem: Problem) -> Status:
         return Status.NOT_SETTLED
     if not found.repeats:
         return Status.NOT_REPEATING
-    if "error_estimate" not in found.values:
-        return Status.OK
-    (grade,) = graded(np.atleast_1d(found.values["error_estimate"]), found.accuracy).tolist()
+    (grade,) = graded(np.atleast_1d(found.values.get("error_estimate", np.inf)), found.accuracy).tolist()
     return next(status for status in Status if status == grade)
 
 

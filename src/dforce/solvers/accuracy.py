@@ -3,12 +3,14 @@
 An orbit is measured again with twice the samples, where one Newton step from it leads: nearly all of the error goes, and so
 the change is the error. Fewer samples would be cheaper, but where steps are longer than what the force changes over, errors
 with fewer samples mean nothing. An orbit that is not accurate enough is found again with twice as many samples, and more. Each
-point stands by itself: what is done to it does not depend on those beside it.
+point stands by itself: what is done to it does not depend on those beside it. A motion that has settled in time is compared
+with the orbit that Newton's method finds near it with twice the samples, so that what is left of the transient counts, too.
 """
 
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,6 +20,7 @@ from dforce.kernel.codegen import ZC
 from dforce.observables.averaging import weights
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
+from dforce.observables.misfit import misfit_each
 from dforce.solvers.block import DISTANCE, Block
 from dforce.solvers.crests import passed_by
 from dforce.solvers.integrator import load_kernels
@@ -25,6 +28,7 @@ from dforce.solvers.points import Points
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
+from dforce.solvers.transient import Steady, steady
 
 GRACE = 2.0  # s that a run which is stopped goes on to estimate errors
 PORTION = 16  # values of which it does so at once
@@ -32,6 +36,7 @@ TWICE = 2  # times the samples of an orbit, with which it is measured again
 FINER = (2, 4, 16, 64)  # times the samples, one after the other
 SURE = 1 / 2  # of the accuracy: an estimate is seldom too low by more
 NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the same one, if it is so near
+CHANCE = 3.0  # times the error: what breaks the tip equation by more has agreed with the finer one by chance
 ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the force is smooth, less behind kinks
 
 
@@ -55,11 +60,6 @@ class _Orbits:
         even = weights(block.frequencies, block.common)
         return finish_each(block.batch.example, block.harmonics, rows, even, numbers, tones)
 
-    def apart(self, a: dict[str, Array], b: dict[str, Array], which: Indices) -> Array:
-        """Return how far two measurements are apart, (orbits, names); infinite where one is no number."""
-        numbers, tones = (table[which] for table in self.tables)
-        return np.nan_to_num(deviations(self.block.batch.example, numbers, tones, a, b), nan=np.inf, posinf=np.inf)
-
     def judge(self, some: Indices, times: int) -> None:
         """Estimate the errors of some, found with so many times the block's samples, from a measurement with twice as many."""
         finer, which = self.block.finer(TWICE * times * self.block.points), np.tile(some, 2)
@@ -69,10 +69,7 @@ class _Orbits:
         )  # at once: a call costs a hundred orbits
         halves = {name: np.split(values, 2) for name, values in measured.items()}
         own, other = ({name: half[k] for name, half in halves.items()} for k in range(2))
-        changed = self.apart(own, other, some).max(axis=1) / (1.0 - TWICE**-ORDER)
-        zc = self.at if self.block.parameter == DISTANCE else self.tables[0][:, ZC]
-        passed = passed_by(self.block.batch.example, self.tables[0][some], zc[some], own)
-        self.error[some] = np.maximum(changed, passed)
+        self.error[some] = _error(self.block, self.at[some], tuple(table[some] for table in self.tables), own, other)
 
     def find_again(self, some: Indices, times: int) -> Indices:
         """Find some again with so many times the block's samples; return those that were found."""
@@ -84,6 +81,15 @@ class _Orbits:
         self.residual[some] = branch.residual[same, 0]
         self.states.put(some, States(branch.last_x[same], branch.last_memory[same], branch.last_branch[same]))
         return some
+
+
+def _error(block: Block, at: Array, tables: tuple[Array, ...], own: dict[str, Array], finer: dict[str, Array]) -> Array:
+    """Return the estimated error of motions at values of the parameter, (points,), from a measurement with more samples."""
+    example, (numbers, tones) = block.batch.example, tables
+    changed = deviations(example, numbers, tones, own, finer).max(axis=1) / (1.0 - TWICE**-ORDER)
+    passed = passed_by(example, numbers, at if block.parameter == DISTANCE else numbers[:, ZC], own)
+    left = misfit_each(example, own, numbers, tones) / CHANCE
+    return np.asarray(np.nan_to_num(np.maximum.reduce([changed, passed, left]), nan=np.inf, posinf=np.inf))
 
 
 def assure(block: Block, values: Array, points: Points) -> None:
@@ -108,6 +114,38 @@ def assure(block: Block, values: Array, points: Points) -> None:
             doubtful = found[orbits.error[found] > SURE * accuracy]
     points.rows[places], points.monodromy[places] = orbits.rows, orbits.monodromy
     points.residual[places], points.error[places] = orbits.residual, orbits.error
+
+
+def assure_settled(block: Block, value: float, found: Steady) -> Steady:
+    """Return the only problem's motion that settled in time, with its estimated error where an orbit is found near it.
+
+    Where it is not as accurate as asked for, fixed steps are made shorter, and the motion settles on. Other integrators choose
+    their own steps: there only the orbit becomes more accurate.
+    """
+    accuracy, case, at = block.settings.accuracy, np.array([0]), np.array([value])
+    if not (found.settled and found.repeats and block.repeats_together):
+        return found
+    tables, even = block.tables_of(case, at), weights(block.frequencies, block.common)
+    periods, found = 0.0, replace(found, accuracy=accuracy)
+    for times in (1, *FINER):
+        if times * block.points > MOST_SAMPLES:
+            break
+        if times > 1 and block.settings.integrator == "rk4":
+            periods += found.values["settling_periods"]
+            finer = block.finer(times * block.points).integrator(0, value)
+            found = replace(steady(finer, found.motion, block.check_cancelled), accuracy=accuracy)
+            found = replace(
+                found, values={**found.values, "settling_periods": periods + found.values["settling_periods"]}
+            )
+        state = States.of(found.motion)
+        orbit = polished(block.finer(TWICE * times * block.points), case, state, at)
+        if orbit.done[0] == 1 and apart(orbit.last_x, state.x)[0] < NEAR:
+            exact = finish_each(block.batch.example, block.harmonics, orbit.rows[0], even, *tables)
+            (error,) = _error(block, at, tables, found.columns, exact).tolist()
+            found = replace(found, values={**found.values, "error_estimate": error})
+        if accuracy is None or found.values.get("error_estimate", np.inf) <= SURE * accuracy:
+            break
+    return found
 
 
 def assure_in_grace(block: Block, values: Array, points: Points) -> int:

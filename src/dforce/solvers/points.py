@@ -13,7 +13,7 @@ from dforce.solvers.block import Block
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
-# what motions that settled in time do not have
+# what motions that settled in time do not have, or seldom
 OF_ORBITS = ("corrections", "multiplier_modulus", "multiplier_angle", "error_estimate")
 
 

@@ -9,7 +9,7 @@ from typing import Protocol as Kind
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.solvers.accuracy import assure
+from dforce.solvers.accuracy import assure, assure_settled
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Points, StateJump
@@ -99,7 +99,7 @@ class Stepwise:
             points.put(case, place, walk.points)
             motion = walk.state.motion(0)
         else:
-            found = steady(block.integrator(0, value), motion, block.check_cancelled)
+            found = assure_settled(block, value, steady(block.integrator(0, value), motion, block.check_cancelled))
             points.put_other(case, place, found)
             motion = found.motion
         kept = as_kept(block, np.array([0]), States.of(motion), np.array([value])).motion(0)

@@ -47,7 +47,7 @@ class Steady:
     settled, repeats
         Whether amplitudes and phases stopped moving, and whether they are the same in all windows measured.
     accuracy
-        The accuracy promised for an orbit whose error is estimated; None: none is.
+        The accuracy promised; None: none is.
     """
 
     values: Mapping[str, Any]
