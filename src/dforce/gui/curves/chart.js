@@ -58,8 +58,23 @@ function themed(figure, narrow) {
       title: { standoff: 8, ...axis.title, font: { size: narrow ? 10 : 12, color: own ?? c.ink } },
     };
   }
+  for (const key of Object.keys(layout).filter((k) => /^yaxis\d*$/.test(k))) {
+    const { title, domain: [bottom, top] = [0, 1] } = layout[key];
+    if (top - bottom === 1) continue; // of several frames each has its title above, where it has room
+    (layout.annotations ??= []).push({
+      text: title.text, font: title.font, showarrow: false, borderpad: 0, xref: "x domain", x: 0, xanchor: "left",
+      yref: key.replace("axis", "") + " domain", y: 1, yanchor: "bottom",
+    });
+    layout[key].title = { text: "" };
+  }
+  if (narrow) {
+    if (layout.legend?.yref === "container") layout.showlegend = false; // above the frames it would take their room
+    const further = Object.values(layout).filter((one) => one?.anchor === "free");
+    for (const axis of further) axis.visible = false;
+    if (further.length) Object.assign(layout.margin, { l: 64, r: 64 });
+  }
   if (layout.legend) layout.legend = { font: { color: c.soft, size: 11 }, bgcolor: "rgba(0,0,0,0)", ...layout.legend };
-  for (const note of layout.annotations ?? []) note.font = { ...note.font, color: of(note.font?.color ?? "soft") };
+  for (const note of layout.annotations ?? []) note.font = { ...note.font, color: note.font?.color ?? c.soft };
   for (const shape of layout.shapes ?? []) if (shape.line) shape.line.color = of(shape.line.color ?? "line");
   const data = (figure.data ?? []).map((trace) => {
     const copy = { ...trace };
@@ -148,7 +163,7 @@ export default {
       const [x, y] = [trace.x[point], trace.y[point]];
       this.at = { curve: trace.index, point, x };
       window.Plotly.Fx.hover(plot, [{ curveNumber: trace.index, pointNumber: point }], [trace.xaxis + trace.yaxis]);
-      const words = (axis) => (plot._fullLayout[axis[0] + "axis" + axis.slice(1)].title.text ?? "").replace(/<[^>]*>/g, "");
+      const words = (axis) => (this.figure.layout[axis[0] + "axis" + axis.slice(1)].title?.text ?? "").replace(/<[^>]*>/g, "");
       this.said = `${trace.name}, ${words(trace.xaxis)}: ${x.toPrecision(4)}, ${words(trace.yaxis)}: ${y.toPrecision(4)}`;
       if (event.key === "Enter") this.$emit("point", { revision: this.revision, curve: trace.index, index: point, x, y, id: trace.meta });
     },

@@ -36,11 +36,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Figure = dict[str, Any]
-GAP = 0.07  # of the height, between two frames
-SIDE = 0.1  # of the width, for each further axis on a side
+TITLE = 0.08  # of the height, above each of several frames
+SIDE = 62  # px, for each further axis on a side
+TICKS = 11  # upright, for which the lowest chart has room
+DECADES = 7  # of a logarithmic axis
 MOST_AXES = 4  # in one frame
 MOST_FRAMES = 6
-DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
+DEPTH = 10.0**-DECADES  # of the largest value on a logarithmic axis: below it there is rounding only
 FAINT = 1e-5  # of the largest value: what lies farther out on a logarithmic picture is not shown at first
 WIDTH = 2.5  # px, of a curve
 LIGHT = {"retract": 0.45, "down": 0.45}  # opacity of the way back
@@ -58,6 +60,7 @@ SIGNS = {
 }
 RING = 5  # px, radius
 MARGIN = {"l": 64, "r": 20, "t": 28, "b": 48}
+TITLED = 52  # px, at the left of frames with their titles above
 
 
 @dataclass(frozen=True)
@@ -129,7 +132,8 @@ class _FigureBuilder:
         self.dotted: list[Figure] = []  # lines across jumps, which come last
         self.jumps: dict[int, Mapping[int, list[Jump]]] = {}  # of each result, by its identity
         self.places: dict[str, Place] = {}
-        layout: Figure = {"margin": dict(MARGIN), "legend": legend(), "showlegend": True}
+        margin = MARGIN | {"l": TITLED} if len(self.frames) > 1 else dict(MARGIN)
+        layout: Figure = {"margin": margin, "legend": legend(), "showlegend": True}
         # where a curve is over its axis, one line across all frames shows the values of all of them
         self.unified = wanted.x in layers[0].result.coords
         layout |= {"hovermode": "x unified" if self.unified else "closest", "hoversubplots": "axis"}
@@ -176,8 +180,11 @@ class _FigureBuilder:
         self.scales |= dict.fromkeys(names, (scale, unit))
         words = title(first[names[0]], unit) if len(names) == 1 else title_of_several([first[n] for n in names], unit)
         axis: Figure = {"title": {"text": words}}
+        if not place:
+            axis |= stacked([1.0] * len(self.frames))[number]
         if self.wanted.logarithmic:
-            axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
+            every = math.ceil(DECADES / axis.get("nticks", DECADES))
+            axis |= {"type": "log", "exponentformat": "power", "dtick": every}
         if len(self.frames[number]) > 1 and len(names) == 1 and not self.several:
             axis["color"] = self.wanted.y.index(names[0])
         if 0.0 < self._largest(names) < noise:
@@ -191,12 +198,9 @@ class _FigureBuilder:
                 "showgrid": False,
             }
             if place > 1:
-                axis |= {"anchor": "free", "position": float(right)}
-            if right:
-                self.layout["margin"]["r"] = MARGIN["l"]
-        else:
-            axis["domain"] = _domain(number, len(self.frames))
-        if place == 1 or not place:
+                axis |= {"anchor": "free", "position": float(right), "shift": SIDE if right else -SIDE}
+            self.layout["margin"]["r" if right else "l"] = MARGIN["l"] + SIDE * (place > 1)
+        if place < 2:
             axis["anchor"] = "x"
         self.layout[name_of_axis("yaxis", tag)] = axis
 
@@ -204,9 +208,6 @@ class _FigureBuilder:
         """Add the axis across, which all frames share, below the lowest one."""
         axis: Figure = {"anchor": name_of_axis("y", lowest)}
         axis["title"] = {"text": title(self.layers[0].result[self.wanted.x], self.x_unit)}
-        groups = len(self.frames[-1])
-        if groups > 2:
-            axis["domain"] = [SIDE, 1.0 - SIDE * (groups > 3)]
         if self.unified:
             axis |= {"unifiedhovertitle": {"text": self._across()}, "showspikes": True, "spikemode": "across"}
             axis |= {"spikethickness": 1, "spikedash": "solid", "spikesnap": "hovered data"}
@@ -370,7 +371,16 @@ def empty(text: str) -> Figure:
     return {"data": [], "layout": {"annotations": [note], "xaxis": hidden, "yaxis": hidden, "margin": MARGIN}}
 
 
-def _domain(frame: int, frames: int) -> list[float]:
-    height = (1.0 - GAP * (frames - 1)) / frames
-    top = 1.0 - frame * (height + GAP)
-    return [max(0.0, top - height), top]
+def stacked(heights: Sequence[float]) -> list[Figure]:
+    """Return the upright axes of frames of relative heights, one below the other, with room for a title above each.
+
+    One frame alone has its title at its side.
+    """
+    if len(heights) == 1:
+        return [{"domain": [0.0, 1.0]}]
+    unit = (1.0 - TITLE * len(heights)) / sum(heights)
+    tops = 1.0 - TITLE - np.cumsum([0.0, *(height * unit + TITLE for height in heights)])[:-1]
+    return [
+        {"domain": [max(0.0, top - height * unit), top], "nticks": max(1, int(TICKS * height * unit))}
+        for top, height in zip(tops.tolist(), heights, strict=True)
+    ]
