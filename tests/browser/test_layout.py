@@ -58,6 +58,19 @@ SCROLLING = """() => [...document.querySelectorAll(".df-body *")].filter((one) =
 }).map((one) => one.className)"""
 
 
+# texts of the chart that reach beyond it
+CUT = """() => {
+    const frame = document.querySelector(".df-main").getBoundingClientRect();
+    return [...document.querySelectorAll(".df-main svg text")].filter((one) => {
+        const {width, left, right, top, bottom} = one.getBoundingClientRect();
+        return width && (left < frame.left || right > frame.right || top < frame.top || bottom > frame.bottom);
+    }).map((one) => one.textContent);
+}"""
+LONG_NAMES = (  # of quantities, in the order of the list
+    "highest deflection", "peak force", "contact time", "apparent dissipated energy", "total dissipated energy",
+)  # fmt: skip
+
+
 @pytest.mark.parametrize("theme", some_long(("light", "dark"), long=["dark"]))
 @pytest.mark.parametrize(("width", "height"), [(1366, 768), *OTHERS])
 def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, height, theme):
@@ -90,6 +103,42 @@ def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, hei
         page.locator(".df-tip").wait_for()
         panel = page.get_by_role("tabpanel", name="Motion")
         assert panel.evaluate("(one) => one.scrollHeight - one.clientHeight") == 0
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 640), pytest.param(800, 900, marks=pytest.mark.long)])
+def test_no_choice_of_quantities_sets_one_text_of_the_chart_over_another(visit, width, height):
+    window = visit(width=width, height=height)
+    page = window.page
+    switch = page.locator(".df-switches").get_by_role("checkbox")
+
+    def look(what):
+        page.mouse.move(0, 0)
+        page.wait_for_timeout(400)  # the chart is fitted to its place
+        assert page.locator(".df-stage").bounding_box()["height"] >= LEAST, what
+        assert page.locator(".df-main svg").get_by_text("(nm)").first.is_visible(), what
+        assert (page.evaluate(OVERLAPS), page.evaluate(CUT)) == ([], []), what
+
+    def press(box):
+        with window.redrawn():
+            box.click()
+
+    def looks(what):
+        page.keyboard.press("Escape")
+        look(what)
+        page.evaluate("() => document.querySelector('.df-stage').classList.add('df-over')")  # beside a map
+        look(f"{what}, beside a map")
+        page.evaluate("() => document.querySelector('.df-stage').classList.remove('df-over')")
+        page.get_by_role("button", name="Quantities").click()
+
+    page.get_by_role("button", name="Quantities").click()
+    for number, name in enumerate(LONG_NAMES, start=3):
+        press(page.locator(".df-checks").get_by_role("checkbox", name=name).first)
+        looks(number)
+    press(switch.last)  # logarithmic
+    looks("logarithmic")
+    press(switch.last)
+    press(switch.first)  # together, with an axis for each unit
+    looks("together")
 
 
 @pytest.mark.parametrize(("width", "height"), [(800, 900), pytest.param(1366, 768, marks=pytest.mark.long)])

@@ -1,5 +1,9 @@
 // A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
 const NARROW = 320; // px, below which titles of axes are smaller
+const LABEL = 15; // px, the room of a number at an upright axis
+const POWER = 22; // px, the room of a power of ten
+const DECADES = 7; // of a logarithmic axis
+const OTHER = 20; // px, another height, for which the numbers of frames are chosen anew
 const MEASURED = /^(fit|measured|residual) /, STATES = /^states /; // what is drawn beside the curves of results
 const FREE = 600, GHOST = 6000; // ms after the hand is off until the axes follow again, and until the ghost goes
 const WALKED = (meta) => !["jump", "ghost"].includes(meta) && !MEASURED.test(meta ?? "") && !STATES.test(meta ?? "");
@@ -35,7 +39,7 @@ function readColors() {
   };
 }
 
-function themed(figure, narrow) {
+function themed(figure, narrow, height) {
   const c = colors();
   const of = (name) => (typeof name === "number" ? c.series[name % c.series.length] : c[name] ?? name);
   const layout = structuredClone(figure.layout ?? {});
@@ -65,7 +69,9 @@ function themed(figure, narrow) {
       text: title.text, font: title.font, showarrow: false, borderpad: 0, xref: "x domain", x: 0, xanchor: "left",
       yref: key.replace("axis", "") + " domain", y: 1, yanchor: "bottom",
     });
-    layout[key].title = { text: "" };
+    const room = height * (top - bottom);
+    Object.assign(layout[key], { title: { text: "" }, nticks: Math.max(2, Math.floor(room / LABEL)) });
+    if (layout[key].type === "log") layout[key].dtick = Math.ceil(DECADES / Math.max(1, Math.floor(room / POWER)));
   }
   if (narrow) {
     if (layout.legend?.yref === "container") layout.showlegend = false; // above the frames it would take their room
@@ -180,7 +186,9 @@ export default {
       await this.moved;
       if (figure !== this.figure) return; // a newer one came meanwhile
       this.narrow = this.$el.clientWidth < NARROW;
-      const { data, layout } = themed(this.held(), this.narrow);
+      this.height = this.$el.clientHeight;
+      const { t = 0, b = 0 } = figure.layout?.margin ?? {};
+      const { data, layout } = themed(this.held(), this.narrow, this.height - t - b);
       // no button that sends a chart to another host
       const config = { showSendToCloud: false, plotlyServerURL: "", displaylogo: false, responsive: false,
                        displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
@@ -237,7 +245,8 @@ export default {
     },
     fit() {
       if (!this.drawn || this.$el.clientWidth === 0) return;
-      if (this.$el.clientWidth < NARROW !== this.narrow) this.paint();
+      const other = Math.abs(this.$el.clientHeight - this.height) > OTHER;
+      if (this.$el.clientWidth < NARROW !== this.narrow || other) this.paint();
       else window.Plotly.Plots.resize(this.$refs.plot);
     },
   },

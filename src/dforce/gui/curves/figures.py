@@ -27,6 +27,7 @@ from dforce.gui.curves.chart import (
     title_of_several,
     unit_of,
 )
+from dforce.gui.document.document import RESULT_COLORS
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of, start_across
 from dforce.results.dataset import reader_unit
 from dforce.results.kinds import swept
@@ -38,11 +39,9 @@ if TYPE_CHECKING:
 Figure = dict[str, Any]
 TITLE = 0.08  # of the height, above each of several frames
 SIDE = 62  # px, for each further axis on a side
-TICKS = 11  # upright, for which the lowest chart has room
-DECADES = 7  # of a logarithmic axis
 MOST_AXES = 4  # in one frame
 MOST_FRAMES = 6
-DEPTH = 10.0**-DECADES  # of the largest value on a logarithmic axis: below it there is rounding only
+DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
 FAINT = 1e-5  # of the largest value: what lies farther out on a logarithmic picture is not shown at first
 WIDTH = 2.5  # px, of a curve
 LIGHT = {"retract": 0.45, "down": 0.45}  # opacity of the way back
@@ -152,10 +151,10 @@ class _FigureBuilder:
                     self._lines(tag, name)
                 tag += 1
         self._x_axis(host)
-        for trace in self.dotted:
-            self._add(None, trace)
         if self.several:
             self._legend_of_dashes()
+        for trace in self.dotted:
+            self._add(None, trace)
         self.layout["showlegend"] = len(self.named) > 1 or (self.several and bool(self.named))
         figure = {"data": self.data, "layout": self.layout, "bar": "hover"}
         return Drawn(figure, tuple(self.traces), self.places, self.x_scale)
@@ -181,12 +180,11 @@ class _FigureBuilder:
         words = title(first[names[0]], unit) if len(names) == 1 else title_of_several([first[n] for n in names], unit)
         axis: Figure = {"title": {"text": words}}
         if not place:
-            axis |= stacked([1.0] * len(self.frames))[number]
+            axis["domain"] = stacked([1.0] * len(self.frames))[number]
         if self.wanted.logarithmic:
-            every = math.ceil(DECADES / axis.get("nticks", DECADES))
-            axis |= {"type": "log", "exponentformat": "power", "dtick": every}
+            axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
         if len(self.frames[number]) > 1 and len(names) == 1 and not self.several:
-            axis["color"] = self.wanted.y.index(names[0])
+            axis["color"] = _color(self.wanted.y.index(names[0]))
         if 0.0 < self._largest(names) < noise:
             axis["range"] = [-noise / scale, noise / scale]
         if place:
@@ -299,9 +297,9 @@ class _FigureBuilder:
             if self.wanted.together and dash == "solid":
                 dash = OTHERS[place % len(OTHERS)]
         elif self.wanted.together:
-            color = place + line.column
+            color = _color(place + line.column)
         else:
-            color = 2 * line.column
+            color = _color(line.column)
         words = [str(layer.result[name].attrs.get("long_name", name))] * (
             self.wanted.together and len(self.wanted.y) > 1
         )
@@ -310,24 +308,29 @@ class _FigureBuilder:
         return {"name": plain(text), "line": look, "opacity": LIGHT.get(line.direction, 1.0)}
 
     def _legend_of_dashes(self) -> None:
-        """Say which dash is which direction; the colors of several results stand in their list."""
+        """Say which dash is which direction, and which a jump; the colors of several results stand in their list."""
         found = {
             line.direction or ("stable" if line.stable else "unstable"): line for _, line in filter(None, self.traces)
         }
-        for word, line in found.items():
-            if len(found) > 1:
-                self._add(
-                    None,
-                    {
-                        "x": [None],
-                        "y": [None],
-                        "type": "scatter",
-                        "mode": "lines",
-                        "name": word,
-                        "line": {"color": "soft", "dash": "solid" if line.stable else UNSTABLE, "width": WIDTH},
-                        "opacity": LIGHT.get(line.direction, 1.0),
-                    },
-                )
+        if "unstable" not in found:  # one direction alone, which needs no name
+            found.pop("stable", None)
+        looks: dict[str, Figure] = {
+            word: {
+                "line": {"dash": "solid" if line.stable else UNSTABLE, "width": WIDTH},
+                "opacity": LIGHT.get(line.direction, 1.0),
+            }
+            for word, line in found.items()
+            if len(found) > 1
+        }
+        if self.dotted:
+            looks["jump"] = {"line": DOTTED}
+        for word, look in looks.items():
+            trace = {"x": [None], "y": [None], "type": "scatter", "mode": "lines", "name": word}
+            self._add(None, trace | look | {"line": look["line"] | {"color": "soft"}})
+
+
+def _color(number: int) -> int:
+    return RESULT_COLORS[number % len(RESULT_COLORS)]
 
 
 def _parted(line: Line, jumps: Mapping[int, list[Jump]]) -> tuple[Line, Array]:
@@ -371,16 +374,13 @@ def empty(text: str) -> Figure:
     return {"data": [], "layout": {"annotations": [note], "xaxis": hidden, "yaxis": hidden, "margin": MARGIN}}
 
 
-def stacked(heights: Sequence[float]) -> list[Figure]:
-    """Return the upright axes of frames of relative heights, one below the other, with room for a title above each.
+def stacked(heights: Sequence[float]) -> list[list[float]]:
+    """Return the domains of frames of relative heights, one below the other, with room for a title above each.
 
     One frame alone has its title at its side.
     """
     if len(heights) == 1:
-        return [{"domain": [0.0, 1.0]}]
-    unit = (1.0 - TITLE * len(heights)) / sum(heights)
-    tops = 1.0 - TITLE - np.cumsum([0.0, *(height * unit + TITLE for height in heights)])[:-1]
-    return [
-        {"domain": [max(0.0, top - height * unit), top], "nticks": max(1, int(TICKS * height * unit))}
-        for top, height in zip(tops.tolist(), heights, strict=True)
-    ]
+        return [[0.0, 1.0]]
+    parts = np.array(heights) * (1.0 - TITLE * len(heights)) / sum(heights)
+    bottoms = 1.0 - np.cumsum(parts + TITLE)
+    return np.stack([np.maximum(bottoms, 0.0), bottoms + parts], axis=1).tolist()

@@ -13,6 +13,7 @@ from dforce.core.notation import html_symbol
 from dforce.findings.residuals import residuals
 from dforce.gui.curves.chart import name_of_axis, packed
 from dforce.gui.curves.figures import TITLED, Drawn, Figure, stacked
+from dforce.gui.document.document import DATA
 from dforce.results.curves import Picture
 from dforce.results.measured import QUANTITIES, by_model, moved
 
@@ -115,7 +116,7 @@ def _points(
                     "mode": "markers",
                     "meta": f"measured {name}",
                     "name": words,
-                    "marker": {"symbol": symbol, "size": 5, "color": 1},
+                    "marker": {"symbol": symbol, "size": 5, "color": DATA},
                     "showlegend": words not in named,
                     "hovertemplate": place.hover(words),
                 }
@@ -168,7 +169,7 @@ def _residuals(
     layout: Figure = dict(drawn.figure["layout"])
     curves = [key for key in layout if key.startswith("yaxis")]
     frames = stacked([1.0] * len(curves) + [LOW] * len(names))
-    layout |= {key: layout[key] | frame for key, frame in zip(curves, frames, strict=False)}
+    layout |= {key: layout[key] | {"domain": domain} for key, domain in zip(curves, frames, strict=False)}
     layout["margin"] = layout["margin"] | {"l": TITLED}
     tag = len(curves)
     shapes, traces = list(layout.get("shapes", [])), list[Figure]()
@@ -177,12 +178,11 @@ def _residuals(
     for number, name in enumerate(names):
         y_axis = name_of_axis("y", tag + number)
         symbol = html_symbol(str(fit[name].attrs.get("symbol", "")))
-        words = {"text": f"residual Δ<i>{symbol}</i> / σ"}
         layout[name_of_axis("yaxis", tag + number)] = {
-            **frames[tag + number],
             "anchor": "x",
+            "domain": frames[tag + number],
             "zeroline": True,
-            "title": words,
+            "title": {"text": f"residual Δ<i>{symbol}</i> / σ, band: ±{SIGMAS:.0f}"},
         }
         layout["xaxis"] = layout["xaxis"] | {"anchor": y_axis}
         shapes.append(
