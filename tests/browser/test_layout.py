@@ -193,6 +193,44 @@ def test_a_dialog_has_the_one_button_that_is_filled(visit):
     assert page.evaluate(FILLED) == ["Run"]
 
 
+# words of choices that have no room in their box, beside its arrow
+CUT_CHOICES = """() => {
+    const pen = document.createElement("canvas").getContext("2d");
+    return [...document.querySelectorAll(".df-form select.df-box")].flatMap((one) => {
+        const look = getComputedStyle(one), room = one.clientWidth - 24;
+        [pen.font, pen.letterSpacing] = [look.font, look.letterSpacing];
+        return [...one.options].map((option) => option.label).filter((words) => pen.measureText(words).width > room);
+    });
+}"""
+
+
+def test_no_choice_of_the_form_is_cut(window):
+    window.unfold()
+    window.page.get_by_text("Solver", exact=True).wait_for()
+    assert window.page.evaluate(CUT_CHOICES) == []
+
+
+def test_number_and_unit_of_a_field_have_one_frame_while_it_is_typed(window):
+    field = window.field("drive.A0")
+    field.locator("input.df-box").focus()
+    box, unit = field.locator("input.df-box"), field.locator(".df-unit")
+    color = "(one) => getComputedStyle(one).borderTopColor"
+    assert box.evaluate("(one) => getComputedStyle(one).outlineStyle") == "none"  # which would cover the unit
+    assert (
+        box.evaluate(color) == unit.evaluate(color) != window.field("cantilever.Q").locator(".df-box").evaluate(color)
+    )
+
+
+def test_in_a_narrow_window_the_chart_stays_in_sight_beside_the_slider(visit):
+    window = visit(width=800, height=900)
+    handle = window.page.locator('.df-slider[data-path="drive.A0"] input[type="range"]')
+    handle.scroll_into_view_if_needed()
+    assert window.page.locator(".df-main").bounding_box()["y"] >= 0.0
+    _, _, box = window.grip(handle)  # nothing lies over it
+    window.page.mouse.up()
+    assert box["y"] + box["height"] <= 900.0
+
+
 @pytest.mark.parametrize("width", [800, pytest.param(1366, marks=pytest.mark.long)])
 def test_no_text_of_the_first_page_lies_over_another(visit, width):
     window = visit(width=width)

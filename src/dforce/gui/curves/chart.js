@@ -1,6 +1,7 @@
 // A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
 const NARROW = 320; // px, below which titles of axes are smaller
 const LABEL = 15; // px, the room of a number at an upright axis
+const MOST = 6; // numbers at an upright axis of a frame
 const POWER = 22; // px, the room of a power of ten
 const DECADES = 7; // of a logarithmic axis
 const OTHER = 20; // px, another height, for which the numbers of frames are chosen anew
@@ -70,7 +71,7 @@ function themed(figure, narrow, height) {
       yref: key.replace("axis", "") + " domain", y: 1, yanchor: "bottom",
     });
     const room = height * (top - bottom);
-    Object.assign(layout[key], { title: { text: "" }, nticks: Math.max(2, Math.floor(room / LABEL)) });
+    Object.assign(layout[key], { title: { text: "" }, nticks: Math.min(Math.max(2, Math.floor(room / LABEL)), MOST) });
     if (layout[key].type === "log") layout[key].dtick = Math.ceil(DECADES / Math.max(1, Math.floor(room / POWER)));
   }
   if (narrow) {
