@@ -383,4 +383,4 @@ def stacked(heights: Sequence[float]) -> list[list[float]]:
         return [[0.0, 1.0]]
     parts = np.array(heights) * (1.0 - TITLE * len(heights)) / sum(heights)
     bottoms = 1.0 - np.cumsum(parts + TITLE)
-    return np.stack([np.maximum(bottoms, 0.0), bottoms + parts], axis=1).tolist()
+    return [[max(float(low), 0.0), float(low + part)] for low, part in zip(bottoms, parts, strict=True)]
