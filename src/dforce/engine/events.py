@@ -67,23 +67,20 @@ def event_in(lane: Any, h: float, turned: bool) -> Any:
 
 
 @compiled
-def switch_value(lane: Any, laws: Any, f: int, d: float, v: float) -> float:
-    """Return the switch of a force, which is positive where its latch changes."""
-    numbers = lane.numbers
+def call_law(lane: Any, laws: Any, f: int, kind: int, d: float, v: float) -> None:
+    """Call the law (0) or the switch (2) of a force at a distance and velocity, and the time of the next step's start."""
+    numbers, at, latch = lane.numbers, lane.at, laws.place[f, 3]
     lane.d[0], lane.rate[0] = d, v * numbers[SPEED]
     lane.t[0] = (lane.state[BEGIN] + lane.state[T]) / numbers[OMEGA]
-    call_block(
-        laws.address[f, 2],
-        1,
-        lane.at[0],
-        lane.at[1],
-        lane.at[2],
-        lane.at[4],
-        lane.latched[laws.place[f, 3]],
-        numbers[ZC],
-        lane.at[6] + 8 * laws.place[f, 0],
-        lane.at[3],
-    )
+    kept_at, side = at[4] + 8 * laws.place[f, 1], lane.latched[latch] if latch >= 0 else 0.0
+    own = at[6] + 8 * laws.place[f, 0]
+    call_block(laws.address[f, kind], (1, at[0], at[1], at[2], kept_at, side, numbers[ZC], own, at[3]))
+
+
+@compiled
+def switch_value(lane: Any, laws: Any, f: int, d: float, v: float) -> float:
+    """Return the switch of a force, which is positive where its latch changes."""
+    call_law(lane, laws, f, 2, d, v)
     return float(lane.result[0])
 
 
@@ -119,25 +116,11 @@ def force_now(lane: Any, laws: Any) -> float:
 @compiled
 def force_at(lane: Any, laws: Any, d: float, v: float) -> float:
     """Return the force at a distance and velocity, with time, memory and branches those at the start of the next step."""
-    numbers, state = lane.numbers, lane.state
+    lane.result[0] = 0.0
     for m in range(lane.memory.shape[1]):
         lane.kept[0, m] = lane.memory[0, m]
-    lane.d[0], lane.rate[0] = d, v * numbers[SPEED]
-    lane.t[0], lane.result[0] = (state[BEGIN] + state[T]) / numbers[OMEGA], 0.0
     for f in range(laws.address.shape[0]):
-        latch = laws.place[f, 3]
-        call_block(
-            laws.address[f, 0],
-            1,
-            lane.at[0],
-            lane.at[1],
-            lane.at[2],
-            lane.at[4] + 8 * laws.place[f, 1],
-            lane.latched[latch] if latch >= 0 else 0.0,
-            numbers[ZC],
-            lane.at[6] + 8 * laws.place[f, 0],
-            lane.at[3],
-        )
+        call_law(lane, laws, f, 0, d, v)
     return float(lane.result[0])
 
 
