@@ -32,6 +32,7 @@ from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, CancelCheck, chunk
 ABREAST = 64  # problems solved in one call: their samples stay in the cache; with memory, which takes long, one
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 LOOKS = 64  # leaps in one call, for the same reason
+FIRST = 500_000  # samples, times one more than numbers of memory, that the first call of `follow` marches: milliseconds
 LEAPT = 20  # times the periods after which motions are given up that leaps may lead over: each costs three or four
 
 __all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block"]
@@ -298,24 +299,30 @@ class Block:
             omega = 2.0 * math.pi * values
         return kernel.units_of(self.batch.example, *np.broadcast_arrays(length, length * omega))
 
-    def model(self, which: Any) -> Model:
-        """Return the tip equations of some problems as the compiled solvers take them."""
+    @functools.cached_property
+    def _tip_equations(self) -> tuple[Array, tuple[Any, ...]]:
+        """The numbers of all problems, and the tip equation with them, as the compiled solvers take both."""
         names = [*(["advance_lanes", "cut_lanes"] if self.is_smooth else ["advance"]), "measure_force"]
-        tip, levers = self._tip.at(self._parameters, names), self._levers
+        tip = self._tip.at(self._parameters, names)
+        return self._tip.numbers(self.numbers), tip
+
+    def model(self, which: Indices) -> Model:
+        """Return the tip equations of some problems as the compiled solvers take them."""
+        (numbers, tip), levers = self._tip_equations, self._levers
         return Model(
-            self._tip.numbers(self.numbers[which]),
-            np.ascontiguousarray(self.batch.kinks[which].T),
-            np.ascontiguousarray(self.batch.tones[which]),
-            np.ascontiguousarray(self.responses[which]),
+            numbers.take(which, 1),
+            self.batch.kinks.T.take(which, 1),
+            self.batch.tones.take(which, 0),
+            self.responses.take(which, 0),
             self.parameter,
-            np.ascontiguousarray(self.unit[which]),
-            np.ascontiguousarray(self.reference[which]),
-            levers.which[which],
+            self.unit.take(which),
+            self.reference.take(which),
+            levers.which.take(which),
             levers.zc,
             levers.modes,
             levers.tones,
             self.memory_scale,
-            self.gain[which],
+            self.gain.take(which, 0),
             self.elements,
             self.hysteresis,
             tip,
@@ -360,18 +367,19 @@ class Block:
         follow = self._solvers.entry("follow")
         for part in self._parts(cases):
             most = len(counts[part]) * self._ahead
-            branch = Branch(*(array[part] for array in found))
+            branch, room = Branch(*(array[part] for array in found)), self._room(most, size + 2)
             here = (
                 Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted),
                 branch,
                 set_out(branch, most),
                 self._slots(most, periods),
                 empty_orbits(most, size),
-                self._room(most, size + 2),
+                room,
                 self.model(which[part]),
                 self.drive(repeats),
             )
-            for marches in chunks(math.inf, self.check_cancelled, 1):
+            first = max(1, FIRST // (len(room) * periods * (1 + states)))
+            for marches in chunks(math.inf, self.check_cancelled, first):
                 if follow(*here, marches):
                     break
                 report(found)
