@@ -559,4 +559,4 @@ class Block:
         count = (self.size + 1) * max((self.points + 1) * padded(slots), 2 * padded(slots * each))
         room = np.empty(count + LANES)
         # a vector of lanes is one line of the cache
-        return room[-room.ctypes.data // room.itemsize % LANES :]
+        return room[-room.__array_interface__["data"][0] // room.itemsize % LANES :]
