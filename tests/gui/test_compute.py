@@ -13,7 +13,7 @@ import pytest
 import dforce as df
 from dforce.core import log
 from dforce.gui.document import compute
-from dforce.gui.document.compute import Job, Latest, RecentCurves, in_thread, live_curve
+from dforce.gui.document.compute import Job, Latest, Overtaken, RecentCurves, in_thread, live_curve
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
 
@@ -169,12 +169,13 @@ def test_what_stands_behind_gives_way_while_a_curve_of_any_page_is_computed(run_
         curve = threads.submit(live_curve, df.example("figure-3-air"), lambda: False, lambda text: None)
         assert began.wait(10.0)
         behind = threads.submit(compute.LIVE_CURVES.give_way, lambda: False)
-        assert not compute.LIVE_CURVES.give_way(lambda: True)  # something newer is asked for
+        with pytest.raises(Overtaken):
+            compute.LIVE_CURVES.give_way(lambda: True)
         time.sleep(2.0 * compute.LULL)
         assert not behind.done()
         over.set()
         curve.result(10.0)
-        assert behind.result(10.0)
+        behind.result(10.0)
 
 
 def test_the_event_loop_is_free_while_a_thread_computes():

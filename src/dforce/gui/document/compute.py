@@ -172,6 +172,10 @@ def _key(case: df.Case) -> tuple[str, str]:
 RECENT = RecentCurves(25_000_000)
 
 
+class Overtaken(Exception):  # no error: something newer is computed
+    """Something newer is asked for: what is under way is given up, with all that it has found."""
+
+
 class LiveCurves:
     """The live curves of all pages that are computed: what stands behind curves gives way to them."""
 
@@ -189,11 +193,18 @@ class LiveCurves:
             self._ended = time.monotonic()
             self._threads.discard(threading.get_ident())
 
-    def give_way(self, overtaken: Callable[[], bool]) -> bool:
-        """Wait, in a thread, for a lull; return whether it came before something newer was asked for."""
-        while (self._threads or time.monotonic() - self._ended < LULL) and not overtaken():
+    def give_way(self, overtaken: Callable[[], bool]) -> None:
+        """Wait, in a thread, for a lull.
+
+        Raises
+        ------
+        Overtaken
+            When something newer is asked for.
+        """
+        while not (is_overtaken := overtaken()) and (self._threads or time.monotonic() - self._ended < LULL):
             time.sleep(GIVING_WAY)
-        return not overtaken()
+        if is_overtaken:
+            raise Overtaken
 
 
 LIVE_CURVES = LiveCurves()
