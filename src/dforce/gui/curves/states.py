@@ -22,7 +22,7 @@ from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.curves.setpoint import cell_of, nones_of, of_quantity
-from dforce.gui.document.compute import BEHIND, LIVE_CURVES, Overtaken, RecentCurves, in_thread
+from dforce.gui.document.compute import BEHIND, LIVE_CURVES, Overtaken, RecentCurves, in_thread, key_of
 from dforce.gui.window.view import View
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of
 
@@ -93,12 +93,11 @@ class CoexistingStates:
             LIVE_CURVES.give_way(overtaken)
             began = time.thread_time()
             try:
-                case = case_of(curve.result)
-                states = RECENT_STATES.take(case)
+                states = RECENT_STATES.take(key := key_of(case_of(curve.result)))
                 if states is None:
                     states = coexisting(curve.result, report_progress)
                     if not states.attrs.get("interrupted"):
-                        RECENT_STATES.keep(case, states)
+                        RECENT_STATES.keep(key, states)
             except (df.DForceError, KeyboardInterrupt):  # no such curve, or no state by then
                 return None
             return states
