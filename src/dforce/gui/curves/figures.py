@@ -27,6 +27,7 @@ from dforce.gui.curves.chart import (
     title_of_several,
     unit_of,
 )
+from dforce.gui.document.document import RESULT_COLORS
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of, start_across
 from dforce.results.dataset import reader_unit
 from dforce.results.kinds import swept
@@ -36,8 +37,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Figure = dict[str, Any]
-GAP = 0.07  # of the height, between two frames
-SIDE = 0.1  # of the width, for each further axis on a side
+TITLE = 0.08  # of the height, above each of several frames
+SIDE = 62  # px, for each further axis on a side
 MOST_AXES = 4  # in one frame
 MOST_FRAMES = 6
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
@@ -58,6 +59,7 @@ SIGNS = {
 }
 RING = 5  # px, radius
 MARGIN = {"l": 64, "r": 20, "t": 28, "b": 48}
+TITLED = 52  # px, at the left of frames with their titles above
 
 
 @dataclass(frozen=True)
@@ -131,7 +133,8 @@ class _FigureBuilder:
         self.dotted: list[Figure] = []  # lines across jumps, which come last
         self.jumps: dict[int, Mapping[int, list[Jump]]] = {}  # of each result, by its identity
         self.places: dict[str, Place] = {}
-        layout: Figure = {"margin": dict(MARGIN), "legend": legend(), "showlegend": True}
+        margin = MARGIN | {"l": TITLED} if len(self.frames) > 1 else dict(MARGIN)
+        layout: Figure = {"margin": margin, "legend": legend(), "showlegend": True}
         # where a curve is over its axis, one line across all frames shows the values of all of them
         self.unified = wanted.x in layers[0].result.coords
         layout |= {"hovermode": "x unified" if self.unified else "closest", "hoversubplots": "axis"}
@@ -150,10 +153,10 @@ class _FigureBuilder:
                     self._lines(tag, name)
                 tag += 1
         self._x_axis(host)
-        for trace in self.dotted:
-            self._add(None, trace)
         if self.several:
             self._legend_of_dashes()
+        for trace in self.dotted:
+            self._add(None, trace)
         self.layout["showlegend"] = len(self.named) > 1 or (self.several and bool(self.named))
         figure = {"data": self.data, "layout": self.layout, "bar": "hover"}
         return Drawn(figure, tuple(self.traces), self.places, self.x_scale)
@@ -179,10 +182,12 @@ class _FigureBuilder:
         self.scales |= dict.fromkeys(names, (scale, unit))
         words = title(several[0], unit) if len(names) == 1 else title_of_several(several, unit)
         axis: Figure = {"title": {"text": words}}
+        if not place:
+            axis["domain"] = stacked([1.0] * len(self.frames))[number]
         if self.wanted.logarithmic:
             axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
         if len(self.frames[number]) > 1 and len(names) == 1 and not self.several:
-            axis["color"] = self.wanted.y.index(names[0])
+            axis["color"] = _color(self.wanted.y.index(names[0]))
         if is_noise:
             axis["range"] = [-noise / scale, noise / scale]
         if place:
@@ -194,12 +199,9 @@ class _FigureBuilder:
                 "showgrid": False,
             }
             if place > 1:
-                axis |= {"anchor": "free", "position": float(right)}
-            if right:
-                self.layout["margin"]["r"] = MARGIN["l"]
-        else:
-            axis["domain"] = _domain(number, len(self.frames))
-        if place == 1 or not place:
+                axis |= {"anchor": "free", "position": float(right), "shift": SIDE if right else -SIDE}
+            self.layout["margin"]["r" if right else "l"] = MARGIN["l"] + SIDE * (place > 1)
+        if place < 2:
             axis["anchor"] = "x"
         self.layout[name_of_axis("yaxis", tag)] = axis
 
@@ -207,9 +209,6 @@ class _FigureBuilder:
         """Add the axis across, which all frames share, below the lowest one."""
         axis: Figure = {"anchor": name_of_axis("y", lowest)}
         axis["title"] = {"text": title(self.quantities[self.wanted.x], self.x_unit)}
-        groups = len(self.frames[-1])
-        if groups > 2:
-            axis["domain"] = [SIDE, 1.0 - SIDE * (groups > 3)]
         if self.unified:
             axis |= {"unifiedhovertitle": {"text": self.across}, "showspikes": True, "spikemode": "across"}
             axis |= {"spikethickness": 1, "spikedash": "solid", "spikesnap": "hovered data"}
@@ -296,9 +295,9 @@ class _FigureBuilder:
             if self.wanted.together and dash == "solid":
                 dash = OTHERS[place % len(OTHERS)]
         elif self.wanted.together:
-            color = place + line.column
+            color = _color(place + line.column)
         else:
-            color = 2 * line.column
+            color = _color(line.column)
         words = [str(self.quantities[name].attrs.get("long_name", name))] * (
             self.wanted.together and len(self.wanted.y) > 1
         )
@@ -307,24 +306,29 @@ class _FigureBuilder:
         return {"name": plain(text), "line": look, "opacity": LIGHT.get(line.direction, 1.0)}
 
     def _legend_of_dashes(self) -> None:
-        """Say which dash is which direction; the colors of several results stand in their list."""
+        """Say which dash is which direction, and which a jump; the colors of several results stand in their list."""
         found = {
             line.direction or ("stable" if line.stable else "unstable"): line for _, line in filter(None, self.traces)
         }
-        for word, line in found.items():
-            if len(found) > 1:
-                self._add(
-                    None,
-                    {
-                        "x": [None],
-                        "y": [None],
-                        "type": "scatter",
-                        "mode": "lines",
-                        "name": word,
-                        "line": {"color": "soft", "dash": "solid" if line.stable else UNSTABLE, "width": WIDTH},
-                        "opacity": LIGHT.get(line.direction, 1.0),
-                    },
-                )
+        if "unstable" not in found:  # one direction alone, which needs no name
+            found.pop("stable", None)
+        looks: dict[str, Figure] = {
+            word: {
+                "line": {"dash": "solid" if line.stable else UNSTABLE, "width": WIDTH},
+                "opacity": LIGHT.get(line.direction, 1.0),
+            }
+            for word, line in found.items()
+            if len(found) > 1
+        }
+        if self.dotted:
+            looks["jump"] = {"line": DOTTED}
+        for word, look in looks.items():
+            trace = {"x": [None], "y": [None], "type": "scatter", "mode": "lines", "name": word}
+            self._add(None, trace | look | {"line": look["line"] | {"color": "soft"}})
+
+
+def _color(number: int) -> int:
+    return RESULT_COLORS[number % len(RESULT_COLORS)]
 
 
 def _parted(line: Line, jumps: Mapping[int, list[Jump]]) -> tuple[Line, Array]:
@@ -368,7 +372,13 @@ def empty(text: str) -> Figure:
     return {"data": [], "layout": {"annotations": [note], "xaxis": hidden, "yaxis": hidden, "margin": MARGIN}}
 
 
-def _domain(frame: int, frames: int) -> list[float]:
-    height = (1.0 - GAP * (frames - 1)) / frames
-    top = 1.0 - frame * (height + GAP)
-    return [max(0.0, top - height), top]
+def stacked(heights: Sequence[float]) -> list[list[float]]:
+    """Return the domains of frames of relative heights, one below the other, with room for a title above each.
+
+    One frame alone has its title at its side.
+    """
+    if len(heights) == 1:
+        return [[0.0, 1.0]]
+    parts = np.array(heights) * (1.0 - TITLE * len(heights)) / sum(heights)
+    bottoms = 1.0 - np.cumsum(parts + TITLE)
+    return [[max(float(low), 0.0), float(low + part)] for low, part in zip(bottoms, parts, strict=True)]

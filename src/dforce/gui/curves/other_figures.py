@@ -9,7 +9,7 @@ import numpy as np
 
 import dforce as df
 from dforce.findings.coexisting import starts_of_states
-from dforce.gui.curves.chart import Chart, label_of, legend, packed, plain, title
+from dforce.gui.curves.chart import Chart, label_of, legend, packed, plain, title, unit_of
 from dforce.gui.curves.figures import LIGHT, MARGIN, WIDTH, Drawn, Figure
 from dforce.gui.document.compute import BEHIND, LIVE_CURVES, Overtaken, in_thread
 from dforce.results.dataset import reader_unit
@@ -64,7 +64,7 @@ def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figur
 
     With the parts that :func:`dforce.force_parts` gives, each of several has a thin line.
     """
-    (x_scale, x_unit), (scale, unit) = reader_unit(result["distance"]), reader_unit(result["force"])
+    (x_scale, x_unit), (scale, unit) = reader_unit(result["distance"]), unit_of(result["force"])
     force = result["force"].values
     ways = (0, 1) if not np.array_equal(force[0], force[1]) else (0,)
     data = []
