@@ -210,6 +210,20 @@ def test_am_fm_shows_its_frequency_shift_and_what_its_formulas_find(tmp_path):
     asyncio.run(flow())
 
 
+def test_the_answer_names_the_field_to_change_as_the_form_does(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            case = df.example("figure-3-air").replace(
+                experiment=df.experiments.Approach(zc={"start": "40 nm", "stop": "35 nm", "points": 5})
+            )
+            page.view.session.document = page.view.session.document.__class__.of(case)
+            show(page, df.run(case))
+            page.plots.beside()
+            assert "Let “Average distances” stop nearer to the sample" in page.plots.answer.props["text"]
+
+    asyncio.run(flow())
+
+
 def test_the_table_of_states_has_the_stable_and_the_unstable_apart(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
