@@ -82,7 +82,7 @@ class _Orbits:
         some = some[same]
         self.rows[some], self.monodromy[some] = branch.rows[same, 0], branch.monodromy[same, 0]
         self.residual[some] = branch.residual[same, 0]
-        self.states.put(some, States(branch.last_x[same], branch.last_memory[same], branch.last_branch[same]))
+        self.states.put(some, States.last_of(branch).take(same))
         return some
 
 
