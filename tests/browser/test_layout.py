@@ -226,7 +226,7 @@ def test_no_line_of_the_answer_ends_between_a_number_and_its_error_or_unit(windo
     assert "at 80\N{NO-BREAK SPACE}%: " in said and "\N{NO-BREAK SPACE}nm deep" in said
     text = "contact = 14.6 ± 5.2 Pa s"
     assert window.page.evaluate("(text) => dforceWhole(text)", text).split(" ") == [
-        "contact", "=\N{NO-BREAK SPACE}14.6\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}5.2\N{NO-BREAK SPACE}Pa", "s",
+        "contact", "=\N{NO-BREAK SPACE}14.6\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}5.2\N{NO-BREAK SPACE}Pa\N{NO-BREAK SPACE}s",
     ]  # fmt: skip
 
 
