@@ -82,7 +82,7 @@ def test_faint_states_come_under_the_curve_once_nothing_changes(tmp_path):
             assert all(drawn.figure["data"][n]["zorder"] < 0 and drawn.traces[n] is None for n in below)
             assert below == sorted(drawn.behind)  # behind the curves, whose numbers stay as they were
             words = {drawn.figure["data"][n]["hovertemplate"] for n in below}
-            assert "amplitude %{y:.4g} nm, a stable state<extra></extra>" in words
+            assert "amplitude %{y:.4g} nm, a stable state at %{x:.4g} nm<extra></extra>" in words
             line = drawn.behind[below[0]]
             place = int(np.flatnonzero(np.isfinite(line.y))[0])
             plots._clicked({"curve": below[0], "index": place})

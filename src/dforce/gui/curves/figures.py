@@ -89,14 +89,15 @@ class Place(NamedTuple):
 class Drawn:
     """A figure, and what each of its traces shows: its layer and line; None for marks.
 
-    Of curves, also the place of each quantity, the scale across, and by the numbers of their traces the lines of all states
-    behind the curves.
+    Of curves, also the place of each quantity, scale and unit across, and by the numbers of their traces the lines of all
+    states behind the curves.
     """
 
     figure: Figure
     traces: tuple[tuple[Layer, Line] | None, ...] = ()
     places: Mapping[str, Place] = field(default_factory=dict)
     x_scale: float = 1.0
+    x_unit: str = ""
     behind: Mapping[int, Line] = field(default_factory=dict)
 
 
@@ -159,7 +160,7 @@ class _FigureBuilder:
             self._add(None, trace)
         self.layout["showlegend"] = len(self.named) > 1 or (self.several and bool(self.named))
         figure = {"data": self.data, "layout": self.layout, "bar": "hover"}
-        return Drawn(figure, tuple(self.traces), self.places, self.x_scale)
+        return Drawn(figure, tuple(self.traces), self.places, self.x_scale, self.x_unit)
 
     def _scale(self, names: Sequence[str]) -> tuple[float, str]:
         """Return the scale and unit in which the largest of some quantities reads best."""

@@ -151,7 +151,7 @@ def _traces(drawn: Drawn, lines: list[tuple[str, Line]]) -> Iterator[Figure]:
             "line": {"color": "soft", **look},
             "opacity": 0.35 if line.stable else 0.7,
             "showlegend": line.stable not in named,
-            "hovertemplate": place.hover(ONE[line.stable]),
+            "hovertemplate": place.hover(f"{ONE[line.stable]} at %{{x:.4g}} {drawn.x_unit}"),
         }
         named.add(line.stable)
 
