@@ -14,6 +14,7 @@ from dforce.findings.coexisting import coexisting
 from dforce.findings.set_point import at_distance
 from dforce.gui.curves import states
 from dforce.gui.curves.states import StatesTable
+from dforce.gui.document import compute
 from dforce.gui.document.compute import Overtaken
 from dforce.gui.document.document import Document
 
@@ -117,6 +118,30 @@ def test_a_search_for_states_that_is_overtaken_ends_without_a_result(tmp_path, m
             await until(lambda: len(searches) > before, 120.0)
             assert searches[before] == "given up"
             await until(lambda: page.plots.states.of(page.view.curve) is not None, 120.0)
+
+    asyncio.run(flow())
+
+
+def test_no_states_are_looked_for_while_any_page_follows_a_slider(tmp_path, monkeypatch):
+    begun = []
+
+    def searching(curve, progress):
+        begun.append(curve)
+        return coexisting(curve, progress)
+
+    monkeypatch.setattr(states, "coexisting", searching)
+
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            with compute.LIVE_CURVES.one_more():  # of another page
+                page.view.edit(Document.of(CASE), anew=True)
+                await until(
+                    lambda: page.view.curve is not None and page.view.curve.document == page.view.document, 60.0
+                )
+                await asyncio.sleep(4.0 * states.REST)
+                assert not begun
+            await until(lambda: page.plots.states.of(page.view.curve) is not None, 120.0)
+            assert len(begun) == 1
 
     asyncio.run(flow())
 

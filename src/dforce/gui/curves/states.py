@@ -22,7 +22,7 @@ from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.curves.setpoint import cell_of, nones_of, of_quantity
-from dforce.gui.document.compute import BEHIND, LIVE_CURVES, Overtaken, RecentCurves, in_thread, key_of
+from dforce.gui.document.compute import BEHIND, LIVE_CURVES, LULL, Overtaken, RecentCurves, in_thread, key_of
 from dforce.gui.window.view import View
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of
 
@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     from dforce.gui.document.document import Document
     from dforce.gui.window.shown import DrawnResult
 
-REST = 0.5  # s without a change after which the states are looked for: who goes step by step is quicker
+REST = (
+    0.5  # s without a live curve of any page, after which the states are looked for: who goes step by step is quicker
+)
 PATIENCE = 20.0  # s of computing; the states found by then are drawn
 CURVE = "this curve"
 NAMES = {True: "stable states", False: "unstable states"}
@@ -76,8 +78,8 @@ class CoexistingStates:
 
     async def _find(self, curve: DrawnResult) -> None:
         await asyncio.sleep(REST)
-        if self._overtaken(curve):
-            return
+        while not self._overtaken(curve) and not LIVE_CURVES.rest(REST):
+            await asyncio.sleep(LULL)
         began = 0.0
 
         def overtaken() -> bool:

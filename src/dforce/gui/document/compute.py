@@ -194,6 +194,10 @@ class LiveCurves:
             self._ended = time.monotonic()
             self._threads.discard(threading.get_ident())
 
+    def rest(self, seconds: float) -> bool:
+        """Return whether none has been computed for so long."""
+        return not self._threads and time.monotonic() - self._ended >= seconds
+
     def give_way(self, overtaken: Callable[[], bool]) -> None:
         """Wait, in a thread, for a lull.
 
@@ -202,7 +206,7 @@ class LiveCurves:
         Overtaken
             When something newer is asked for.
         """
-        while not (is_overtaken := overtaken()) and (self._threads or time.monotonic() - self._ended < LULL):
+        while not (is_overtaken := overtaken()) and not self.rest(LULL):
             time.sleep(GIVING_WAY)
         if is_overtaken:
             raise Overtaken
