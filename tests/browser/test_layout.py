@@ -221,6 +221,15 @@ def test_number_and_unit_of_a_field_have_one_frame_while_it_is_typed(window):
     )
 
 
+def test_no_line_of_the_answer_ends_between_a_number_and_its_error_or_unit(window):
+    said = window.page.locator(".df-answer").text_content()
+    assert "at 80\N{NO-BREAK SPACE}%: " in said and "\N{NO-BREAK SPACE}nm deep" in said
+    text = "contact = 14.6 ± 5.2 Pa s"
+    assert window.page.evaluate("(text) => dforceWhole(text)", text).split(" ") == [
+        "contact", "=\N{NO-BREAK SPACE}14.6\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}5.2\N{NO-BREAK SPACE}Pa\N{NO-BREAK SPACE}s",
+    ]  # fmt: skip
+
+
 def test_in_a_narrow_window_the_chart_stays_in_sight_beside_the_slider(visit):
     window = visit(width=800, height=900)
     handle = window.page.locator('.df-slider[data-path="drive.A0"] input[type="range"]')

@@ -126,6 +126,10 @@ def test_results_are_kept_renamed_hidden_and_removed(tmp_path):
             table = element(user, DifferencesTable)
             assert table.props["names"] == ["<b>first</b>", "now"]
             assert [row["values"] for row in table.props["rows"] if row["path"] == "drive.A0"] == [("10 nm", "5 nm")]
+            own = df.forces.Custom(**df.forces.Custom.example)
+            show(page, df.run(CASE.replace(forces=[own, *CASE.forces])))
+            models = [row["values"] for row in table.props["rows"] if row["path"].endswith("model")]
+            assert ("–", "Own law") in models
             send(strip, "shown", {"id": kept.id, "shown": False})
             assert [layer.name for layer in page.plots.kept.layers(page.view.result)] == ["now"]
             send(strip, "remove", kept.id)

@@ -67,8 +67,8 @@ class _Orbits:
         measured = self.measured(
             np.concatenate([self.rows[some], rows]), which
         )  # at once: a call costs a hundred orbits
-        halves = {name: np.split(values, 2) for name, values in measured.items()}
-        own, other = ({name: half[k] for name, half in halves.items()} for k in range(2))
+        halves = slice(len(some)), slice(len(some), None)
+        own, other = ({name: values[half] for name, values in measured.items()} for half in halves)
         changed = self.apart(own, other, some).max(axis=1) / (1.0 - TWICE**-ORDER)
         zc = self.at if self.block.parameter == DISTANCE else self.tables[0][:, ZC]
         passed = passed_by(self.block.batch.example, self.tables[0][some], zc[some], own)

@@ -29,6 +29,7 @@ from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, CancelCheck, chunk
 ABREAST = 64  # problems solved in one call: their samples stay in the cache; with memory, which takes long, one
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 LOOKS = 64  # leaps in one call, for the same reason
+FIRST = 500_000  # samples, times one more than numbers of memory, that the first call of `follow` marches: milliseconds
 LEAPT = 20  # times the periods after which motions are given up that leaps may lead over: each costs three or four
 
 __all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block"]
@@ -157,18 +158,19 @@ class Block(TipEquations):
         ahead = max(1, COLUMNS // (len(self.batch) * (self.size + 2))) if self.whole and self.is_smooth else 1
         for part in self._parts(len(values)):
             most = len(counts[part]) * ahead
-            branch = Branch(*(array[part] for array in found))
+            branch, room = Branch(*(array[part] for array in found)), self._room(most, self.size + 2)
             here = (
                 Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted),
                 branch,
                 set_out(branch, most),
                 self._slots(most, self.common * repeats),
                 empty_orbits(most, self.size),
-                self._room(most, self.size + 2),
+                room,
                 self.model(which[part]),
                 self.drive(repeats),
             )
-            for marches in chunks(math.inf, self.check_cancelled, 1):
+            first = max(1, FIRST // (len(room) * self.common * repeats * (1 + len(self.memory_scale))))
+            for marches in chunks(math.inf, self.check_cancelled, first):
                 if follow(*here, marches):
                     break
                 report(found)
@@ -374,4 +376,4 @@ class Block(TipEquations):
         count = (self.size + 1) * max((self.points + 1) * padded(slots), 2 * padded(slots * each))
         room = np.empty(count + LANES)
         # a vector of lanes is one line of the cache
-        return room[-room.ctypes.data // room.itemsize % LANES :]
+        return room[-room.__array_interface__["data"][0] // room.itemsize % LANES :]

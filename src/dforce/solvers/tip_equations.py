@@ -149,9 +149,9 @@ class TipEquations:
 
     def base_of(self, which: Any, values: Array) -> Array:
         """Return the base's part of each number of scaled motions, for problems at values of the parameter."""
-        which, values = np.broadcast_arrays(which, values)
         if self.batch.example.shaken is None:
-            return np.zeros((*values.shape, self.size))
+            return np.zeros((*np.broadcast(which, values).shape, self.size))
+        which, values = np.broadcast_arrays(which, values)
         tones = self._tones_at(which.ravel(), values.ravel())
         return kernel.base_in_motion(self.batch.example, tones).reshape(*values.shape, self.size)
 
@@ -162,24 +162,30 @@ class TipEquations:
             omega = 2.0 * math.pi * values
         return kernel.units_of(self.batch.example, *np.broadcast_arrays(length, length * omega))
 
-    def model(self, which: Any) -> Model:
-        """Return the tip equations of some problems as the compiled solvers take them."""
+    @functools.cached_property
+    def _compiled(self) -> tuple[Array, tuple[Any, ...]]:
+        """The numbers of all problems, and the tip equation of one, as the compiled solvers take them."""
         names = [*(["advance_lanes", "cut_lanes"] if self.is_smooth else ["advance"]), "measure_force"]
-        tip, levers = self._tip.at(self._parameters, names), self._levers
+        tip = self._tip.at(self._parameters, names)
+        return self._tip.numbers(self.numbers), tip
+
+    def model(self, which: Indices) -> Model:
+        """Return the tip equations of some problems as the compiled solvers take them."""
+        (numbers, tip), levers = self._compiled, self._levers
         return Model(
-            self._tip.numbers(self.numbers[which]),
-            np.ascontiguousarray(self.batch.kinks[which].T),
-            np.ascontiguousarray(self.batch.tones[which]),
-            np.ascontiguousarray(self.responses[which]),
+            numbers.take(which, 1),
+            self.batch.kinks.T.take(which, 1),
+            self.batch.tones.take(which, 0),
+            self.responses.take(which, 0),
             self.parameter,
-            np.ascontiguousarray(self.unit[which]),
-            np.ascontiguousarray(self.reference[which]),
-            levers.which[which],
+            self.unit.take(which),
+            self.reference.take(which),
+            levers.which.take(which),
             levers.zc,
             levers.modes,
             levers.tones,
             self.memory_scale,
-            self.gain[which],
+            self.gain.take(which, 0),
             self.elements,
             self.hysteresis,
             tip,

@@ -89,14 +89,15 @@ class Place(NamedTuple):
 class Drawn:
     """A figure, and what each of its traces shows: its layer and line; None for marks.
 
-    Of curves, also the place of each quantity, the scale across, and by the numbers of their traces the lines of all states
-    behind the curves.
+    Of curves, also the place of each quantity, scale and unit across, and by the numbers of their traces the lines of all
+    states behind the curves.
     """
 
     figure: Figure
     traces: tuple[tuple[Layer, Line] | None, ...] = ()
     places: Mapping[str, Place] = field(default_factory=dict)
     x_scale: float = 1.0
+    x_unit: str = ""
     behind: Mapping[int, Line] = field(default_factory=dict)
 
 
@@ -117,13 +118,15 @@ class _FigureBuilder:
     def __init__(self, layers: Sequence[Layer], wanted: Picture) -> None:
         self.layers, self.wanted = layers, wanted
         self.several = len(layers) > 1
-        first = layers[0].result
+        self.quantities = {name: layers[0].result[name] for name in (wanted.x, *wanted.y)}
         if wanted.together:  # an axis for each unit
-            units = list(dict.fromkeys(stored_unit(first[name]) for name in wanted.y))[:MOST_AXES]
-            self.frames = [[[name for name in wanted.y if stored_unit(first[name]) == unit] for unit in units]]
+            unit_of_each = {name: stored_unit(self.quantities[name]) for name in wanted.y}
+            units = list(dict.fromkeys(unit_of_each.values()))[:MOST_AXES]
+            self.frames = [[[name for name in wanted.y if unit_of_each[name] == unit] for unit in units]]
         else:
             self.frames = [[[name]] for name in wanted.y[:MOST_FRAMES]]
         self.x_scale, self.x_unit = self._scale([wanted.x])
+        self.across = hover_of(self.quantities[wanted.x], "x", self.x_unit)
         self.scales: dict[str, tuple[float, str]] = {}  # of each quantity, that of its axis
         self.data: list[Figure] = []
         self.traces: list[tuple[Layer, Line] | None] = []
@@ -157,7 +160,7 @@ class _FigureBuilder:
             self._add(None, trace)
         self.layout["showlegend"] = len(self.named) > 1 or (self.several and bool(self.named))
         figure = {"data": self.data, "layout": self.layout, "bar": "hover"}
-        return Drawn(figure, tuple(self.traces), self.places, self.x_scale)
+        return Drawn(figure, tuple(self.traces), self.places, self.x_scale, self.x_unit)
 
     def _scale(self, names: Sequence[str]) -> tuple[float, str]:
         """Return the scale and unit in which the largest of some quantities reads best."""
@@ -166,18 +169,19 @@ class _FigureBuilder:
 
     def _largest(self, names: Sequence[str]) -> float:
         """Return the largest size of some quantities in all layers."""
-        sizes = (np.abs(layer.result[name].values) for layer in self.layers for name in names)
+        sizes = (np.abs(layer.result.variables[name].values) for layer in self.layers for name in names)
         return max(float(np.max(size, initial=0.0, where=np.isfinite(size))) for size in sizes)
 
     def _axis(self, tag: int, host: int, number: int, place: int, names: Sequence[str]) -> None:
         """Add an upright axis: in a frame the first one at the left, the second at the right, then outward."""
-        first = self.layers[0].result
+        several = [self.quantities[name] for name in names]
         scale, unit = self._scale(names)
         noise = max(largest_error(layer.result, name) for layer in self.layers for name in names)
-        if 0.0 < self._largest(names) < noise:
-            scale, unit = reader_unit(first[names[0]].copy(data=np.full(first[names[0]].shape, noise)))
+        is_noise = 0.0 < self._largest(names) < noise
+        if is_noise:
+            scale, unit = reader_unit(several[0].copy(data=np.full(several[0].shape, noise)))
         self.scales |= dict.fromkeys(names, (scale, unit))
-        words = title(first[names[0]], unit) if len(names) == 1 else title_of_several([first[n] for n in names], unit)
+        words = title(several[0], unit) if len(names) == 1 else title_of_several(several, unit)
         axis: Figure = {"title": {"text": words}}
         if not place:
             axis["domain"] = stacked([1.0] * len(self.frames))[number]
@@ -185,7 +189,7 @@ class _FigureBuilder:
             axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
         if len(self.frames[number]) > 1 and len(names) == 1 and not self.several:
             axis["color"] = _color(self.wanted.y.index(names[0]))
-        if 0.0 < self._largest(names) < noise:
+        if is_noise:
             axis["range"] = [-noise / scale, noise / scale]
         if place:
             right = place % 2
@@ -205,9 +209,9 @@ class _FigureBuilder:
     def _x_axis(self, lowest: int) -> None:
         """Add the axis across, which all frames share, below the lowest one."""
         axis: Figure = {"anchor": name_of_axis("y", lowest)}
-        axis["title"] = {"text": title(self.layers[0].result[self.wanted.x], self.x_unit)}
+        axis["title"] = {"text": title(self.quantities[self.wanted.x], self.x_unit)}
         if self.unified:
-            axis |= {"unifiedhovertitle": {"text": self._across()}, "showspikes": True, "spikemode": "across"}
+            axis |= {"unifiedhovertitle": {"text": self.across}, "showspikes": True, "spikemode": "across"}
             axis |= {"spikethickness": 1, "spikedash": "solid", "spikesnap": "hovered data"}
         if self.wanted.logarithmic_across:
             begin = start_across(line for _, line in filter(None, self.traces)) / self.x_scale
@@ -229,13 +233,13 @@ class _FigureBuilder:
         """Add the traces of one quantity: a line for each direction, branch or case, and marks at its jumps."""
         scale, unit = self.scales[name]
         x_axis, y_axis = "x", name_of_axis("y", tag)
-        self.places[name] = Place(x_axis, y_axis, scale, hover_of(self.layers[0].result[name], "y", unit))
+        self.places[name] = Place(x_axis, y_axis, scale, hover_of(self.quantities[name], "y", unit))
         for layer in self.layers:
             errors = error_of(layer.result, name)
             for whole in lines_of(layer.result, self.wanted.x, name):
                 line, across = _parted(whole, self._jumps(layer))
                 y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
-                y = np.where(np.abs(y) <= along(errors, layer.result[name].dims, line), 0.0, y)
+                y = np.where(np.abs(y) <= along(errors, layer.result.variables[name].dims, line), 0.0, y)
                 look = self._look(layer, line, name)
                 hover = self._hover(name, [line.name, layer.name if self.several else ""])
                 self._add(
@@ -273,13 +277,8 @@ class _FigureBuilder:
         """Return names, values and units of the point under the pointer, and of which curve it is."""
         place, words = self.places[name], [plain(word) for word in which if word]
         return (
-            place.hover(*words)
-            if self.unified
-            else "<br>".join([self._across(), place.words, *words]) + "<extra></extra>"
+            place.hover(*words) if self.unified else "<br>".join([self.across, place.words, *words]) + "<extra></extra>"
         )
-
-    def _across(self) -> str:
-        return hover_of(self.layers[0].result[self.wanted.x], "x", self.x_unit)
 
     def _add(self, what: tuple[Layer, Line] | None, trace: Figure) -> None:
         words = "" if self.several and what is not None else str(trace["name"])
@@ -300,7 +299,7 @@ class _FigureBuilder:
             color = _color(place + line.column)
         else:
             color = _color(line.column)
-        words = [str(layer.result[name].attrs.get("long_name", name))] * (
+        words = [str(self.quantities[name].attrs.get("long_name", name))] * (
             self.wanted.together and len(self.wanted.y) > 1
         )
         text = ", ".join([*words, *([line.name] if line.name else [])])
