@@ -100,10 +100,10 @@ class Walk:
                 self._take_over(back)
                 going = going[self.done[going] < self.values.shape[1]]
             of_going = self.cycles[going]  # a copy: while some go on, others may come to repeat after as many periods
-            for cycles in np.unique(of_going):
+            for cycles in sorted({*of_going.tolist()}):
                 some = going[of_going == cycles]
                 if cycles > 0:
-                    self._follow(some, int(cycles))
+                    self._follow(some, cycles)
                 else:
                     for case in some:
                         self._in_time(int(case))

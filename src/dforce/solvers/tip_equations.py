@@ -149,9 +149,9 @@ class TipEquations:
 
     def base_of(self, which: Any, values: Array) -> Array:
         """Return the base's part of each number of scaled motions, for problems at values of the parameter."""
-        which, values = np.broadcast_arrays(which, values)
         if self.batch.example.shaken is None:
-            return np.zeros((*values.shape, self.size))
+            return np.zeros((*np.broadcast(which, values).shape, self.size))
+        which, values = np.broadcast_arrays(which, values)
         tones = self._tones_at(which.ravel(), values.ravel())
         return kernel.base_in_motion(self.batch.example, tones).reshape(*values.shape, self.size)
 

@@ -17,12 +17,11 @@ from dforce.core.notation import html_symbol, plain_math
 from dforce.findings.answer import answer_with
 from dforce.gui.case.fields import with_labels
 from dforce.gui.curves import figures
-from dforce.gui.curves.advice import AdvicePanel
 from dforce.gui.curves.chart import Chart, ring, unit_of
 from dforce.gui.curves.kept import Differences, KeptResults
 from dforce.gui.curves.motion import MotionPanel
 from dforce.gui.curves.numbers import FitNumbers, MaterialNumbers, Numbers
-from dforce.gui.curves.panel import Pane, Scene
+from dforce.gui.curves.panel import AdvicePanel, Pane, Scene
 from dforce.gui.curves.setpoint import SetPoint
 from dforce.gui.curves.states import CoexistingStates, StatesPanel, with_states
 from dforce.gui.document.document import MOST_PLOTS
