@@ -332,13 +332,18 @@ class Window:
         wrong = self.page.locator(".df-error, .df-banner.wrong:not(.hidden)").count()
         return self.page.get_by_label("title of the case").input_value() == case.title and not wrong
 
-    def start(self, name: str = "figure-3-air") -> df.Case:
-        """Open an example, and return its case once its curves are drawn."""
+    def open_example(self, name: str = "figure-3-air") -> df.Case:
+        """Open an example, and return its case once its forms are there."""
         case = df.example(name)
         with self.remade():
             self.example(name)
         while not self.holds(case):  # the forms may have been made anew for what came before, too
             self.page.wait_for_timeout(POLLING)
+        return case
+
+    def start(self, name: str = "figure-3-air") -> df.Case:
+        """Open an example, and return its case once amplitude and phase of its curves are drawn."""
+        case = self.open_example(name)
         self.shows(case)
         return case
 

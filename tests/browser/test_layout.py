@@ -58,6 +58,19 @@ SCROLLING = """() => [...document.querySelectorAll(".df-body *")].filter((one) =
 }).map((one) => one.className)"""
 
 
+# texts of the chart that reach beyond it
+CUT = """() => {
+    const frame = document.querySelector(".df-main").getBoundingClientRect();
+    return [...document.querySelectorAll(".df-main svg text")].filter((one) => {
+        const {width, left, right, top, bottom} = one.getBoundingClientRect();
+        return width && (left < frame.left || right > frame.right || top < frame.top || bottom > frame.bottom);
+    }).map((one) => one.textContent);
+}"""
+LONG_NAMES = (  # of quantities, in the order of the list
+    "highest deflection", "peak force", "contact time", "apparent dissipated energy", "total dissipated energy",
+)  # fmt: skip
+
+
 @pytest.mark.parametrize("theme", some_long(("light", "dark"), long=["dark"]))
 @pytest.mark.parametrize(("width", "height"), [(1366, 768), *OTHERS])
 def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, height, theme):
@@ -90,6 +103,42 @@ def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, hei
         page.locator(".df-tip").wait_for()
         panel = page.get_by_role("tabpanel", name="Motion")
         assert panel.evaluate("(one) => one.scrollHeight - one.clientHeight") == 0
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 640), pytest.param(800, 900, marks=pytest.mark.long)])
+def test_no_choice_of_quantities_sets_one_text_of_the_chart_over_another(visit, width, height):
+    window = visit(width=width, height=height)
+    page = window.page
+    switch = page.locator(".df-switches").get_by_role("checkbox")
+
+    def look(what):
+        page.mouse.move(0, 0)
+        page.wait_for_timeout(400)  # the chart is fitted to its place
+        assert page.locator(".df-stage").bounding_box()["height"] >= LEAST, what
+        assert page.locator(".df-main svg").get_by_text("(nm)").first.is_visible(), what
+        assert (page.evaluate(OVERLAPS), page.evaluate(CUT)) == ([], []), what
+
+    def press(box):
+        with window.redrawn():
+            box.click()
+
+    def looks(what):
+        page.keyboard.press("Escape")
+        look(what)
+        page.evaluate("() => document.querySelector('.df-stage').classList.add('df-over')")  # beside a map
+        look(f"{what}, beside a map")
+        page.evaluate("() => document.querySelector('.df-stage').classList.remove('df-over')")
+        page.get_by_role("button", name="Quantities").click()
+
+    page.get_by_role("button", name="Quantities").click()
+    for number, name in enumerate(LONG_NAMES, start=3):
+        press(page.locator(".df-checks").get_by_role("checkbox", name=name).first)
+        looks(number)
+    press(switch.last)  # logarithmic
+    looks("logarithmic")
+    press(switch.last)
+    press(switch.first)  # together, with an axis for each unit
+    looks("together")
 
 
 @pytest.mark.parametrize(("width", "height"), [(800, 900), pytest.param(1366, 768, marks=pytest.mark.long)])
@@ -142,6 +191,53 @@ def test_a_dialog_has_the_one_button_that_is_filled(visit):
     page.get_by_role("button", name="Save", exact=True).wait_for(state="detached")
     expect(page.get_by_role("button", name="File", exact=True)).to_be_focused()  # the keyboard goes on from there
     assert page.evaluate(FILLED) == ["Run"]
+
+
+# words of choices that have no room in their box, beside its arrow
+CUT_CHOICES = """() => {
+    const pen = document.createElement("canvas").getContext("2d");
+    return [...document.querySelectorAll(".df-form select.df-box")].flatMap((one) => {
+        const look = getComputedStyle(one), room = one.clientWidth - 24;
+        [pen.font, pen.letterSpacing] = [look.font, look.letterSpacing];
+        return [...one.options].map((option) => option.label).filter((words) => pen.measureText(words).width > room);
+    });
+}"""
+
+
+def test_no_choice_of_the_form_is_cut(window):
+    window.unfold()
+    window.page.get_by_text("Solver", exact=True).wait_for()
+    assert window.page.evaluate(CUT_CHOICES) == []
+
+
+def test_number_and_unit_of_a_field_have_one_frame_while_it_is_typed(window):
+    field = window.field("drive.A0")
+    field.locator("input.df-box").focus()
+    box, unit = field.locator("input.df-box"), field.locator(".df-unit")
+    color = "(one) => getComputedStyle(one).borderTopColor"
+    assert box.evaluate("(one) => getComputedStyle(one).outlineStyle") == "none"  # which would cover the unit
+    assert (
+        box.evaluate(color) == unit.evaluate(color) != window.field("cantilever.Q").locator(".df-box").evaluate(color)
+    )
+
+
+def test_no_line_of_the_answer_ends_between_a_number_and_its_error_or_unit(window):
+    said = window.page.locator(".df-answer").text_content()
+    assert "at 80\N{NO-BREAK SPACE}%: " in said and "\N{NO-BREAK SPACE}nm deep" in said
+    text = "contact = 14.6 ± 5.2 Pa s"
+    assert window.page.evaluate("(text) => dforceWhole(text)", text).split(" ") == [
+        "contact", "=\N{NO-BREAK SPACE}14.6\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}5.2\N{NO-BREAK SPACE}Pa\N{NO-BREAK SPACE}s",
+    ]  # fmt: skip
+
+
+def test_in_a_narrow_window_the_chart_stays_in_sight_beside_the_slider(visit):
+    window = visit(width=800, height=900)
+    handle = window.page.locator('.df-slider[data-path="drive.A0"] input[type="range"]')
+    handle.scroll_into_view_if_needed()
+    _, _, slider = window.grip(handle)  # nothing lies over it
+    window.page.mouse.up()
+    chart = window.page.locator(".df-main").bounding_box()
+    assert 0.0 <= chart["y"] < chart["y"] + chart["height"] <= slider["y"] < slider["y"] + slider["height"] <= 900.0
 
 
 @pytest.mark.parametrize("width", [800, pytest.param(1366, marks=pytest.mark.long)])

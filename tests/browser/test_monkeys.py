@@ -112,5 +112,7 @@ def test_whatever_one_presses_nothing_breaks(visit, server, tmp_path, seed):
         monkey.act()
     assert server.said[quiet:] == [], "\n".join(monkey.done)
     window.page.reload()
-    window.start()
+    window.open_example()
+    with window.redrawn():  # of whatever quantities were chosen
+        window.type("drive.A0", "7")
     assert server.said[quiet:] == [], "\n".join(monkey.done)

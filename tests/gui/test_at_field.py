@@ -69,6 +69,8 @@ def test_each_opening_has_a_slider_that_follows_what_is_typed_beyond_its_range(t
                 assert slider.props["given"] == slider.props["high"] == 90.0
                 page.view.session.undo()
                 await until(lambda: element(user, SliderElement).props["high"] < 90.0)
+                page.view.edit(page.view.document.put(("drive", "A0"), "-1 nm"))
+                assert element(user, SliderElement).props["low"] > 0.0  # as the amplitude itself
 
     asyncio.run(flow())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 
 import dforce as df
-from dforce.gui.document.document import KeptResult
+from dforce.gui.document.document import DATA, KeptResult
 from dforce.gui.document.store import color_of, differences, name_of
 
 
@@ -44,4 +44,11 @@ def test_no_two_results_have_one_name():
 
 
 def test_the_next_color_is_one_that_is_not_used():
-    assert color_of([KeptResult("a", "a", 1), KeptResult("b", "b", 3)]) == 2
+    assert color_of([KeptResult("a", "a", 2), KeptResult("b", "b", 4)]) == 3
+
+
+def test_no_result_has_the_color_of_measured_points():
+    kept = []
+    for number in range(12):
+        kept.append(KeptResult(str(number), str(number), color_of(kept)))
+    assert DATA not in {one.color for one in kept}

@@ -13,7 +13,7 @@ import pytest
 import dforce as df
 from dforce.core import log
 from dforce.gui.document import compute
-from dforce.gui.document.compute import Job, Latest, RecentCurves, in_thread, live_curve
+from dforce.gui.document.compute import Job, Latest, Overtaken, RecentCurves, in_thread, key_of, live_curve
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
 
@@ -169,12 +169,13 @@ def test_what_stands_behind_gives_way_while_a_curve_of_any_page_is_computed(run_
         curve = threads.submit(live_curve, df.example("figure-3-air"), lambda: False, lambda text: None)
         assert began.wait(10.0)
         behind = threads.submit(compute.LIVE_CURVES.give_way, lambda: False)
-        assert not compute.LIVE_CURVES.give_way(lambda: True)  # something newer is asked for
+        with pytest.raises(Overtaken):
+            compute.LIVE_CURVES.give_way(lambda: True)
         time.sleep(2.0 * compute.LULL)
         assert not behind.done()
         over.set()
         curve.result(10.0)
-        assert behind.result(10.0)
+        behind.result(10.0)
 
 
 def test_the_event_loop_is_free_while_a_thread_computes():
@@ -347,13 +348,13 @@ def test_time_left_follows_from_the_pace():
 def test_a_curve_of_late_is_given_again_for_the_same_case_alone():
     case, curves = df.example("figure-3-air"), RecentCurves(10_000_000)
     curve = df.run(case)
-    curves.keep(case, curve)
-    again = curves.take(df.Case.from_toml(case.to_toml()))
+    curves.keep(key_of(case), curve)
+    again = curves.take(key_of(df.Case.from_toml(case.to_toml())))
     assert again is not curve and again.identical(curve)
     again.attrs["title"] = "changed by whoever has it"
-    assert curves.take(case).identical(curve)
+    assert curves.take(key_of(case)).identical(curve)
     for path, value in (("drive.A0", "9 nm"), ("solver.accuracy", 1e-3), ("experiment.zc.points", 50)):
-        assert curves.take(case.replace(path, value)) is None
+        assert curves.take(key_of(case.replace(path, value))) is None
 
 
 def test_the_curves_that_nobody_asked_for_make_room():
@@ -361,10 +362,10 @@ def test_the_curves_that_nobody_asked_for_make_room():
     curve = df.run(cases[0])
     curves = RecentCurves(2 * curve.nbytes)
     for case in cases[:2]:
-        curves.keep(case, curve)
-    curves.take(cases[0])
-    curves.keep(cases[2], curve)
-    assert [curves.take(case) is not None for case in cases] == [True, False, True]
+        curves.keep(key_of(case), curve)
+    curves.take(key_of(cases[0]))
+    curves.keep(key_of(cases[2]), curve)
+    assert [curves.take(key_of(case)) is not None for case in cases] == [True, False, True]
 
 
 def test_when_a_page_is_gone_nothing_more_is_done_for_it():

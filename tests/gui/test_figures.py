@@ -12,6 +12,7 @@ import dforce as df
 from dforce.gui.curves.chart import unit_of, unit_of_size
 from dforce.gui.curves.figures import Layer, picture
 from dforce.gui.curves.other_figures import basins, force_distance
+from dforce.gui.document.document import DATA
 from dforce.results.curves import Picture, pictures_of
 
 
@@ -104,6 +105,25 @@ def test_several_results_have_a_color_each_and_one_that_lacks_the_quantities_is_
         if trace
     }
     assert colors == {"a": 2, "b": 3}
+
+
+def test_of_several_results_the_legend_says_each_dash_once_in_gray():
+    case = df.example("hysteresis")
+    one_way = df.run(case.replace("experiment.direction", "approach"))
+    drawn = picture([Layer(df.run(case), "a", 2), Layer(one_way, "b", 3)], Picture("zc", ("phase",)))
+    named = [(trace["name"], trace["line"]["color"]) for trace in drawn.figure["data"] if trace["showlegend"]]
+    assert named == [("approach", "soft"), ("retract", "soft"), ("jump", "soft")]
+
+
+def test_no_line_of_the_model_has_the_color_of_measured_points():
+    quantities = ("amplitude", "phase", "peak_force", "contact_time", "virial", "power")
+    drawn = picture([Layer(result("figure-3-air-jump"))], Picture("zc", quantities, together=True))
+    assert DATA not in {trace["line"]["color"] for trace in drawn.figure["data"]}
+
+
+def test_no_force_has_a_unit_of_forces_at_the_tip():
+    law = force_distance(df.force_curve(df.example("figure-3-air").replace(forces=[])))
+    assert law["layout"]["yaxis"]["title"]["text"] == "force (nN)"
 
 
 def test_zoom_is_kept_while_the_same_is_drawn_and_only_then():

@@ -126,6 +126,10 @@ def test_results_are_kept_renamed_hidden_and_removed(tmp_path):
             table = element(user, DifferencesTable)
             assert table.props["names"] == ["<b>first</b>", "now"]
             assert [row["values"] for row in table.props["rows"] if row["path"] == "drive.A0"] == [("10 nm", "5 nm")]
+            own = df.forces.Custom(**df.forces.Custom.example)
+            show(page, df.run(CASE.replace(forces=[own, *CASE.forces])))
+            models = [row["values"] for row in table.props["rows"] if row["path"].endswith("model")]
+            assert ("–", "Own law") in models
             send(strip, "shown", {"id": kept.id, "shown": False})
             assert [layer.name for layer in page.plots.kept.layers(page.view.result)] == ["now"]
             send(strip, "remove", kept.id)
@@ -206,6 +210,20 @@ def test_am_fm_shows_its_frequency_shift_and_what_its_formulas_find(tmp_path):
             page.plots.beside()
             assert page.plots.answer.props["text"] == df.answer(result)
             assert "an effective modulus of 57." in page.plots.answer.props["text"]
+
+    asyncio.run(flow())
+
+
+def test_the_answer_names_the_field_to_change_as_the_form_does(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            case = df.example("figure-3-air").replace(
+                experiment=df.experiments.Approach(zc={"start": "40 nm", "stop": "35 nm", "points": 5})
+            )
+            page.view.session.document = page.view.session.document.__class__.of(case)
+            show(page, df.run(case))
+            page.plots.beside()
+            assert "Let “Average distances” stop nearer to the sample" in page.plots.answer.props["text"]
 
     asyncio.run(flow())
 

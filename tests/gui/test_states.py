@@ -14,6 +14,8 @@ from dforce.findings.coexisting import coexisting
 from dforce.findings.set_point import at_distance
 from dforce.gui.curves import states
 from dforce.gui.curves.states import StatesTable
+from dforce.gui.document import compute
+from dforce.gui.document.compute import Overtaken
 from dforce.gui.document.document import Document
 
 CASE = df.example("hysteresis").set("experiment.zc.points=41")
@@ -80,7 +82,7 @@ def test_faint_states_come_under_the_curve_once_nothing_changes(tmp_path):
             assert all(drawn.figure["data"][n]["zorder"] < 0 and drawn.traces[n] is None for n in below)
             assert below == sorted(drawn.behind)  # behind the curves, whose numbers stay as they were
             words = {drawn.figure["data"][n]["hovertemplate"] for n in below}
-            assert "amplitude %{y:.4g} nm, a stable state<extra></extra>" in words
+            assert "amplitude %{y:.4g} nm, a stable state at %{x:.4g} nm<extra></extra>" in words
             line = drawn.behind[below[0]]
             place = int(np.flatnonzero(np.isfinite(line.y))[0])
             plots._clicked({"curve": below[0], "index": place})
@@ -88,6 +90,58 @@ def test_faint_states_come_under_the_curve_once_nothing_changes(tmp_path):
             assert float(spot.result["zc"][spot.places["point"]]) == line.x[place]
             page.view.edit(page.view.document.put(("drive", "A0"), "19 nm"), name="slide A0")
             assert plots.states.of(dataclasses.replace(page.view.curve, document=page.view.document)) is None
+
+    asyncio.run(flow())
+
+
+def test_a_search_for_states_that_is_overtaken_ends_without_a_result(tmp_path, monkeypatch):
+    searches = []
+
+    def searching(curve, progress):
+        searches.append("begun")
+        try:
+            found = coexisting(curve, progress)
+        except Overtaken:
+            searches.append("given up")
+            raise
+        searches.append("done")
+        return found
+
+    monkeypatch.setattr(states, "coexisting", searching)
+
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            page.view.edit(Document.of(CASE), anew=True)
+            await until(lambda: searches[-1:] == ["begun"], 120.0)
+            before = len(searches)
+            page.view.edit(page.view.document.put(("drive", "A0"), "19 nm"), name="slide A0")
+            await until(lambda: len(searches) > before, 120.0)
+            assert searches[before] == "given up"
+            await until(lambda: page.plots.states.of(page.view.curve) is not None, 120.0)
+
+    asyncio.run(flow())
+
+
+def test_no_states_are_looked_for_while_any_page_follows_a_slider(tmp_path, monkeypatch):
+    begun = []
+
+    def searching(curve, progress):
+        begun.append(curve)
+        return coexisting(curve, progress)
+
+    monkeypatch.setattr(states, "coexisting", searching)
+
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            with compute.LIVE_CURVES.one_more():  # of another page
+                page.view.edit(Document.of(CASE), anew=True)
+                await until(
+                    lambda: page.view.curve is not None and page.view.curve.document == page.view.document, 60.0
+                )
+                await asyncio.sleep(4.0 * states.REST)
+                assert not begun
+            await until(lambda: page.plots.states.of(page.view.curve) is not None, 120.0)
+            assert len(begun) == 1
 
     asyncio.run(flow())
 

@@ -101,6 +101,11 @@ def test_advice_names_fields_by_their_labels():
     )
 
 
+def test_advice_of_a_fit_names_no_command():
+    advice = "The value is meaningless and has no error. dforce fit --identify finds a measurement that constrains it."
+    assert with_labels(AIR, advice) == "The value is meaningless and has no error."
+
+
 @pytest.mark.parametrize(("value", "words"), [("-1 nm", "-1 nm is not above 0 nm"), (None, "a value is missing")])
 def test_run_with_a_mistake_says_why_nothing_is_run(tmp_path, monkeypatch, value, words):
     said = []

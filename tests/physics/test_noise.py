@@ -623,7 +623,7 @@ def test_simulated_lanes_on_their_way_to_the_surface_snap_in_there():
     steps = np.arange(1.75e-9, 1.44e-9, -1e-12)
     for zc in steps:  # by 1 pm a period
         integrator.place(zc)
-        running, _ = integrator.run(replace(running, lowest=np.full(len(running.y), np.inf)), 1)
+        running, _ = integrator.run(running._replace(lowest=np.full(len(running.y), np.inf)), 1)
         gone = running.lowest < 0.6e-9  # the barrier is at 0.85 to 0.96 nm
         places += [zc] * int(gone.sum())
         running = running.part(np.flatnonzero(~gone))

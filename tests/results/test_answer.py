@@ -20,13 +20,22 @@ def test_each_parameter_of_a_fit_has_its_words():
     case = fitted_curves.case_of("air")
     fit = df.fit(case, fitted_curves.data_of("air"), free=[fitted_curves.E, fitted_curves.ETA], search=False)
     said = df.answer(fit)
-    assert said.startswith("Young's modulus of the sample = ") and "viscosity coefficient of the contact = " in said
+    assert (
+        said.startswith("Young's modulus of the sample is not")
+        and "viscosity coefficient of the contact is not" in said
+    )
 
 
 def test_an_error_that_is_not_known_is_said():
     fit = fitted_curves.result()
     fit["error"][:] = np.inf
     assert df.answer(fit) == "Young's modulus of the sample = 1 GPa, error unknown."
+
+
+def test_a_parameter_that_the_data_do_not_constrain_has_no_value():
+    fit = fitted_curves.result()
+    fit["seen"] = ("parameter", np.zeros(fit.sizes["parameter"], dtype=bool))
+    assert df.answer(fit) == "Young's modulus of the sample is not constrained by these data."
 
 
 def test_a_curve_gives_its_state_at_the_set_point_with_force_and_depth():

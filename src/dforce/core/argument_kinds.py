@@ -161,45 +161,44 @@ def full_signature(function: Callable[..., Any]) -> inspect.Signature:
 def miscall(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mapping[str, object]) -> tuple[str, str]:
     """Return a sentence on a call with too many or too few arguments or a name that the function lacks, and that name."""
     parameters = full_signature(function).parameters
-    placed, rest = _places(function)
+    placed, rest, needed = _places(function)
     if len(args) > len(placed) and not rest:
         others = [name for name in parameters if name not in placed]
         hint = f"; name the others, such as {others[0]}=..." if others else ""
         names = ", ".join(placed) or "none"
         return f"{function.__name__} takes at most {len(placed)} arguments without their names ({names}){hint}", ""
-    if not any(one.kind is one.VAR_KEYWORD for one in parameters.values()):
+    if kwargs and not any(one.kind is one.VAR_KEYWORD for one in parameters.values()):
         unknown = next((name for name in kwargs if name not in parameters), "")
         if unknown:
             return f"{function.__name__} has no argument '{unknown}'", unknown
     given = {*placed[: len(args)], *kwargs}
-    for name, one in parameters.items():
-        if one.default is one.empty and name not in given and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD):
+    for name in needed:
+        if name not in given:
             return f"{function.__name__} needs the argument '{name}'", ""
     return "", ""
 
 
 @functools.cache
-def _places(function: Callable[..., Any]) -> tuple[tuple[str, ...], str]:
-    """Return the names of the arguments that may go without their names, and of the one that takes all further ones."""
+def _places(function: Callable[..., Any]) -> tuple[tuple[str, ...], str, tuple[str, ...]]:
+    """Return names of arguments: those that may go without them, the one that takes all further ones, and those needed."""
     parameters = inspect.signature(function).parameters.values()
     placed = tuple(one.name for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD))
-    return placed, next((one.name for one in parameters if one.kind is one.VAR_POSITIONAL), "")
+    rest = {one.kind: one.name for one in parameters if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD)}
+    needed = tuple(one.name for one in parameters if one.default is one.empty and one.kind not in rest)
+    return placed, rest.get(inspect.Parameter.VAR_POSITIONAL, ""), needed
 
 
 def misfit(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mapping[str, object]) -> str | None:
     """Return a sentence on the first argument of a call that is of a wrong kind; None where all are right."""
-    kinds, (placed, rest) = taken(function), _places(function)
+    kinds, (placed, rest, _) = taken(function), _places(function)
     given = [*zip(placed, args, strict=False), *kwargs.items()]
     if rest:
         given += [(rest, one) for one in args[len(placed) :]]
     for name, one in given:
-        if name in kinds and not _fits(kinds[name], one):
-            return _sentence(name, kinds[name], one)
+        allowed = kinds.get(name, ())
+        if allowed and not any(kind.fits(one) for kind in allowed):
+            return _sentence(name, allowed, one)
     return None
-
-
-def _fits(allowed: tuple[ArgumentKind, ...], given: object) -> bool:
-    return not allowed or any(kind.fits(given) for kind in allowed)
 
 
 def _sentence(name: str, allowed: tuple[ArgumentKind, ...], given: object) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.core import sigutils, types
+from numba.core import cgutils, sigutils, types
 from numba.extending import intrinsic
 
 from dforce.forces import Force
@@ -100,35 +100,22 @@ def laws_of(forces: Sequence[Force]) -> Laws:
     return Laws(address, place, not all(force.is_of_distance_alone for force in forces))
 
 
-def _call_block(
-    context: Any,
-    address: Any,
-    count: Any,
-    d: Any,
-    rate: Any,
-    t: Any,
-    memory: Any,
-    latched: Any,
-    zc: Any,
-    numbers: Any,
-    out: Any,
-) -> Any:
-    """Call a compiled block function; arrays are given by their address."""
+def _call_block(context: Any, address: Any, given: Any) -> Any:
+    """Call a compiled block function with what `TYPES` lists; arrays are given by their address."""
     arguments, result = sigutils.normalize_signature(TYPES)  # type: ignore[no-untyped-call]
-    addresses = [types.intp if kind == types.voidptr else kind for kind in arguments]
 
     def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
         kind = target.call_conv.get_function_type(result, arguments)
         function = builder.inttoptr(values[0], kind.as_pointer())
         pointer = target.get_value_type(types.voidptr)
-        given = [
+        passed = [
             builder.inttoptr(value, pointer) if kind == types.voidptr else value
-            for kind, value in zip(arguments, values[1:], strict=True)
+            for kind, value in zip(arguments, cgutils.unpack_tuple(builder, values[1]), strict=True)  # type: ignore[no-untyped-call]
         ]
-        target.call_conv.call_function(builder, function, result, arguments, given)
+        target.call_conv.call_function(builder, function, result, arguments, passed)
         return target.get_dummy_value()
 
-    return result(address, *addresses), generate
+    return result(address, given), generate
 
 
 call_block: Callable[..., None] = intrinsic(_call_block)

@@ -22,17 +22,9 @@ def add_laws(address: Any, place: Any, zc: float, numbers: Any, d: Any, rate: An
     """Add the forces (N) at distances (m) and rates (m/s) at time zero to `out`; no law has a memory or branches."""
     at_rest = np.zeros(d.shape[0])
     for f in range(address.shape[0]):
+        motion = d.ctypes.data, rate.ctypes.data, at_rest.ctypes.data
         call_block(
-            address[f, 0],
-            d.shape[0],
-            d.ctypes.data,
-            rate.ctypes.data,
-            at_rest.ctypes.data,
-            0,
-            0.0,
-            zc,
-            numbers.ctypes.data + 8 * place[f, 0],
-            out.ctypes.data,
+            address[f, 0], (d.shape[0], *motion, 0, 0.0, zc, numbers.ctypes.data + 8 * place[f, 0], out.ctypes.data)
         )
 
 

@@ -191,18 +191,8 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
             result[k] = 0.0
         for f in range(forces):
             latch = place[f, 3]
-            call_block(
-                address[f, 0],
-                count,
-                at[0],
-                at[1],
-                at[2],
-                at[4] + 8 * place[f, 1],
-                latched[latch] if latch >= 0 else 0.0,
-                zc,
-                at[6] + 8 * place[f, 0],
-                at[3],
-            )
+            kept_at, side, own = at[4] + 8 * place[f, 1], latched[latch] if latch >= 0 else 0.0, at[6] + 8 * place[f, 0]
+            call_block(address[f, 0], (count, at[0], at[1], at[2], kept_at, side, zc, own, at[3]))
         if last:
             state[F1] = result[0]
             break
@@ -223,18 +213,9 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
         if states > 0:
             for f in range(forces):
                 if place[f, 2] > 0:
-                    call_block(
-                        address[f, 1],
-                        1,
-                        at[0],
-                        at[1],
-                        at[2],
-                        at[4] + 8 * place[f, 1],
-                        0.0,
-                        zc,
-                        at[6] + 8 * place[f, 0],
-                        at[5] + 8 * (i * states + place[f, 1]),
-                    )
+                    kept_at, own = at[4] + 8 * place[f, 1], at[6] + 8 * place[f, 0]
+                    rates = at[5] + 8 * (i * states + place[f, 1])
+                    call_block(address[f, 1], (1, at[0], at[1], at[2], kept_at, 0.0, zc, own, rates))
             for m in range(states):
                 change[i, m] *= pace / omega
     for n in range(modes):

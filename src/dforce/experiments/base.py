@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -347,13 +347,15 @@ def initial_motions(block: Block, at: Array, start: Start) -> list[Motion]:
     A problem alone starts as the same one in a sweep, to the last bit.
     """
     from dforce.solvers.block import FREQUENCY
+    from dforce.solvers.integrator import Motion
 
     tones = block.batch.example.tones
     if block.parameter == FREQUENCY or len(tones) > 1:
         return [initial_motion(block.integrator(case, value), start) for case, value in enumerate(at.tolist())]
-    batch, rest = block.batch.at_heights(at), initial_motion(block.integrator(0, float(at[0])), "rest")
+    batch = block.batch.at_heights(at)
     if isinstance(start, InitialMotion):
         rows = batch.moving(tones[0].mode, start.amplitude, start.phase)
     else:
         rows = batch.free() if start == "free" else batch.moving(tones[0].mode, 0.0, 0.0)
-    return [replace(rest, y=tuple(row)) for row in rows.tolist()]
+    memory, branch = np.zeros(len(block.memory_scale)), np.zeros(block.hysteresis)
+    return [Motion(tuple(row), memory, branch, 0) for row in rows.tolist()]

@@ -10,7 +10,7 @@ from dforce.core.notation import plain_math
 from dforce.core.units import parse_share, show
 from dforce.findings.crossings import RATIO, SHIFT
 from dforce.findings.material import material
-from dforce.findings.others import fitted
+from dforce.findings.others import fitted, is_constrained
 from dforce.findings.set_point import SetPointState, at_set_point, states_at, why_none
 from dforce.findings.summary import summary
 from dforce.results.curves import goes_along, row_of
@@ -102,7 +102,7 @@ def _of_fit(fit: xr.Dataset) -> str:
     """Return the fitted parameters of the case in words, with k and R for which they hold."""
     words = "label" if "label" in fit.coords else "symbol"  # a fit of an older version has symbols alone
     found = [
-        f"{plain_math(str(one[words].values))} = {fitted(one)}"
+        f"{plain_math(str(one[words].values))} {'=' if is_constrained(one) else 'is'} {fitted(one)}"
         for one in (fit.sel(parameter=name) for name in fit["parameter"].values)
         if "." in str(one["parameter"].values)  # the others are offsets of the measurement
     ]

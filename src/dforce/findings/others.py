@@ -52,8 +52,15 @@ def material(dataset: xr.Dataset) -> Iterator[Finding]:
                 yield finding(one, row.attrs["long_name"], value, row.attrs["units"])
 
 
+def is_constrained(one: xr.Dataset) -> bool:
+    """Return whether the data of a fit constrain one of its parameters."""
+    return "seen" not in one or bool(one["seen"])
+
+
 def fitted(one: xr.Dataset) -> str:
     """Return value and error of one parameter of a fit."""
+    if not is_constrained(one):
+        return "not constrained by these data"
     value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
     return f"{value} {unit}, error unknown" if error == "none" else f"{value} ± {error} {unit}".strip()
 

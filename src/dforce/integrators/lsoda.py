@@ -75,36 +75,24 @@ class Flow:
         The compiled :func:`derivative` and :func:`sample`.
     state
         Motion and memory.
-    start
-        Scaled time of the run at which this flow starts.
-    latched, tones, bases, p
-        As in the other solvers; `latched` is changed in place.
+    equation
+        What both take besides: the scaled time of the run at which this flow starts, the branches, which are changed in place,
+        tones and bases, and the parameters.
     tolerance, most
         Relative tolerance, and the longest step (scaled time).
     """
 
     def __init__(
-        self,
-        rates: Any,
-        take: Any,
-        state: Any,
-        start: float,
-        latched: Any,
-        tones: Any,
-        bases: Any,
-        p: Any,
-        tolerance: float,
-        most: float,
+        self, rates: Any, take: Any, state: Any, equation: tuple[Any, ...], tolerance: float, most: float
     ) -> None:
-        self.rates, self.take = rates, take
-        self.start, self.latched, self.p = start, latched, p
+        self.rates, self.take, self.equation = rates, take, equation
+        self.start, self.latched, _, _, self.p = equation
         self.tolerance, self.most = tolerance, most
-        self.arguments = (start, latched, tones, bases, p)
         self.state, self.tau = state, 0.0
         self.solver = self._begin()
 
     def _begin(self) -> Any:
-        return make_integrator(self.rates, self.arguments, self.state, self.tau, self.tolerance, self.most)
+        return make_integrator(self.rates, self.equation, self.state, self.tau, self.tolerance, self.most)
 
     def sample(self, block: Any, row: int) -> int:
         """Write the state as a sample; return which latch must switch, or -1."""

@@ -256,9 +256,10 @@ def march(y: Any, forces: Any, first: int, tones: Any, turns: Any, block: Any, p
         if i == 0 or tones.shape[0] > 1:  # the first tone alone repeats every period
             phases(tones, first + i, bases)
             tabulate(tones, bases, points, table)
-        y = advance(y, (tones, bases, first + i, points), table, forces, block, p)
+        drive = tones, bases, first + i, points
+        y = advance(y, drive, table, forces, block, p)
         if out.shape[1] > 2 * tones.shape[0]:
-            measure(block, first + i, turns, tones, bases, p, forces[2], out[i])
+            measure(block, turns, drive, forces[2], p, out[i])
         else:
             lock_in_turned(block, turns, bases, z, out[i])
     return y

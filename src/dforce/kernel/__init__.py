@@ -103,7 +103,8 @@ def stiffness_of(numbers: Array, modes: int, late: int, omega: Array) -> Complex
     """
     lever = numbers[..., FIRST_MODE : FIRST_MODE + PER_MODE * modes].reshape(*numbers.shape[:-1], modes, PER_MODE)
     fluid = numbers[..., FIRST_MODE + PER_MODE * modes : parameter_count(modes, late)]
-    rates, weights = np.moveaxis(fluid.reshape(*numbers.shape[:-1], modes, 2, late), -2, 0)
+    fluid = fluid.reshape(*numbers.shape[:-1], modes, 2, late)
+    rates, weights = fluid[..., 0, :], fluid[..., 1, :]
     drag = lever[..., 1] - (weights * rates / (rates + 1j * omega[..., None])).sum(axis=-1)
     return np.asarray(lever[..., 0] - omega**2 + 1j * omega * drag)
 
@@ -121,9 +122,8 @@ def size_of(problem: Problem) -> int:
 
 def units_of(problem: Problem, length: Any, speed: Any) -> Array:
     """Return the unit of each number of a problem's motion, (..., numbers); the fluid's are velocities."""
-    both = np.stack([length, speed], axis=-1)
-    late = len(problem.modes) * problem.late_fluid
-    return np.concatenate([np.tile(both, len(problem.modes)), np.repeat(both[..., 1:], late, axis=-1)], axis=-1)
+    modes = len(problem.modes)
+    return np.stack([length, speed] * modes + [speed] * modes * problem.late_fluid, axis=-1)
 
 
 def steady_fluid_memory(numbers: Array, problem: Problem, omega: Array, speeds: Any) -> Array:
@@ -286,11 +286,12 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]], called: Seque
     modes, tones = len(problem.modes), len(problem.tones)
     forces = tuple(signature(force) for force in problem.forces)
     lagging, late = problem.lagging, problem.late_fluid
-    parts = (modes, tones, lagging, late, [rest for _, _, *rest in forces], _places(entries), _names(called))
     return _loaded(
         (modes, tones, forces, tuple(entries.items()), tuple(called), lagging, late),
         lambda: texts.remembered(
-            parts, problem.forces, lambda: compose(modes, tones, problem.forces, entries, called, lagging, late)
+            (modes, tones, lagging, late, [rest for _, _, *rest in forces], _places(entries), _names(called)),
+            problem.forces,
+            lambda: compose(modes, tones, problem.forces, entries, called, lagging, late),
         ),
         _tip_equation_for(problem.forces),
     )
@@ -300,10 +301,11 @@ def load_solvers(
     modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]], late: int = 0
 ) -> Kernel:
     """Return the entry functions that are the same for all forces; what they call lies elsewhere, see `Tip`."""
-    parts = (modes, late, _places(entries), _names(called))
     return _loaded(
         (modes, late, tuple(entries.items()), tuple(called)),
-        lambda: texts.remembered(parts, (), lambda: compose_solvers(modes, entries, called, late)),
+        lambda: texts.remembered(
+            (modes, late, _places(entries), _names(called)), (), lambda: compose_solvers(modes, entries, called, late)
+        ),
         _solvers_for(modes),
     )
 
@@ -312,10 +314,13 @@ def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel
     """Return functions that are the same for any forces with as many states as a problem's, see ``any_force``."""
     modes, late, forces = len(problem.modes), problem.late_fluid, problem.forces
     states = sum(force.memory for force in forces), sum(force.switch is not None for force in forces)
-    parts = ("any", modes, late, states, _places(entries))
     return _loaded(
         ("any", modes, late, states, tuple(entries.items())),
-        lambda: texts.remembered(parts, (), lambda: any_force.compose_any(modes, late, forces, entries)),
+        lambda: texts.remembered(
+            ("any", modes, late, states, _places(entries)),
+            (),
+            lambda: any_force.compose_any(modes, late, forces, entries),
+        ),
         _solvers_for(modes),
     )
 

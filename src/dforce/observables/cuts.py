@@ -4,6 +4,15 @@ The force acts on the motion on either side of a kink in another way, so that no
 motion is taken up to the kink by one Runge–Kutta step from where it is known, and a Taylor step of what is left; so each
 piece has the motion and its accelerations at both ends. Next to a kink a force may start like the root of the distance
 to it, which the substitution s = u^2 (3 - 2u) makes smooth.
+
+These go down together, beside the `drive` of ``integrators.loops``:
+
+- `record`: the samples of a period, the length of a step and the time of the first sample (s), the rates of change of the
+  memory at all samples, room for the memory, and the distances (m) of the kinks;
+- `piece`: a part of a step, see `FROM`; before the step is cut, all of it;
+- `side`: the least and the largest distance (m) between the kinks on either side of a piece, both just inside;
+- `result`: the sums, the pieces in which the force is highest and lowest, and the row that is measured, whose last columns
+  are the lock-ins of the force.
 """
 
 from __future__ import annotations
@@ -78,25 +87,12 @@ FROM, TO, D0, V0, A0, D1, V1, A1, BEGIN, END, LATE, STEP, PIECE = range(13)
 
 
 @inlined
-def force_at(
-    d: float,
-    rate: float,
-    share: float,
-    block: Any,
-    i: int,
-    t: float,
-    h: float,
-    rates: Any,
-    stage: Any,
-    late: bool,
-    p: Any,
-) -> float:
-    """Return the force in step i, which starts at t and lasts h seconds; `late` takes the branches from its end.
-
-    `rates` holds the rates of change of the memory at all samples, `stage` has room for the memory.
-    """
+def force_at(d: float, rate: float, share: float, i: int, late: bool, record: Any, p: Any) -> float:
+    """Return the force at a share of step i; `late` takes the branches from its end."""
+    block, h, start, rates, stage, _ = record
     place = motion_size()
     size = memory_size()
+    t = start + i * h
     for k in range(size):
         begin, end = block[i, place + k], block[i + 1, place + k]
         stage[k] = cubic(share, h * p[3], begin, rates[i, k], end, rates[i + 1, k])
@@ -107,114 +103,78 @@ def force_at(
     return force(d, rate, t + share * h, stage, stage, p)
 
 
-def add_pieces(
-    block: Any,
-    i: int,
-    h: float,
-    t: float,
-    points: int,
-    tones: Any,
-    bases: Any,
-    phasor: Any,
-    p: Any,
-    kinks: Any,
-    rates: Any,
-    stage: Any,
-    a0: float,
-    a1: float,
-    rooted: bool,
-    cuts: Any,
-    piece: Any,
-    tops: Any,
-    sums: Any,
-    forces: int,
-    out: Any,
-) -> int:
-    """Add a step piece by piece; return how many events it holds besides a turn.
+@inlined
+def force_beside(y: Any, share: float, side: Any, piece: Any, record: Any, p: Any) -> float:
+    """Return the force on a motion at a share of the step, on the piece's side of all kinks."""
+    d = min(max(distance(y, p), side[0]), side[1])
+    return force_at(d, rate_of(y, p), share, int(piece[STEP]), piece[LATE] == 1.0, record, p)
 
-    `phasor` holds the tones' cosine and sine at its start, `a0` and `a1` are the tip's accelerations at its ends. Where it
-    is `rooted` the force may be like a root near them. `piece` is scratch; `tops` gets the pieces in which the force is
-    lowest and highest.
+
+@inlined
+def whole_step(i: int, path: Any, piece: Any) -> None:
+    """Write step i as a piece; `path` holds distance, velocity, force and acceleration at the samples."""
+    d, v, _, a, _, _ = path
+    piece[FROM], piece[D0], piece[V0], piece[A0] = 0.0, d[i], v[i], a[i]
+    piece[TO], piece[D1], piece[V1], piece[A1] = 1.0, d[i + 1], v[i + 1], a[i + 1]
+    piece[BEGIN], piece[END], piece[LATE], piece[STEP] = 0.0, 1.0, 0.0, i
+
+
+def add_pieces(piece: Any, rooted: bool, record: Any, drive: Any, phasor: Any, cuts: Any, result: Any, p: Any) -> int:
+    """Add a step piece by piece, from the whole of it; return how many events it holds besides a turn.
+
+    `phasor` holds the tones' cosine and sine at its start. Where it is `rooted` the force may be like a root near it. `cuts` is
+    scratch.
     """
-    y, end = motion_of(block, i), motion_of(block, i + 1)
-    d0, v0, d1, v1 = distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
+    (block, h, _, _, _, kinks), (tones, bases, _, points), sums, i = record, drive, result[0], int(piece[STEP])
+    d0, v0, d1, v1, a1 = piece[D0], piece[V0], piece[D1], piece[V1], piece[A1]
     top = turning(h, d0, v0, d1, v1) if v0 * v1 < 0.0 else 0.0
     turns = insert(cuts, 0, top, TURN)
-    count, level, contact_is_kink = turns, 0.0, False
+    count, level, contact_is_kink, ends = turns, 0.0, False, (h, d0, v0, d1, v1)
     for kink in kinks:
-        count = cut_at(cuts, count, kink, level, top, h, d0, v0, d1, v1)
+        count = cut_at(cuts, count, kink, level, top, ends)
         contact_is_kink = contact_is_kink or kink == p[4]
         level += 1.0
     if not contact_is_kink:
-        count = cut_at(cuts, count, p[4], level, top, h, d0, v0, d1, v1)
+        count = cut_at(cuts, count, p[4], level, top, ends)
     if latch_count():
         for which in range(latch_count()):
-            share = switching_share(which, block, i, h, t, p)
-            count = insert(cuts, count, share, SWITCH - which)
-    piece[FROM], piece[D0], piece[V0], piece[A0] = 0.0, d0, v0, a0
-    piece[TO], piece[D1], piece[V1], piece[A1] = 1.0, d1, v1, a1
-    piece[BEGIN], piece[LATE], piece[STEP] = 0.0, 0.0, i
+            count = insert(cuts, count, switching_share(which, i, record, p), SWITCH - which)
     if count == turns:
         if turns:
             piece[END] = turned_at(top, h, piece)
             d = within(piece[END], h, piece)
             sums[D_LOW], sums[D_HIGH] = min(sums[D_LOW], d), max(sums[D_HIGH], d)
             first, after = (PLAIN, CUT) if rooted else (0, TURNED)
-            add_piece(block, h, t, points, tones, phasor, p, rates, stage, first, after, piece, tops, sums, forces, out)
+            add_piece(piece, first, after, record, drive, phasor, result, p)
             piece[BEGIN] = piece[END]
         piece[END] = 1.0
         first, after = (PLAIN, CUT) if rooted else (0, TURNED if turns else PLAIN)
-        add_piece(block, h, t, points, tones, phasor, p, rates, stage, first, after, piece, tops, sums, forces, out)
+        add_piece(piece, first, after, record, drive, phasor, result, p)
         return 0
-    tau, reached = i * TAU / points, 0.0
+    y, tau, reached = motion_of(block, i), i * TAU / points, 0.0
     cuts[0, count] = 1.0
-    piece[END] = 1.0
     for k in range(count + 1):
         guess = cuts[0, k]
         d = cubic(0.5 * (reached + guess), h, d0, v0, d1, v1)
         low, high = -math.inf, math.inf
         for kink in kinks:
             low, high = (max(low, kink), high) if kink < d else (low, min(high, kink))
-        low, high, late = low + 1e-12 * p[1], high - 1e-12 * p[1], piece[LATE] == 1.0
-        share = piece[FROM]
+        side, share = (low + 1e-12 * p[1], high - 1e-12 * p[1]), piece[FROM]
         if k > 0:  # the acceleration on this side of the event
             piece[D0], piece[V0] = distance(y, p), rate_of(y, p)
-            f = force_at(min(max(piece[D0], low), high), piece[V0], share, block, i, t, h, rates, stage, late, p)
+            f = force_beside(y, share, side, piece, record, p)
             piece[A0] = acceleration(y, f, tau + share * h * p[3], tones, bases, p)
         if k < count:
-            event = cuts[1, k]
-            level = p[4]
-            if 0.0 <= event < kinks.shape[0]:
-                level = kinks[int(event)]
-            y, share = landed(
-                y,
-                share,
-                max(guess, share),
-                event,
-                level,
-                low,
-                high,
-                block,
-                i,
-                h,
-                t,
-                tau,
-                tones,
-                bases,
-                rates,
-                stage,
-                late,
-                p,
-            )
+            y, share = landed(y, max(guess, share), cuts[1, k], side, piece, record, drive, p)
             piece[TO], piece[D1], piece[V1] = share, distance(y, p), rate_of(y, p)
-            f = force_at(min(max(piece[D1], low), high), piece[V1], share, block, i, t, h, rates, stage, late, p)
+            f = force_beside(y, share, side, piece, record, p)
             piece[A1] = acceleration(y, f, tau + share * h * p[3], tones, bases, p)
             sums[D_LOW], sums[D_HIGH] = min(sums[D_LOW], piece[D1]), max(sums[D_HIGH], piece[D1])
             sums[FASTEST] = max(sums[FASTEST], abs(piece[V1]))
         else:
             piece[TO], piece[D1], piece[V1], piece[A1] = 1.0, d1, v1, a1
         if piece[TO] > piece[FROM]:
-            add_piece(block, h, t, points, tones, phasor, p, rates, stage, PLAIN, CUT, piece, tops, sums, forces, out)
+            add_piece(piece, PLAIN, CUT, record, drive, phasor, result, p)
         piece[FROM], reached = piece[TO], guess
         if k < count and cuts[1, k] <= SWITCH:
             piece[LATE] = 1.0
@@ -253,35 +213,16 @@ def turned_at(guess: float, h: float, piece: Any) -> float:
 
 
 @inlined
-def landed(
-    y: Any,
-    share: float,
-    guess: float,
-    event: float,
-    level: float,
-    low: float,
-    high: float,
-    block: Any,
-    i: int,
-    h: float,
-    t: float,
-    tau: float,
-    tones: Any,
-    bases: Any,
-    rates: Any,
-    stage: Any,
-    late: bool,
-    p: Any,
-) -> Any:
-    """Return the motion at an event near a guess, and the share of the step at which it is; forces stay within limits."""
-    step, end, there = h * p[3], y, share
+def landed(y: Any, guess: float, event: float, side: Any, piece: Any, record: Any, drive: Any, p: Any) -> Any:
+    """Return the motion at an event near a guess, from that where a piece begins, and the share of the step at which it is."""
+    (_, h, _, _, _, _), (tones, bases, _, points), share = record, drive, piece[FROM]
+    tau, step, end, there = int(piece[STEP]) * TAU / points, h * p[3], y, share
     for _ in range(TRIES):
         there = guess
-        end = carried(y, share, there, low, high, block, i, h, t, tau, tones, bases, rates, stage, late, p)
-        d, rate = distance(end, p), rate_of(end, p)
-        f = force_at(min(max(d, low), high), rate, there, block, i, t, h, rates, stage, late, p)
+        end = carried(y, there, side, piece, record, drive, p)
+        f = force_beside(end, there, side, piece, record, p)
         bend = acceleration(end, f, tau + there * step, tones, bases, p)
-        off = time_to(event, level, d, rate, bend, block, i, t + there * h, p) / h
+        off = time_to(event, distance(end, p), rate_of(end, p), bend, there, int(piece[STEP]), record, p) / h
         if abs(off) < NEAR:
             back = off * step
             a = forced(free_acceleration(drive_at(tones, bases, tau + there * step), end, p), f, p)
@@ -293,17 +234,18 @@ def landed(
 
 
 @inlined
-def time_to(event: float, level: float, d: float, rate: float, a: float, block: Any, i: int, t: float, p: Any) -> float:
-    """Return after what time (s) an event comes, for a tip whose acceleration stays."""
+def time_to(event: float, d: float, rate: float, a: float, share: float, i: int, record: Any, p: Any) -> float:
+    """Return after what time (s) from a share of step i an event comes, for a tip whose acceleration stays."""
+    block, h, start, _, _, kinks = record
     if event == TURN:
         return -rate / a
     if event > TURN:
-        off = 0.0
+        level, off = kinks[int(event)] if event < kinks.shape[0] else p[4], 0.0
         for _ in range(4):
             off -= (d + off * (rate + 0.5 * off * a) - level) / (rate + off * a)
         return off
     if latch_count():
-        which, place = int(SWITCH - event), motion_size() + memory_size()
+        which, place, t = int(SWITCH - event), motion_size() + memory_size(), start + i * h + share * h
         latched, off, near = block[i, place : place + latch_count()], 0.0, 1e-9 / p[3]
         for _ in range(4):
             here = switch(which, latched, d + off * (rate + 0.5 * off * a), rate + off * a, t + off, p)
@@ -315,67 +257,29 @@ def time_to(event: float, level: float, d: float, rate: float, a: float, block: 
 
 
 @inlined
-def carried(
-    y: Any,
-    share: float,
-    there: float,
-    low: float,
-    high: float,
-    block: Any,
-    i: int,
-    h: float,
-    t: float,
-    tau: float,
-    tones: Any,
-    bases: Any,
-    rates: Any,
-    stage: Any,
-    late: bool,
-    p: Any,
-) -> Any:
-    """Return the motion at another share of a step, by one step of the classical Runge–Kutta method within limits."""
+def carried(y: Any, there: float, side: Any, piece: Any, record: Any, drive: Any, p: Any) -> Any:
+    """Return the motion at another share of a step than where a piece begins, by one classical Runge–Kutta step."""
+    (_, h, _, _, _, _), (tones, bases, _, points), share = record, drive, piece[FROM]
     step, middle_share = (there - share) * h * p[3], 0.5 * (share + there)
-    start = tau + share * h * p[3]
+    start = int(piece[STEP]) * TAU / points + share * h * p[3]
     u1 = drive_at(tones, bases, start + 0.5 * step)
     middle, last = coasted(y, 0.5 * step), coasted(y, step)
-    f = force_at(min(max(distance(y, p), low), high), rate_of(y, p), share, block, i, t, h, rates, stage, late, p)
+    f = force_beside(y, share, side, piece, record, p)
     a1 = forced(free_acceleration(drive_at(tones, bases, start), y, p), f, p)
     ya = pushed(middle, 0.5 * step, a1)
-    f = force_at(
-        min(max(distance(ya, p), low), high), rate_of(ya, p), middle_share, block, i, t, h, rates, stage, late, p
-    )
-    a2 = forced(free_acceleration(u1, ya, p), f, p)
+    a2 = forced(free_acceleration(u1, ya, p), force_beside(ya, middle_share, side, piece, record, p), p)
     yb = pushed(bent(middle, 0.25 * step * step, a1), 0.5 * step, a2)
-    f = force_at(
-        min(max(distance(yb, p), low), high), rate_of(yb, p), middle_share, block, i, t, h, rates, stage, late, p
-    )
-    a3 = forced(free_acceleration(u1, yb, p), f, p)
+    a3 = forced(free_acceleration(u1, yb, p), force_beside(yb, middle_share, side, piece, record, p), p)
     yc = pushed(bent(last, 0.5 * step * step, a2), step, a3)
-    f = force_at(min(max(distance(yc, p), low), high), rate_of(yc, p), there, block, i, t, h, rates, stage, late, p)
+    f = force_beside(yc, there, side, piece, record, p)
     a4 = forced(free_acceleration(drive_at(tones, bases, start + step), yc, p), f, p)
     return arrived(last, step, a1, a2, a3, a4)
 
 
-def add_piece(
-    block: Any,
-    h: float,
-    t: float,
-    points: int,
-    tones: Any,
-    phasor: Any,
-    p: Any,
-    rates: Any,
-    stage: Any,
-    first: int,
-    after: int,
-    piece: Any,
-    tops: Any,
-    sums: Any,
-    forces: int,
-    out: Any,
-) -> None:
+def add_piece(piece: Any, first: int, after: int, record: Any, drive: Any, phasor: Any, result: Any, p: Any) -> None:
     """Add the nodes from `first` to `after` of a piece."""
-    i, late = int(piece[STEP]), piece[LATE] == 1.0
+    (_, h, _, _, _, _), (tones, _, _, points), (sums, tops, out) = record, drive, result
+    i, late, column = int(piece[STEP]), piece[LATE] == 1.0, out.shape[0] - 2 * tones.shape[0]
     share, width = piece[FROM], piece[TO] - piece[FROM]
     step, begin, length = width * h, piece[BEGIN], piece[END] - piece[BEGIN]
     d0, v0, d1, v1 = piece[D0], piece[V0], piece[D1], piece[V1]
@@ -386,7 +290,7 @@ def add_piece(
     for q in range(first, after):
         s = begin + NODES[q] * length
         d, rate = quintic(s, step, d0, v0, d1, v1, b0, b1), quintic_rate(s, step, d0, v0, d1, v1, b0, b1)
-        f = force_at(d, rate, share + s * width, block, i, t, h, rates, stage, late, p)
+        f = force_at(d, rate, share + s * width, i, late, record, p)
         if f > sums[F_HIGH]:
             sums[F_HIGH], sums[AT_HIGH] = f, i
             for k in range(PIECE):
@@ -401,13 +305,14 @@ def add_piece(
         with_v += part * rate
         for j in range(tones.shape[0]):
             c, sine = turned(phasor[0, j], phasor[1, j], tones[j, 0] * TAU / points * (share + s * width))
-            add_lock_in(part, 0.0, c, sine, points, out, forces + 2 * j)
+            add_lock_in(part, 0.0, c, sine, points, out, column + 2 * j)
     sums[SUM], sums[SUM_Z], sums[SUM_V] = sums[SUM] + force_sum, sums[SUM_Z] + with_z, sums[SUM_V] + with_v
 
 
-def switching_share(which: int, block: Any, i: int, h: float, t: float, p: Any) -> float:
+def switching_share(which: int, i: int, record: Any, p: Any) -> float:
     """Return where in step i a branch switched, or 1 when it did not."""
-    place = motion_size() + memory_size()
+    block, h, start, _, _, _ = record
+    place, t = motion_size() + memory_size(), start + i * h
     if block[i, place + which] == block[i + 1, place + which]:
         return 1.0
     a, b = motion_of(block, i), motion_of(block, i + 1)
@@ -423,25 +328,22 @@ def switching_share(which: int, block: Any, i: int, h: float, t: float, p: Any) 
     return high
 
 
-def refine(
-    block: Any, h: float, t: float, rates: Any, stage: Any, sign: float, best: float, piece: Any, p: Any
-) -> float:
+def refine(sign: float, best: float, piece: Any, record: Any, p: Any) -> float:
     """Return the extreme of sign times the force on a piece, by golden section, no worse than `best`."""
     low, high = piece[BEGIN], piece[END]
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    at_left = sign * force_on(left, block, h, t, rates, stage, piece, p)
-    at_right = sign * force_on(right, block, h, t, rates, stage, piece, p)
+    at_left, at_right = sign * force_on(left, piece, record, p), sign * force_on(right, piece, record, p)
     for _ in range(SECTIONS):
         best = max(best, at_left, at_right)
         if at_left > at_right:
             high, right, at_right = right, left, at_left
             left = high - GOLDEN * (high - low)
-            at_left = sign * force_on(left, block, h, t, rates, stage, piece, p)
+            at_left = sign * force_on(left, piece, record, p)
         else:
             low, left, at_left = left, right, at_right
             right = low + GOLDEN * (high - low)
-            at_right = sign * force_on(right, block, h, t, rates, stage, piece, p)
-    middle = sign * force_on(0.5 * (left + right), block, h, t, rates, stage, piece, p)
+            at_right = sign * force_on(right, piece, record, p)
+    middle = sign * force_on(0.5 * (left + right), piece, record, p)
     best, bend, rise = max(best, at_left, at_right, middle), 2.0 * middle - at_left - at_right, at_right - at_left
     if bend > 0.0 and abs(rise) < TOP * bend:
         best = max(best, middle + 0.125 * rise * rise / bend)
@@ -449,11 +351,10 @@ def refine(
 
 
 @inlined
-def force_on(s: float, block: Any, h: float, t: float, rates: Any, stage: Any, piece: Any, p: Any) -> float:
+def force_on(s: float, piece: Any, record: Any, p: Any) -> float:
     """Return the force at a share of what a piece is interpolated over."""
-    width = piece[TO] - piece[FROM]
+    width, h = piece[TO] - piece[FROM], record[1]
     b0, b1 = bends(width * h, piece[D0], piece[V0], piece[A0], piece[D1], piece[V1], piece[A1])
     d = quintic(s, width * h, piece[D0], piece[V0], piece[D1], piece[V1], b0, b1)
     rate = quintic_rate(s, width * h, piece[D0], piece[V0], piece[D1], piece[V1], b0, b1)
-    late = piece[LATE] == 1.0
-    return force_at(d, rate, piece[FROM] + s * width, block, int(piece[STEP]), t, h, rates, stage, late, p)
+    return force_at(d, rate, piece[FROM] + s * width, int(piece[STEP]), piece[LATE] == 1.0, record, p)

@@ -55,13 +55,13 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
         Scale.POWER: energy[:, 0] * omega / (2.0 * np.pi),
     }
     out = np.zeros((count, len(DEVIATIONS)))
-    for i, name in enumerate(DEVIATIONS):
-        if name not in a:
-            continue
-        row, change = OBSERVABLES[name], np.abs(a[name] - b[name])
-        over = row.dims[0] if row.dims else ""
-        first = np.s_[:, None] if row.dims else np.s_[:]
-        with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for i, name in enumerate(DEVIATIONS):
+            if name not in a:
+                continue
+            row, change = OBSERVABLES[name], np.abs(a[name] - b[name])
+            over = row.dims[0] if row.dims else ""
+            first = np.s_[:, None] if row.dims else np.s_[:]
             if row.scale == Scale.ENERGY:
                 scale = energies.get(over, energy[:, 0][first])
             elif row.scale == Scale.LENGTH:
@@ -72,5 +72,5 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
             else:
                 scale = plain[row.scale]
             share = np.where(change > 0.0, change / scale, change)
-        out[:, i] = share.reshape(count, -1).max(axis=1) if share.size else 0.0
+            out[:, i] = share.reshape(count, -1).max(axis=1) if share.size else 0.0
     return out

@@ -116,10 +116,12 @@ def insert(cuts: Any, count: int, s: float, event: float) -> int:
     return count + 1
 
 
-def cut_at(
-    cuts: Any, count: int, level: float, event: float, turn: float, h: float, d0: float, v0: float, d1: float, v1: float
-) -> int:
-    """Add the places where a step, which may turn on the way, passes a level; return how many cuts there are."""
+def cut_at(cuts: Any, count: int, level: float, event: float, turn: float, ends: Any) -> int:
+    """Add the places where a step, which may turn on the way, passes a level; return how many cuts there are.
+
+    `ends` are the length of the step, and distance and velocity at either end.
+    """
+    h, d0, v0, d1, v1 = ends
     d_turn = cubic(turn, h, d0, v0, d1, v1) if turn > 0.0 else d0
     if turn > 0.0 and (d0 - level) * (d_turn - level) < 0.0:
         count = insert(cuts, count, crossing_between(level, 0.0, turn, h, d0, v0, d1, v1), event)

@@ -5,6 +5,10 @@ by Simpson's rule where the force is flat enough, else by Gauss–Legendre quadr
 through distance, velocity and acceleration at both ends, and of the forces' memory. Where the motion turns, the force has a
 kink or a branch switches, a step is cut in pieces, see ``cuts``; these give the contact time and the extremes between
 samples, too.
+
+Beside what goes down together in ``cuts`` and ``integrators.loops``, `path` holds distance, velocity, force and acceleration at
+the samples, and what the accelerations add to the cubics of the steps, in SI units; `middle` holds distance, velocity and
+force in the middle of each step.
 """
 
 from __future__ import annotations
@@ -30,21 +34,13 @@ from dforce.kernel.vocabulary import (
     row,
 )
 from dforce.observables.cuts import (
-    A0,
-    A1,
     AT_HIGH,
     AT_LOW,
-    BEGIN,
-    D0,
-    D1,
     D_HIGH,
     D_LOW,
-    END,
     F_HIGH,
     F_LOW,
     FASTEST,
-    FROM,
-    LATE,
     NODES,
     PIECE,
     PLAIN,
@@ -53,14 +49,12 @@ from dforce.observables.cuts import (
     SUM_V,
     SUM_Z,
     SUMS,
-    TO,
     TOUCHED,
-    V0,
-    V1,
     WEIGHTS,
     add_pieces,
     force_at,
     refine,
+    whole_step,
 )
 from dforce.observables.interpolant import MOST_CUTS, bends, cubic, cubic_rate, fastest, quintic, quintic_rate, turning
 from dforce.observables.lockin import TAU, add_lock_in, dot, lock_in_at, total
@@ -75,28 +69,26 @@ ROOM = 10  # rows of scratch, one number a sample
 FLAT, STEEP, CUTS, BESIDE, BROKEN = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
-def measure(block: Any, period: int, turns: Any, tones: Any, bases: Any, p: Any, kinks: Any, out: Any) -> None:
+def measure(block: Any, turns: Any, drive: Any, kinks: Any, p: Any, out: Any) -> None:
     """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI."""
-    measure_in(block, period, turns, tones, bases, p, kinks, np.empty((ROOM, turns.cosine.shape[1])), out)
+    measure_in(block, turns, drive, kinks, p, np.empty((ROOM, turns.cosine.shape[1])), out)
 
 
-def measure_in(
-    block: Any, period: int, turns: Any, tones: Any, bases: Any, p: Any, kinks: Any, room: Any, out: Any
-) -> None:
+def measure_in(block: Any, turns: Any, drive: Any, kinks: Any, p: Any, room: Any, out: Any) -> None:
     """Do so in a room (ROOM, samples), taken once: fresh memory costs more than what is done with it."""
+    tones, bases, _, _ = drive
     for k in range(out.shape[0]):
         out[k] = 0.0
-    points = turns.cosine.shape[1] - 1
-    forces = measure_motion(block, turns, bases, room, out)
-    measure_force(block, period, points, tones, bases, turns.cosine, turns.sine, p, kinks, room, forces, out)
+    measure_motion(block, turns, bases, room, out)
+    measure_force(block, (turns.cosine, turns.sine), drive, kinks, p, room, out)
     for j in range(tones.shape[0]):
         if tones[j, FIRST_DRIVE + 2 * mode_count()] != 0.0 or tones[j, FIRST_DRIVE + 2 * mode_count() + 1] != 0.0:
             deflection_extremes(block, turns, tones, bases, room, out)
             return
 
 
-def measure_motion(block: Any, turns: Any, bases: Any, room: Any, out: Any) -> int:
-    """Measure the deflection at the samples; return the first column of the force's lock-ins."""
+def measure_motion(block: Any, turns: Any, bases: Any, room: Any, out: Any) -> None:
+    """Measure the deflection at the samples."""
     modes, tones, points = mode_count(), turns.cosine.shape[0], turns.cosine.shape[1] - 1
     x, z = room[0], room[1]
     for i in range(points + 1):
@@ -126,7 +118,6 @@ def measure_motion(block: Any, turns: Any, bases: Any, room: Any, out: Any) -> i
         out[place] = 2.0 * (real * turn_c - imaginary * turn_s) / points
         out[place + 1] = -2.0 * (imaginary * turn_c + real * turn_s) / points
         place += 2
-    return place
 
 
 def deflection_extremes(block: Any, turns: Any, tones: Any, bases: Any, room: Any, out: Any) -> None:
@@ -153,22 +144,13 @@ def deflection_extremes(block: Any, turns: Any, tones: Any, bases: Any, room: An
     out[Z_MIN], out[Z_MAX] = low, high
 
 
-@by_address("void(f8[:,::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[:,::1],{p},f8[::1],f8[:,::1],i8,f8[::1])")
-def measure_force(
-    block: Any,
-    period: int,
-    points: int,
-    tones: Any,
-    bases: Any,
-    cosine: Any,
-    sine: Any,
-    p: Any,
-    kinks: Any,
-    room: Any,
-    forces: int,
-    out: Any,
-) -> None:
-    """Measure the force and the extremes of the motion, step by step between the samples."""
+@by_address("void(f8[:,::1],UniTuple(f8[:,::1],2),Tuple((f8[:,::1],f8[::1],i8,i8)),f8[::1],{p},f8[:,::1],f8[::1])")
+def measure_force(block: Any, waves: Any, drive: Any, kinks: Any, p: Any, room: Any, out: Any) -> None:
+    """Measure the force and the extremes of the motion, step by step between the samples.
+
+    `waves` are cosine and sine of the tones at the samples from phase 0 on, (tones, points + 1).
+    """
+    (tones, bases, period, points), (cosine, sine) = drive, waves
     h, start = TAU / points / p[3], period * TAU / p[3]
     d, v, f = room[0], room[1], room[2]
     last = block.shape[1] - 1
@@ -184,26 +166,20 @@ def measure_force(
         for i in range(points + 1):
             memory = block[i, place : place + memory_size()]
             evolve(d[i], v[i], start + i * h, memory, memory, rates[i], p)
-    d_middle, v_middle, middle, kind, a, b0, b1 = room[3], room[4], room[5], room[6], room[7], room[8], room[9]
-    sort_steps(block, h, start, d, v, f, kinks, rates, stage, p, d_middle, v_middle, middle, kind)
-    accelerations(block, h, d, v, f, tones, bases, cosine, sine, p, a, b0, b1)
-    sums = np.empty(SUMS)
+    path, middle, kind = (d, v, f, room[7], room[8], room[9]), (room[3], room[4], room[5]), room[6]
+    record, result = (block, h, start, rates, stage, kinks), (np.empty(SUMS), np.empty((2, PIECE)), out)
+    sort_steps(path, middle, kind, record, p)
+    accelerations(path, waves, record, drive, p)
+    sums, tops, _ = result
     extremes(h, d, v, f, sums)
-    sums[SUM], sums[SUM_Z], sums[SUM_V] = flat_sums(d, v, f, d_middle, v_middle, middle, kind, p[0])
+    sums[SUM], sums[SUM_Z], sums[SUM_V] = flat_sums(path, middle, kind, p[0])
     for j in range(tones.shape[0]):
         half = 0.5 * tones[j, 0] * TAU / points
-        real, imaginary = flat_lock_in(f, middle, kind, cosine[j], sine[j], math.cos(half), math.sin(half))
-        add_lock_in(real, imaginary, math.cos(bases[j]), math.sin(bases[j]), points, out, forces + 2 * j)
-    add_steep(
-        block, h, start, d, v, b0, b1, kind, points, tones, bases, cosine, sine, p, rates, stage, room[3:6], sums,
-        forces, out,
-    )  # fmt: skip
-    cuts, phasor, piece, tops = (
-        np.empty((2, MOST_CUTS + 1)),
-        np.empty((2, tones.shape[0])),
-        np.empty(PIECE),
-        np.empty((2, PIECE)),
-    )
+        real, imaginary = flat_lock_in(f, middle[2], kind, cosine[j], sine[j], math.cos(half), math.sin(half))
+        column = out.shape[0] - 2 * tones.shape[0] + 2 * j
+        add_lock_in(real, imaginary, math.cos(bases[j]), math.sin(bases[j]), points, out, column)
+    add_steep(path, kind, waves, record, drive, room[3:6], result, p)
+    cuts, phasor, piece = np.empty((2, MOST_CUTS + 1)), np.empty((2, tones.shape[0])), np.empty(PIECE)
     tops[0, STEP] = tops[1, STEP] = -1.0
     for i in range(points):
         if kind[i] >= CUTS:
@@ -211,75 +187,32 @@ def measure_force(
                 c, s = math.cos(bases[j]), math.sin(bases[j])
                 phasor[0, j] = cosine[j, i] * c - sine[j, i] * s
                 phasor[1, j] = sine[j, i] * c + cosine[j, i] * s
-            t = start + i * h
-            events = add_pieces(
-                block, i, h, t, points, tones, bases, phasor, p, kinks, rates, stage, a[i], a[i + 1],
-                kind[i] == BESIDE, cuts, piece, tops, sums, forces, out,
-            )  # fmt: skip
+            whole_step(i, path, piece)
+            events = add_pieces(piece, kind[i] == BESIDE, record, drive, phasor, cuts, result, p)
             kind[i] = BROKEN if events else CUTS
-    # peak force, and the lowest force
-    out[F_MAX] = highest(
-        block, h, start, d, v, a, kind, rates, stage, 1.0, sums[F_HIGH], int(sums[AT_HIGH]), tops[0], piece, p
-    )
-    out[F_MIN] = -highest(
-        block, h, start, d, v, a, kind, rates, stage, -1.0, -sums[F_LOW], int(sums[AT_LOW]), tops[1], piece, p
-    )
+    out[F_MAX] = highest(1.0, path, kind, piece, record, result, p)
+    out[F_MIN] = -highest(-1.0, path, kind, piece, record, result, p)
     out[F], out[F_Z], out[F_V] = sums[SUM] / points, sums[SUM_Z] / points, sums[SUM_V] / points
     out[CONTACT], out[D_MIN], out[V_MAX] = sums[TOUCHED] / points, sums[D_LOW], sums[FASTEST]
     out[Z_MIN], out[Z_MAX] = (sums[D_LOW] - p[0]) / p[1], (sums[D_HIGH] - p[0]) / p[1]
 
 
-def highest(
-    block: Any,
-    h: float,
-    start: float,
-    d: Any,
-    v: Any,
-    a: Any,
-    kind: Any,
-    rates: Any,
-    stage: Any,
-    sign: float,
-    best: float,
-    at: int,
-    top: Any,
-    piece: Any,
-    p: Any,
-) -> float:
-    """Return the largest of sign times the force between samples: in the piece `top`, or in the steps beside a sample."""
-    if top[STEP] == at:
-        return refine(block, h, start + at * h, rates, stage, sign, best, top, p)
-    for i in (max(at - 1, 0), at):
+def highest(sign: float, path: Any, kind: Any, piece: Any, record: Any, result: Any, p: Any) -> float:
+    """Return the largest of sign times the force between samples: in the piece known, or in the steps beside a sample."""
+    sums, tops, _ = result
+    best, at, top = (sums[F_HIGH], sums[AT_HIGH], 0) if sign > 0.0 else (-sums[F_LOW], sums[AT_LOW], 1)
+    if tops[top, STEP] == at:
+        return refine(sign, best, tops[top], record, p)
+    for i in (max(int(at) - 1, 0), int(at)):
         if kind[i] != BROKEN:
-            piece[FROM], piece[TO], piece[BEGIN], piece[END], piece[LATE], piece[STEP] = 0.0, 1.0, 0.0, 1.0, 0.0, i
-            piece[D0], piece[V0], piece[A0], piece[D1], piece[V1], piece[A1] = (
-                d[i],
-                v[i],
-                a[i],
-                d[i + 1],
-                v[i + 1],
-                a[i + 1],
-            )
-            best = refine(block, h, start + i * h, rates, stage, sign, best, piece, p)
+            whole_step(i, path, piece)
+            best = refine(sign, best, piece, record, p)
     return best
 
 
-def accelerations(
-    block: Any,
-    h: float,
-    d: Any,
-    v: Any,
-    f: Any,
-    tones: Any,
-    bases: Any,
-    cosine: Any,
-    sine: Any,
-    p: Any,
-    a: Any,
-    b0: Any,
-    b1: Any,
-) -> None:
+def accelerations(path: Any, waves: Any, record: Any, drive: Any, p: Any) -> None:
     """Write the tip's acceleration (m/s^2) at all samples, and what it adds to the cubics of the steps."""
+    (d, v, f, a, b0, b1), (cosine, sine), (block, h, _, _, _, _), (tones, bases, _, _) = path, waves, record, drive
     nothing = row(np.zeros((1, mode_count())), 0)
     for i in range(d.shape[0]):
         a[i] = rate_of(motion(nothing, f[i], motion_of(block, i), p), p) * p[3]
@@ -315,35 +248,19 @@ def extremes(h: float, d: Any, v: Any, f: Any, sums: Any) -> None:
     sums[D_LOW], sums[D_HIGH], sums[FASTEST] = d_low, d_high, fast
 
 
-def forces_at(
-    s: float, first: int, block: Any, h: float, start: float, d: Any, v: Any, rates: Any, stage: Any, p: Any, out: Any
-) -> None:
+def forces_at(s: float, first: int, d: Any, v: Any, out: Any, record: Any, p: Any) -> None:
     """Write the forces at the share s of the steps from `first` on, where distances and velocities are these."""
+    _, h, start, _, _, _ = record
     if memory_size() or latch_count():
         for i in range(out.shape[0]):
-            at = first + i
-            out[i] = force_at(d[i], v[i], s, block, at, start + at * h, h, rates, stage, False, p)
+            out[i] = force_at(d[i], v[i], s, first + i, False, record, p)
     else:
         each_force(d, v, start + (first + s) * h, h, out, p)
 
 
-def sort_steps(
-    block: Any,
-    h: float,
-    start: float,
-    d: Any,
-    v: Any,
-    f: Any,
-    kinks: Any,
-    rates: Any,
-    stage: Any,
-    p: Any,
-    d_middle: Any,
-    v_middle: Any,
-    middle: Any,
-    kind: Any,
-) -> None:
+def sort_steps(path: Any, middle: Any, kind: Any, record: Any, p: Any) -> None:
     """Write distance, velocity and force in the middle of each step, and how the force is to be averaged over it."""
+    (d, v, f, _, _, _), (d_middle, v_middle, f_middle), (block, h, _, _, _, kinks) = path, middle, record
     points = d.shape[0] - 1
     near = p[4]
     for kink in kinks:
@@ -351,9 +268,9 @@ def sort_steps(
     for i in range(points):
         d_middle[i] = cubic(0.5, h, d[i], v[i], d[i + 1], v[i + 1])
         v_middle[i] = cubic_rate(0.5, h, d[i], v[i], d[i + 1], v[i + 1])
-    forces_at(0.5, 0, block, h, start, d_middle[:points], v_middle[:points], rates, stage, p, middle[:points])
+    forces_at(0.5, 0, d_middle[:points], v_middle[:points], f_middle[:points], record, p)
     for i in range(points):
-        d0, v0, d1, v1, fm = d[i], v[i], d[i + 1], v[i + 1], middle[i]
+        d0, v0, d1, v1, fm = d[i], v[i], d[i + 1], v[i + 1], f_middle[i]
         flat = abs(f[i] - 2.0 * fm + f[i + 1]) <= BENT * (abs(f[i]) + abs(f[i + 1]))
         outside = d0 > near and d1 > near
         whole = v0 * v1 > 0.0 and not (d0 - p[4]) * (d1 - p[4]) < 0.0
@@ -377,12 +294,13 @@ def mark_kinks(d: Any, kinks: Any, kind: Any) -> None:
 
 
 @reordered
-def flat_sums(d: Any, v: Any, f: Any, d_middle: Any, v_middle: Any, middle: Any, kind: Any, zc: float) -> Any:
+def flat_sums(path: Any, middle: Any, kind: Any, zc: float) -> Any:
     """Return the sums of the force, and of force times deflection and velocity, over the flat steps by Simpson's rule."""
+    (d, v, f, _, _, _), (d_middle, v_middle, f_middle) = path, middle
     force_sum, with_z, with_v = 0.0, 0.0, 0.0
     for i in range(d.shape[0] - 1):
         flat = kind[i] == FLAT
-        f0, fm, f1 = (f[i] if flat else 0.0), (4.0 * middle[i] if flat else 0.0), (f[i + 1] if flat else 0.0)
+        f0, fm, f1 = (f[i] if flat else 0.0), (4.0 * f_middle[i] if flat else 0.0), (f[i + 1] if flat else 0.0)
         force_sum += f0 + fm + f1
         with_z += f0 * (d[i] - zc) + fm * (d_middle[i] - zc) + f1 * (d[i + 1] - zc)
         with_v += f0 * v[i] + fm * v_middle[i] + f1 * v[i + 1]
@@ -401,29 +319,10 @@ def flat_lock_in(f: Any, middle: Any, kind: Any, cosine: Any, sine: Any, c: floa
     return real / 6.0, imaginary / 6.0
 
 
-def add_steep(
-    block: Any,
-    h: float,
-    start: float,
-    d: Any,
-    v: Any,
-    b0: Any,
-    b1: Any,
-    kind: Any,
-    points: int,
-    tones: Any,
-    bases: Any,
-    cosine: Any,
-    sine: Any,
-    p: Any,
-    rates: Any,
-    stage: Any,
-    scratch: Any,
-    sums: Any,
-    forces: int,
-    out: Any,
-) -> None:
+def add_steep(path: Any, kind: Any, waves: Any, record: Any, drive: Any, scratch: Any, result: Any, p: Any) -> None:
     """Add the steep steps by Gauss–Legendre quadrature, each node in all steps at once; `scratch` has three rows."""
+    (d, v, _, _, b0, b1), (cosine, sine), h, (tones, bases, _, points) = path, waves, record[1], drive
+    sums, _, out = result
     first, after, inside = points, 0, 0
     for i in range(points):
         if kind[i] == STEEP:
@@ -438,7 +337,7 @@ def add_steep(
         for i in range(count):
             here[i] = quintic(s, h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
             rate[i] = quintic_rate(s, h, d[i], v[i], d[i + 1], v[i + 1], b0[i], b1[i])
-        forces_at(s, first, block, h, start, here, rate, rates, stage, p, f)
+        forces_at(s, first, here, rate, f, record, p)
         for i in range(count):
             if kind[i] == STEEP:
                 note_force(f[i], first + i, sums)
@@ -449,10 +348,10 @@ def add_steep(
         sums[SUM_Z] += weight * with_z
         sums[SUM_V] += weight * with_v
         for j in range(tones.shape[0]):
-            angle = bases[j] + tones[j, 0] * TAU / points * s
+            angle, column = bases[j] + tones[j, 0] * TAU / points * s, out.shape[0] - 2 * tones.shape[0] + 2 * j
             real = weight * dot(f, cosine[j, first:after])
             imaginary = weight * dot(f, sine[j, first:after])
-            add_lock_in(real, imaginary, math.cos(angle), math.sin(angle), points, out, forces + 2 * j)
+            add_lock_in(real, imaginary, math.cos(angle), math.sin(angle), points, out, column)
 
 
 @reordered

@@ -134,7 +134,7 @@ class Layout:
             if array is not None:
                 own = (..., *map(slice, array.shape[2:]))
                 row[own][(slice(None), *places)] = array if self.inner else array[:, 0]
-        return self.over_axes(out)
+        return self.over_axes(out) if self.shape else out[0, 0]
 
     def by_point(self, array: Any) -> Any:
         """Undo :meth:`over_all`, in a copy: (parts, cases, points, ...)."""

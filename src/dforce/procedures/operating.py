@@ -202,7 +202,7 @@ class _Search:
         if not keep_slope:
             self.slope[which] = np.where(np.isfinite(slope), slope, self.slope[which])
         self.miss[which], self.zc[which] = miss, np.where(there, to, self.zc[which])
-        last = States(branch.last_x, branch.last_memory, branch.last_branch)
+        last = States.last_of(branch)
         points.states.put((which[there], 0), last.take(there))
         points.rows[which], points.monodromy[which] = branch.rows, branch.monodromy
         points.residual[which] = np.where(there[:, None], branch.residual, np.nan)

@@ -44,7 +44,7 @@ def describe(dataset: xr.Dataset) -> xr.Dataset:
         if row is not None:
             variable.attrs.update(row.words)
     if "status" in dataset:
-        if dataset["status"].dtype != np.int8:
+        if dataset.variables["status"].dtype != np.int8:
             dataset["status"] = dataset["status"].astype(np.int8)
         dataset.variables["status"].attrs.update(
             long_name="status",

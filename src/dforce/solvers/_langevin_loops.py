@@ -1,19 +1,20 @@
-"""The compiled steps of a lever that thermal motion shakes; see ``langevin``."""
+"""The compiled steps of a lever that thermal motion shakes; see ``langevin``. `forces` are those of ``integrators.loops``."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.integrators.loops import TAU, phases, risen, seconds
+from dforce.integrators.loops import TAU, keep_rest, phases, risen, seconds
 from dforce.kernel.vocabulary import (
     distance,
     evolve,
     fluid_size,
     force,
     from_vector,
+    keep,
     latch_count,
     memory_size,
     mode_count,
@@ -24,87 +25,110 @@ from dforce.observables.lockin import lock_in_turned
 from dforce.solvers.philox import normals
 
 
-def march(
-    ys: Any,
-    memories: Any,
-    branches: Any,
-    keys: Any,
-    first: int,
-    periods: int,
-    tones: Any,
-    free: Any,
-    carry: Any,
-    spread: Any,
-    gains: Any,
-    p: Any,
-    kinks: Any,
-    block: Any,
-    turns: Any,
-    weights: Any,
-    decay: float,
-    lock_ins: Any,
-    out: Any,
-    lowest: Any,
-) -> None:
-    """Advance lanes by whole periods; out[j, i] holds the lock-in of lane j over period i, see ``lock_in_turned``.
+class NoisyLanes(NamedTuple):
+    """Motions of one problem at the start of a period, each with random numbers of its own.
 
-    Parameters
+    Attributes
     ----------
-    ys, memories, branches
-        Scaled motions, memories and branches of the lanes at the start, then at the end, (lanes, numbers).
+    period
+        Periods of the first tone since the start, of all of them.
+    y, memory, latched
+        Scaled motions, memories and branches, a row each.
     keys
-        Two words for each lane, (lanes, 2): what its random numbers depend on, beside the count of its steps.
+        What the random numbers depend on beside the count of steps, (lanes, 2).
+    lowest
+        Least distance so far (m), (lanes,).
+    lock_ins
+        What the poles of a lock-in hold, (lanes, tones, poles, 2); without poles each period is read by itself.
+    """
+
+    period: int
+    y: Any
+    memory: Any
+    latched: Any
+    keys: Any
+    lowest: Any
+    lock_ins: Any
+
+    def part(self, which: Any) -> NoisyLanes:
+        """Return some of them."""
+        return NoisyLanes(self.period, *(one[which] for one in self[1:]))
+
+    def copy(self) -> NoisyLanes:
+        """Return a copy, to be advanced."""
+        return NoisyLanes(self.period, *(one.copy() for one in self[1:]))
+
+
+class ShakenLever(NamedTuple):
+    """The lever without forces: how it is driven, moves and is shaken.
+
+    Attributes
+    ----------
+    tones
+        The kernel's tone table.
     free
-        Complex amplitudes of the steady motion without forces, real and imaginary parts, (2, tones, numbers).
+        Complex amplitudes of the steady motion, real and imaginary parts, (2, tones, numbers).
     carry, spread
-        Of each mode: the linear step of its free motion, and the root of the covariance that noise adds to it, of deflection,
+        Of each mode: the linear step of its motion, and the root of the covariance that noise adds to it, of deflection,
         velocity and late fluid: what each leads to stands in a row, (modes, numbers, numbers).
     gains
         Acceleration of each mode for each newton on the tip.
-    weights, decay, lock_ins
-        How a lock-in sees each mode at each tone, (tones, modes); the step over the time constant of its poles; what these
-        hold, (lanes, tones, poles, 2): without poles each period is read by itself.
-    block
-        Scratch, which holds the samples of the last period of the last lane in the end.
-    lowest
-        Least distance (m) of each lane; lowered.
     """
+
+    tones: Any
+    free: Any
+    carry: Any
+    spread: Any
+    gains: Any
+
+
+class Reading(NamedTuple):
+    """How a lock-in reads the motion.
+
+    Attributes
+    ----------
+    turns
+        Of the tones, see ``observables.lockin``.
+    weights
+        How it sees each mode at each tone, (tones, modes).
+    decay
+        Step over the time constant of its poles.
+    """
+
+    turns: Any
+    weights: Any
+    decay: float
+
+
+def march(lanes: Any, periods: int, lever: Any, reading: Any, kinks: Any, block: Any, p: Any, out: Any) -> None:
+    """Advance lanes by whole periods; out[j, i] holds the lock-in of lane j over period i, see ``lock_in_turned``.
+
+    `block` is scratch, which holds the samples of the last period of the last lane in the end.
+    """
+    tones, turns = lever.tones, reading.turns
     points = turns.cosine.shape[1] - 1
     bases, z, change = np.empty(tones.shape[0]), np.empty(points + 1), np.empty((2, max(memory_size(), 1)))
     steady = np.empty((points + 1, motion_size()))
     for i in range(periods):
-        phases(tones, first + i, bases)
+        phases(tones, lanes.period + i, bases)
         if i == 0 or tones.shape[0] > 1:  # the first tone alone repeats every period
-            tabulate_free(tones, bases, free, steady)
-        for j in range(ys.shape[0]):
-            least = advance(
-                ys[j],
-                memories[j],
-                branches[j],
-                keys[j, 0],
-                keys[j, 1],
-                first + i,
-                steady,
-                carry,
-                spread,
-                gains,
-                p,
-                kinks,
-                change,
-                block,
-            )
-            lowest[j] = min(lowest[j], least)
-            if lock_ins.shape[2] == 0:
+            tabulate_free(tones, bases, lever.free, steady)
+        for j in range(lanes.y.shape[0]):
+            forces = lanes.memory[j], lanes.latched[j], kinks, change
+            least = advance(lanes.y[j], forces, lanes.keys[j], lanes.period + i, lever, steady, block, p)
+            lanes.lowest[j] = min(lanes.lowest[j], least)
+            if lanes.lock_ins.shape[2] == 0:
                 lock_in_turned(block, turns, bases, z, out[j, i])
             else:
-                low_pass(block, turns, bases, weights, decay, lock_ins[j], out[j, i])
+                low_pass(block, reading, bases, lanes.lock_ins[j], out[j, i])
 
 
-def low_pass(block: Any, turns: Any, bases: Any, weights: Any, decay: float, held: Any, out: Any) -> None:
+def low_pass(block: Any, reading: Any, bases: Any, held: Any, out: Any) -> None:
     """Take a lock-in over a period; write the mean of its last pole at each tone, real and imaginary part.
 
     What a period alone would say, once a period, is not the same: noise at twice the frequency would count as if it were slow.
     """
+    turns, weights, decay = reading
     points, kept = turns.cosine.shape[1] - 1, math.exp(-decay)
     for j in range(bases.shape[0]):
         c, s = math.cos(bases[j]), math.sin(bases[j])
@@ -141,48 +165,34 @@ def tabulate_free(tones: Any, bases: Any, free: Any, steady: Any) -> None:
                 steady[i, k] += free[0, j, k] * c - free[1, j, k] * s
 
 
-def advance(
-    y: Any,
-    memory: Any,
-    branch: Any,
-    k0: int,
-    k1: int,
-    period: int,
-    steady: Any,
-    carry: Any,
-    spread: Any,
-    gains: Any,
-    p: Any,
-    kinks: Any,
-    change: Any,
-    block: Any,
-) -> float:
+def advance(y: Any, forces: Any, keys: Any, period: int, lever: Any, steady: Any, block: Any, p: Any) -> float:
     """Advance one lane by a period; return its least distance (m). block[i] holds sample i, both ends included."""
-    points = steady.shape[0] - 1
+    points, (memory, branch, kinks, _), gains = steady.shape[0] - 1, forces, lever.gains
     h = TAU / points
     start, dt, total = seconds(period * TAU, p), seconds(h, p), gains.sum()
     random, ahead, least, mean = np.empty(motion_size()), np.empty(own_size()), math.inf, 0.0
     for i in range(points):
         t = start + i * dt
-        f = kick(y, 0.5 * h, t, memory, branch, gains, total, p)
-        keep_sample(block, i, y, memory, branch, f)
+        f = kick(y, 0.5 * h, t, forces, total, p)
+        before = from_vector(y)
+        keep(block, i, before)
+        keep_rest(block, i, memory, branch, f)
         push(y, 0.5 * h * f, gains)
         before = from_vector(y)
-        d, rate = distance(before, p), rate_of(before, p)
-        normals(period * points + i, k0, k1, random)
-        drift(y, i, steady, carry, spread, random, ahead)
+        normals(period * points + i, keys[0], keys[1], random)
+        drift(y, i, steady, lever, random, ahead)
         after = from_vector(y)
         least = min(least, distance(after, p))
-        share = passed_kink(d, distance(after, p), kinks)
+        share = passed_kink(distance(before, p), distance(after, p), kinks)
         if share > 0.0:
             # the step again, with the impulse of its whole way: else how disturbances pass the kink has an error of order 1
-            mean = mean_force(d, rate, distance(after, p), rate_of(after, p), share, t, memory, branch, p)
+            mean = mean_force(before, after, share, t, forces, p)
             take_back(block, i, y)
             push(y, 0.5 * h * mean, gains)
-            drift(y, i, steady, carry, spread, random, ahead)
+            drift(y, i, steady, lever, random, ahead)
             after = from_vector(y)
         if memory_size():
-            remember(d, rate, distance(after, p), rate_of(after, p), h, t, memory, branch, change, p)
+            remember(before, after, h, t, forces, p)
         for _ in range(latch_count()):
             which = risen(after, t + dt, branch, p)
             if which >= 0:
@@ -190,14 +200,15 @@ def advance(
         if share > 0.0:
             push(y, 0.5 * h * mean, gains)
         else:
-            push(y, 0.5 * h * kick(y, 0.5 * h, t + dt, memory, branch, gains, total, p), gains)
+            push(y, 0.5 * h * kick(y, 0.5 * h, t + dt, forces, total, p), gains)
     end = from_vector(y)
     f = force(distance(end, p), rate_of(end, p), start + points * dt, memory, branch, p)
-    keep_sample(block, points, y, memory, branch, f)
+    keep(block, points, end)
+    keep_rest(block, points, memory, branch, f)
     return min(least, distance(end, p))
 
 
-def drift(y: Any, i: int, steady: Any, carry: Any, spread: Any, random: Any, ahead: Any) -> None:
+def drift(y: Any, i: int, steady: Any, lever: Any, random: Any, ahead: Any) -> None:
     """Take the motion about the driven one over step i, exactly, with its noise; `ahead` is scratch."""
     for n in range(mode_count()):
         for k in range(own_size()):
@@ -205,7 +216,7 @@ def drift(y: Any, i: int, steady: Any, carry: Any, spread: Any, random: Any, ahe
         for m in range(own_size()):
             here, shaken = y[place(n, m)] - steady[i, place(n, m)], random[place(n, m)]
             for k in range(own_size()):
-                ahead[k] += carry[n, m, k] * here + spread[n, m, k] * shaken
+                ahead[k] += lever.carry[n, m, k] * here + lever.spread[n, m, k] * shaken
         for k in range(own_size()):
             y[place(n, k)] = ahead[k]
 
@@ -230,11 +241,10 @@ def passed_kink(d0: float, d1: float, kinks: Any) -> float:
     return share
 
 
-def mean_force(
-    d0: float, v0: float, d1: float, v1: float, share: float, t: float, memory: Any, branch: Any, p: Any
-) -> float:
+def mean_force(before: Any, after: Any, share: float, t: float, forces: Any, p: Any) -> float:
     """Return the mean force (N) along a way that passes a kink, by Simpson's rule before and behind it."""
-    total, aside = 0.0, 1e-9
+    (memory, branch, _, _), total, aside = forces, 0.0, 1e-9
+    d0, v0, d1, v1 = distance(before, p), rate_of(before, p), distance(after, p), rate_of(after, p)
     for part in range(2):
         first, width = (0.0, share - aside) if part == 0 else (share + aside, 1.0 - share - aside)
         for node in range(3):
@@ -250,12 +260,12 @@ def take_back(block: Any, i: int, y: Any) -> None:
         y[k] = block[i, k]
 
 
-def kick(y: Any, h: float, t: float, memory: Any, branch: Any, gains: Any, total: float, p: Any) -> float:
+def kick(y: Any, h: float, t: float, forces: Any, gain: float, p: Any) -> float:
     """Return the mean force (N) of a kick of a scaled duration at one place: that in its middle, for the velocity changes."""
-    now = from_vector(y)
+    now, (memory, branch, _, _) = from_vector(y), forces
     d, rate = distance(now, p), rate_of(now, p)
     f = force(d, rate, t, memory, branch, p)
-    return force(d, rate + 0.5 * h * p[2] * total * f, t, memory, branch, p)
+    return force(d, rate + 0.5 * h * p[2] * gain * f, t, memory, branch, p)
 
 
 def push(y: Any, impulse: float, gains: Any) -> None:
@@ -264,10 +274,10 @@ def push(y: Any, impulse: float, gains: Any) -> None:
         y[2 * n + 1] += gains[n] * impulse
 
 
-def remember(
-    d0: float, v0: float, d1: float, v1: float, h: float, t: float, memory: Any, branch: Any, change: Any, p: Any
-) -> None:
+def remember(before: Any, after: Any, h: float, t: float, forces: Any, p: Any) -> None:
     """Advance the forces' memory over a step by the midpoint rule."""
+    memory, branch, _, change = forces
+    d0, v0, d1, v1 = distance(before, p), rate_of(before, p), distance(after, p), rate_of(after, p)
     evolve(d0, v0, t, memory, branch, change[0], p)
     for k in range(memory_size()):
         change[1, k] = memory[k] + 0.5 * h * change[0, k]
@@ -275,19 +285,6 @@ def remember(
     evolve(0.5 * (d0 + d1), 0.5 * (v0 + v1), middle, change[1], branch, change[0], p)
     for k in range(memory_size()):
         memory[k] += h * change[0, k]
-
-
-def keep_sample(block: Any, i: int, y: Any, memory: Any, branch: Any, f: float) -> None:
-    """Write motion, memory, branches and force as sample i of a period."""
-    for k in range(motion_size()):
-        block[i, k] = y[k]
-    first = motion_size()
-    for k in range(memory_size()):
-        block[i, first + k] = memory[k]
-    first += memory_size()
-    for k in range(latch_count()):
-        block[i, first + k] = branch[k]
-    block[i, first + latch_count()] = f
 
 
 def steepest(low: float, high: float, count: int, memory: Any, branch: Any, kinks: Any, p: Any) -> float:

@@ -67,8 +67,8 @@ class _Orbits:
         measured = self.measured(
             np.concatenate([self.rows[some], rows]), which
         )  # at once: a call costs a hundred orbits
-        halves = {name: np.split(values, 2) for name, values in measured.items()}
-        own, other = ({name: half[k] for name, half in halves.items()} for k in range(2))
+        halves = slice(len(some)), slice(len(some), None)
+        own, other = ({name: values[half] for name, values in measured.items()} for half in halves)
         self.error[some] = _error(self.block, self.at[some], tuple(table[some] for table in self.tables), own, other)
 
     def find_again(self, some: Indices, times: int) -> Indices:
@@ -79,7 +79,7 @@ class _Orbits:
         some = some[same]
         self.rows[some], self.monodromy[some] = branch.rows[same, 0], branch.monodromy[same, 0]
         self.residual[some] = branch.residual[same, 0]
-        self.states.put(some, States(branch.last_x[same], branch.last_memory[same], branch.last_branch[same]))
+        self.states.put(some, States.last_of(branch).take(same))
         return some
 
 

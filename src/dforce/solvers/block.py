@@ -9,56 +9,45 @@ from typing import Any
 
 import numpy as np
 
-from dforce import kernel
 from dforce.core.arrays import Array, Indices
 from dforce.integrators.lanes import LANES, padded
-from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
-from dforce.kernel.tip import TipFunctions
-from dforce.observables import measure
+from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.observables.averaging import common_period
-from dforce.observables.lockin import turns_of
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.integrator import CALLED, INTEGRATORS, SHARED, Integrator, load_kernels, sample_count
+from dforce.solvers.integrator import INTEGRATORS, Integrator, sample_count
+from dforce.solvers.model import DISTANCE, FREQUENCY, Model
 from dforce.solvers.newton import Orbits, empty_orbits
-from dforce.solvers.period_map import ALL, DISTANCE, FREQUENCY, Model, SharedDrive, Slots
-from dforce.solvers.problem_batch import Levers, ProblemBatch
+from dforce.solvers.period_map import ALL, Slots
+from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path, set_out
 from dforce.solvers.relaxation import GOING, MOST_LOOKS, SETTLED, Leaps
-from dforce.solvers.retune import retune
 from dforce.solvers.states import States
+from dforce.solvers.tip_equations import TipEquations
 from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, CancelCheck, chunks, never_cancelled
 
 ABREAST = 64  # problems solved in one call: their samples stay in the cache; with memory, which takes long, one
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 LOOKS = 64  # leaps in one call, for the same reason
+FIRST = 500_000  # samples, times one more than numbers of memory, that the first call of `follow` marches: milliseconds
 LEAPT = 20  # times the periods after which motions are given up that leaps may lead over: each costs three or four
 
 __all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block"]
 
 
-class Block:
-    """A batch of problems with the same samples per period, phases and ratios of the tones.
-
-    Parameters
-    ----------
-    batch
-        The problems' numbers.
-    problem
-        Gives a problem by its number and the value of the parameter, for what is done one by one.
-    parameter, zc
-        What is varied; the average distances (m), (problems,), where that is the frequency.
-    whole
-        Whether the batch is all there is, so that columns left over may look ahead along the parameter. The numbers of a part
-        of a sweep must not depend on how that is cut into parts.
+class Block(TipEquations):
+    """A batch of problems to be solved, see `TipEquations`.
 
     Attributes
     ----------
     predicted, wanted
         How near to its prediction an orbit continues the one before, and what of orbits will be read: see `Path`.
+    whole
+        Whether the batch is all there is, so that columns left over may look ahead along the parameter. The numbers of a part
+        of a sweep must not depend on how that is cut into parts.
     """
 
-    predicted, wanted = PREDICTED, ALL
+    predicted, wanted, whole = PREDICTED, ALL, False
 
     def __init__(
         self,
@@ -67,38 +56,13 @@ class Block:
         settings: SolverSettings,
         harmonics: int,
         points: int,
-        check_cancelled: CancelCheck,
-        parameter: int = DISTANCE,
+        check_cancelled: CancelCheck = never_cancelled,
         zc: Array | None = None,
-        whole: bool = False,
     ) -> None:
-        example = batch.example
-        self.batch, self.problem, self.settings, self.harmonics = batch, problem, settings, harmonics
-        self.points, self.check_cancelled, self.parameter = points, check_cancelled, parameter
-        self.frequencies = [tone.frequency for tone in example.tones]
-        self.common = common_period(self.frequencies) or 1
-        self.modes, self.late, self.size = len(example.modes), example.late_fluid, kernel.size_of(example)
-        self.memory_scale = np.array([force.memory_scale for force in example.forces for _ in range(force.memory)])
-        self.hysteresis = sum(force.switch is not None for force in example.forces)
-        self.columns = measure.FIRST + 2 * len(example.tones) * (len(example.modes) + 1) + 2 * harmonics
-        self.columns += 2 * len(example.tones)
-        self.numbers = batch.numbers.copy()
-        self.unit = batch.length
-        self.reference = 1.0 / batch.period
-        self.responses = np.empty((len(batch), len(example.tones), 0))
-        if parameter == FREQUENCY:
-            self.numbers[:, 0] = zc
-            self.responses = np.repeat(kernel.responses(example)[None], len(batch), axis=0)
-            self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
-        self._kernel, self._solvers = load_kernels(example)
-        self._tip, self._parameters = (
-            TipFunctions(self._kernel, example, CALLED, SHARED),
-            kernel.parameters(example, 0.0),
-        )
-        self._ahead = max(1, COLUMNS // (len(batch) * (self.size + 2))) if whole and self.is_smooth else 1
+        super().__init__(batch, problem, harmonics, points, zc)
+        self.settings, self.check_cancelled = settings, check_cancelled
         self._alone: Integrator | None = None
         self._finer: dict[int, Block] = {}
-        self._drives: dict[int, SharedDrive] = {}
 
     @classmethod
     def of_one(
@@ -112,16 +76,9 @@ class Block:
     ) -> Block:
         """Return the block of one problem, along the distance, whose unit (m) is the free amplitude where it is left out."""
         samples = points or sample_count(problem, settings)
-        block = cls(
-            ProblemBatch.of([problem]),
-            lambda _, zc: (problem.at_height(zc), zc),
-            settings,
-            harmonics,
-            samples,
-            check_cancelled,
-            whole=True,
-        )
-        block.unit = block.unit if unit is None else np.array([unit])
+        batch = ProblemBatch.of([problem])
+        block = cls(batch, lambda _, zc: (problem.at_height(zc), zc), settings, harmonics, samples, check_cancelled)
+        block.unit, block.whole = block.unit if unit is None else np.array([unit]), True
         return block
 
     @classmethod
@@ -141,51 +98,29 @@ class Block:
 
         # the lowest frequency needs the most samples per period for the same modes
         samples = points or sample_count(problem.at_frequency(lowest), settings)
-        return cls(
-            ProblemBatch.of([problem]),
-            at,
-            settings,
-            harmonics,
-            samples,
-            never_cancelled,
-            FREQUENCY,
-            np.array([zc]),
-            whole=True,
-        )
+        block = cls(ProblemBatch.of([problem]), at, settings, harmonics, samples, zc=np.array([zc]))
+        block.whole = True
+        return block
 
     def one(self, case: int) -> Block:
         """Return the block of one of the problems."""
         if len(self.batch) == 1:
             return self
-        zc = self.numbers[case : case + 1, 0] if self.parameter == FREQUENCY else None
-        return type(self)(
-            self.batch.take([case]),
-            lambda _, value: self.problem(case, value),
-            self.settings,
-            self.harmonics,
-            self.points,
-            self.check_cancelled,
-            self.parameter,
-            zc,
-        )
+        return self._like([case], lambda _, value: self.problem(case, value), self.points)
 
     def finer(self, points: int) -> Block:
         """Return the block of the same problems with other samples per period."""
         if points not in self._finer:
-            zc = self.numbers[:, 0] if self.parameter == FREQUENCY else None
-            self._finer[points] = type(self)(
-                self.batch,
-                self.problem,
-                self.settings,
-                self.harmonics,
-                points,
-                self.check_cancelled,
-                self.parameter,
-                zc,
-            )
+            self._finer[points] = self._like(slice(None), self.problem, points)
         block = self._finer[points]
         block.check_cancelled = self.check_cancelled
         return block
+
+    def _like(self, which: Any, problem: Callable[[int, float], tuple[Problem, float]], points: int) -> Block:
+        """Return the block of some of the problems."""
+        zc = self.numbers[which, 0] if self.parameter == FREQUENCY else None
+        batch = self.batch.take(which)
+        return type(self)(batch, problem, self.settings, self.harmonics, points, self.check_cancelled, zc)
 
     @property
     def repeats_together(self) -> bool:
@@ -198,128 +133,9 @@ class Block:
         """Whether periodic orbits themselves are looked for."""
         return self.settings.method == "periodic" and self.repeats_together
 
-    @property
-    def is_smooth(self) -> bool:
-        """Whether the force is a function of the motion: then motions march side by side."""
-        return len(self.memory_scale) == 0 and self.hysteresis == 0
-
-    @functools.cached_property
-    def gain(self) -> Array:
-        """How far from rest each number of the memory is, in changes over a common period, (problems, states)."""
-        out = np.ones((len(self.batch), len(self.memory_scale)))
-        for case in range(len(out) if out.size else 0):
-            problem, _ = self.problem(case, math.inf if self.parameter == DISTANCE else float(self.reference[case]))
-            rates = [np.resize(force.rates or math.inf, force.memory) for force in problem.forces if force.memory]
-            out[case] = -1.0 / np.expm1(-self.common * self.batch.period[case] * np.concatenate(rates))
-        return out
-
-    @functools.cached_property
-    def elements(self) -> Indices:
-        """Where the memory of each element of the sample begins, and the end of the last."""
-        forces = [force for force in self.batch.example.forces if force.memory]
-        sizes = [len(force.rates) or force.memory for force in forces]
-        counts = [force.memory // size for force, size in zip(forces, sizes, strict=True)]
-        return np.cumsum([0, *np.repeat(sizes, counts)])
-
     def decay(self, which: Any) -> Indices:
         """Return decay times of the slowest mode, in whole common periods."""
         return np.asarray(np.ceil(np.maximum(4, self.batch.decay[which]) / self.common), dtype=np.int64)
-
-    def drive(self, repeats: int) -> SharedDrive:
-        """Return the drive over so many common periods."""
-        if repeats not in self._drives:
-            self._drives[repeats] = self._new_drive(repeats)
-        return self._drives[repeats]
-
-    def _new_drive(self, repeats: int) -> SharedDrive:
-        tones, periods = self.batch.tones[0], self.common * repeats
-        turns = np.arange(periods)[:, None] * tones[:, 0]
-        phases = tones[:, 1] + 2.0 * math.pi * (turns - np.floor(turns))
-        angles = math.pi / self.points * np.arange(2 * self.points + 1) * tones[:, :1]
-        angles = phases[:, :, None] + angles
-        waves = np.stack([np.cos(angles), -np.sin(angles)], axis=2).reshape(periods, 2 * len(tones), -1)
-        turns = turns_of(tones[:, 0], self.points, self.harmonics)
-        return SharedDrive(phases, waves, turns, self.points, periods)
-
-    def tables(self, values: Array) -> tuple[Array, Array]:
-        """Return the kernel's parameters and tone tables at each value of each problem, (problems values, ...)."""
-        return self.tables_of(np.repeat(np.arange(len(values)), values.shape[1]), values.ravel())
-
-    def tables_of(self, which: Indices, values: Array) -> tuple[Array, Array]:
-        """Return the kernel's parameters and tone tables of problems at values of the parameter, one for each."""
-        numbers = self.numbers[which]
-        if self.parameter == FREQUENCY:  # as `place_column` does
-            ratio = (values / self.reference[which])[:, None]
-            numbers[:, [SPEED, OMEGA]] *= ratio
-            for n in range(self.modes):
-                first = FIRST_MODE + PER_MODE * n
-                numbers[:, first : first + PER_MODE] /= ratio ** np.array([2, 1, 2])
-            numbers[:, FIRST_MODE + PER_MODE * self.modes : parameter_count(self.modes, self.late)] /= ratio
-        elif self.batch.levers is not None:
-            modes, tones = self.batch.levers.at(which, values)
-            numbers[:, FIRST_MODE : FIRST_MODE + modes.shape[1]] = modes
-            return numbers, tones
-        return numbers, self._tones_at(which, values)
-
-    def _tones_at(self, which: Indices, values: Array) -> Array:
-        """Return the tone tables of problems at values of the parameter, one for each."""
-        tones = self.batch.tones[which]
-        if self.batch.levers is not None:
-            return self.batch.levers.at(which, values)[1]
-        if self.parameter == FREQUENCY:
-            ratio = values / self.reference[which]
-            if self.batch.example.shaken is None:
-                tones[:, :, FIRST_DRIVE : FIRST_DRIVE + 2 * self.modes] /= (ratio * ratio)[:, None, None]
-                return tones
-            for rows, responses, g in zip(tones, self.responses[which], ratio, strict=True):
-                for row, response in zip(rows, responses, strict=True):
-                    retune(row, response, self.modes, g)
-        return tones
-
-    @functools.cached_property
-    def _levers(self) -> Levers:
-        """The levers that change with their height; where they stay, one that is known nowhere."""
-        count, tones = len(self.batch), self.batch.tones.shape[1:]
-        nowhere = Levers(np.zeros(count, np.int64), np.empty((1, 0)), np.empty((1, 0, 0)), np.empty((1, 0, *tones)))
-        return self.batch.levers or nowhere
-
-    def base_of(self, which: Any, values: Array) -> Array:
-        """Return the base's part of each number of scaled motions, for problems at values of the parameter."""
-        which, values = np.broadcast_arrays(which, values)
-        if self.batch.example.shaken is None:
-            return np.zeros((*values.shape, self.size))
-        tones = self._tones_at(which.ravel(), values.ravel())
-        return kernel.base_in_motion(self.batch.example, tones).reshape(*values.shape, self.size)
-
-    def scales_of(self, which: Any, values: Array) -> Array:
-        """Return the unit (m, m/s) of each number of a motion, for problems at values of the parameter."""
-        length, omega = self.batch.length[which], 2.0 * math.pi * self.reference[which]
-        if self.parameter == FREQUENCY:
-            omega = 2.0 * math.pi * values
-        return kernel.units_of(self.batch.example, *np.broadcast_arrays(length, length * omega))
-
-    def model(self, which: Any) -> Model:
-        """Return the tip equations of some problems as the compiled solvers take them."""
-        names = [*(["advance_lanes", "cut_lanes"] if self.is_smooth else ["advance"]), "measure_force"]
-        tip, levers = self._tip.at(self._parameters, names), self._levers
-        return Model(
-            self._tip.numbers(self.numbers[which]),
-            np.ascontiguousarray(self.batch.kinks[which].T),
-            np.ascontiguousarray(self.batch.tones[which]),
-            np.ascontiguousarray(self.responses[which]),
-            self.parameter,
-            np.ascontiguousarray(self.unit[which]),
-            np.ascontiguousarray(self.reference[which]),
-            levers.which[which],
-            levers.zc,
-            levers.modes,
-            levers.tones,
-            self.memory_scale,
-            self.gain[which],
-            self.elements,
-            self.hysteresis,
-            tip,
-        )
 
     def follow(
         self,
@@ -336,19 +152,48 @@ class Block:
         `counts` says how many of its values each has; left out: all. The orbits last `repeats` common periods. `report` is
         called with what is found so far, now and then.
         """
-        cases, steps = values.shape
-        size, states, branches, periods = self.size, len(self.memory_scale), self.hysteresis, self.common * repeats
-        counts = np.full(cases, steps, dtype=np.int64) if counts is None else counts
-        found = Branch(
-            np.full((cases, steps, size), np.nan),
-            np.full((cases, steps, states), np.nan),
-            np.full((cases, steps, branches), np.nan),
-            np.full((cases, steps, size, size), np.nan),
-            np.full((cases, steps, periods, self.columns), np.nan),
-            np.full((cases, steps), np.nan),
-            np.zeros((cases, steps), np.int64),
+        counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
+        found = self.empty_branch(starts, at, values.shape, repeats)
+        follow = self._solvers.entry("follow")
+        ahead = max(1, COLUMNS // (len(self.batch) * (self.size + 2))) if self.whole and self.is_smooth else 1
+        for part in self._parts(len(values)):
+            most = len(counts[part]) * ahead
+            branch, room = Branch(*(array[part] for array in found)), self._room(most, self.size + 2)
+            here = (
+                Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted),
+                branch,
+                set_out(branch, most),
+                self._slots(most, self.common * repeats),
+                empty_orbits(most, self.size),
+                room,
+                self.model(which[part]),
+                self.drive(repeats),
+            )
+            first = max(1, FIRST // (len(room) * self.common * repeats * (1 + len(self.memory_scale))))
+            for marches in chunks(math.inf, self.check_cancelled, first):
+                if follow(*here, marches):
+                    break
+                report(found)
+            self.check_cancelled()
+        return found
+
+    def empty_branch(self, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Branch:
+        """Return room for what is found along paths, (problems, values), from the start of each."""
+        cases, size = len(at), self.size
+
+        def room(*inner: int) -> Array:
+            return np.full((*shape, *inner), np.nan)
+
+        return Branch(
+            room(size),
+            room(len(self.memory_scale)),
+            room(self.hysteresis),
+            room(size, size),
+            room(self.common * repeats, self.columns),
+            room(),
+            np.zeros(shape, np.int64),
             np.zeros(cases, np.int64),
-            np.zeros(cases, np.int64),
+            np.full(cases, FOLLOWED, np.int64),
             at.astype(float),
             starts.x.copy(),
             starts.memory.copy(),
@@ -357,26 +202,6 @@ class Block:
             np.zeros((cases, size)),
             np.full(cases, np.nan),
         )
-        follow = self._solvers.entry("follow")
-        for part in self._parts(cases):
-            most = len(counts[part]) * self._ahead
-            branch = Branch(*(array[part] for array in found))
-            here = (
-                Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted),
-                branch,
-                set_out(branch, most),
-                self._slots(most, periods),
-                empty_orbits(most, size),
-                self._room(most, size + 2),
-                self.model(which[part]),
-                self.drive(repeats),
-            )
-            for marches in chunks(math.inf, self.check_cancelled, 1):
-                if follow(*here, marches):
-                    break
-                report(found)
-            self.check_cancelled()
-        return found
 
     def _parts(self, cases: int) -> Iterator[slice]:
         """Give the problems that are solved in one call."""
@@ -551,4 +376,4 @@ class Block:
         count = (self.size + 1) * max((self.points + 1) * padded(slots), 2 * padded(slots * each))
         room = np.empty(count + LANES)
         # a vector of lanes is one line of the cache
-        return room[-room.ctypes.data // room.itemsize % LANES :]
+        return room[-room.__array_interface__["data"][0] // room.itemsize % LANES :]

@@ -236,7 +236,9 @@ class EngineBlock(Block):
     ) -> Branch:
         """Follow the stable orbit near each start along `values`; see :meth:`Block.follow`."""
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
-        return follow(self, which, starts, at, values, counts, repeats, report)
+        found = self.empty_branch(starts, at, values.shape, repeats)
+        follow(self, which, values, counts, repeats, found, report)
+        return found
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
         """Return states so many common periods later."""

@@ -42,13 +42,8 @@ ONE_BY_ONE = 1  # how many values a step may lead to, where those that it passed
 class OrbitFinder(Protocol):
     """What finds orbits of problems side by side."""
 
-    size: int
-    common: int
-    columns: int
     predicted: float
     unit: Array
-    memory_scale: Array
-    hysteresis: int
 
     def newton(
         self, which: Indices, states: States, at: Array, wanted: Bools, repeats: int = 1, *, at_once: bool = False
@@ -73,23 +68,20 @@ class Anchor(NamedTuple):
 def follow(
     block: OrbitFinder,
     which: Indices,
-    starts: States,
-    at: Array,
     values: Array,
     counts: Indices,
     repeats: int,
+    found: Branch,
     report: Callable[[Branch], None],
-) -> Branch:
-    """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
+) -> None:
+    """Follow the stable orbit near each start, which `found` begins with, along `values` (problems, values).
 
     The first orbit is sought at the start. A problem without a stable orbit there has ENDED with nothing done. Where a state
     ends, it ends between two anchors: no step between them is as short as SMALLEST.
     """
-    found = empty_branch(block, starts, at, values.shape, repeats)
     walk = _Walk(block, which, values, counts, repeats, found)
     while walk.step():
         report(found)
-    return found
 
 
 class _Walk:
@@ -295,31 +287,3 @@ def hermite(at: Array, x: Array, slope: Array) -> Array:
         factor *= -nodes[order - 1]
         out = out + factor * table[0]
     return np.asarray(out)
-
-
-def empty_branch(block: OrbitFinder, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Branch:
-    """Return room for what is found along paths."""
-    cases, size = len(at), block.size
-    states, branches, periods = len(block.memory_scale), block.hysteresis, block.common * repeats
-
-    def room(*inner: int) -> Array:
-        return np.full((*shape, *inner), np.nan)
-
-    return Branch(
-        room(size),
-        room(states),
-        room(branches),
-        room(size, size),
-        room(periods, block.columns),
-        room(),
-        np.zeros(shape, np.int64),
-        np.zeros(cases, np.int64),
-        np.full(cases, FOLLOWED, np.int64),
-        at.astype(float),
-        starts.x.copy(),
-        starts.memory.copy(),
-        starts.branch.copy(),
-        np.full((cases, size, size), np.nan),
-        np.zeros((cases, size)),
-        np.full(cases, np.nan),
-    )

@@ -170,7 +170,8 @@ class Integrator(ABC):
     def measure(self, period: int, bases: Array, row: Array) -> None:
         """Measure the period whose samples are kept, into a row; `bases` are the tones' phases at its start."""
         tip, turns = self.tip("measure_force"), self.turns(self.points)
-        self.solvers.entry("measure")(self.block, period, turns, self.tones, bases, tip, self.kinks, row)
+        drive = self.tones, bases, period, self.points
+        self.solvers.entry("measure")(self.block, turns, drive, self.kinks, tip, row)
 
     def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, Complexes]:
         """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""
@@ -314,11 +315,7 @@ class LSODA(Integrator):
             self.kernel.entry("derivative"),
             self.kernel.entry("sample"),
             np.concatenate([motion.y, motion.memory]),
-            motion.period * loops.TAU,
-            latched,
-            self.tones,
-            bases,
-            self.p,
+            (motion.period * loops.TAU, latched, self.tones, bases, self.p),
             self.settings.relative_tolerance,
             loops.TAU / STEPS_PER_PERIOD / fastest,
         )

@@ -14,21 +14,24 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from dforce import kernel
-from dforce.core.arrays import Array, Complexes, Indices
+from dforce.core.arrays import Array, Complexes
 from dforce.core.errors import ParameterError
 from dforce.instrument import ModeNumbers
 from dforce.instrument.noise import time_constant
 from dforce.problem import Problem
 from dforce.solvers import _langevin_loops as loops
+from dforce.solvers._langevin_loops import NoisyLanes
 from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.philox import WORD
 from dforce.solvers.settings import SolverSettings
+
+__all__ = ["Langevin", "NoisyLanes", "free_motion", "linear_step", "noise_root", "step_noise"]
 
 ENTRIES: dict[str, Callable[..., Any]] = {"march_noisy": loops.march, "steepest": loops.steepest}
 STEEP, GRID = 2e-9, 512  # m above the least distance where the force's slope is looked for, and in how many places
@@ -108,45 +111,6 @@ def noise_root(mode: ModeNumbers, h: float, kT: float) -> Array:
     return np.asarray(np.array([length, *[length * own] * (len(A) - 1)])[:, None] * lower)
 
 
-@dataclass(frozen=True)
-class NoisyLanes:
-    """Motions of one problem at the start of a period, each with random numbers of its own.
-
-    Attributes
-    ----------
-    y, memory, latched
-        Scaled motions, memories and branches, a row each.
-    keys
-        What the random numbers depend on, (lanes, 2).
-    period
-        Periods of the first tone since the start, of all of them.
-    lowest
-        Least distance so far (m), (lanes,).
-    lock_ins
-        What the poles of a lock-in hold, (lanes, tones, poles, 2).
-    """
-
-    y: Array
-    memory: Array
-    latched: Array
-    keys: Indices
-    period: int
-    lowest: Array
-    lock_ins: Array
-
-    def part(self, which: Any) -> NoisyLanes:
-        """Return some of them."""
-        return NoisyLanes(
-            self.y[which],
-            self.memory[which],
-            self.latched[which],
-            self.keys[which],
-            self.period,
-            self.lowest[which],
-            self.lock_ins[which],
-        )
-
-
 class Langevin(Integrator):
     """Half kick, exact noisy linear step, half kick: thermal motion."""
 
@@ -169,15 +133,15 @@ class Langevin(Integrator):
         self.noisy = kernel.load(problem, ENTRIES)
         h, modes, late = 2.0 * math.pi / self.points / self.scales.omega, problem.modes, problem.late_fluid
         scale = np.array([self.scales.length, *[self.scales.speed] * (1 + late)])
-        self._carry = np.array([(linear_step(mode, h) * scale / scale[:, None]).T for mode in modes])
-        self._spread = np.array([(noise_root(mode, h, problem.noise.kT) / scale[:, None]).T for mode in modes])
+        carry = np.array([(linear_step(mode, h) * scale / scale[:, None]).T for mode in modes])
+        spread = np.array([(noise_root(mode, h, problem.noise.kT) / scale[:, None]).T for mode in modes])
         w, numbers = self.tones[:, :1], np.array(self.p)
         x = kernel.drive_of(self.tones, len(modes)) / kernel.stiffness_of(numbers, len(modes), late, w)
         fluid = kernel.fluid_amplitudes(numbers, problem, self.tones[:, 0], 1j * w * x)
         free = np.concatenate([np.stack([x, 1j * w * x], axis=-1).reshape(len(w), -1), fluid], axis=-1)
-        self._free = np.stack([free.real, free.imag])
         ratios = [2.0 * math.pi * mode.oscillator[0] / self.scales.omega for mode in modes]
-        self._gains = np.array([r**2 / (mode.k * self.scales.length) for r, mode in zip(ratios, modes, strict=True)])
+        gains = np.array([r**2 / (mode.k * self.scales.length) for r, mode in zip(ratios, modes, strict=True)])
+        self._lever = loops.ShakenLever(self.tones, np.stack([free.real, free.imag]), carry, spread, gains)
         self._looked = math.inf
 
     def place(self, zc: float) -> None:
@@ -193,11 +157,11 @@ class Langevin(Integrator):
     def lanes(self, starts: Sequence[Motion], seeds: Sequence[int]) -> NoisyLanes:
         """Return motions as lanes, each with the noise of its seed."""
         return NoisyLanes(
+            starts[0].period,
             np.array([start.y for start in starts]),
             np.array([start.memory for start in starts]),
             np.array([start.latched for start in starts]),
             np.array([self.key(seed) for seed in seeds], dtype=np.int64),
-            starts[0].period,
             np.full(len(starts), np.inf),
             np.zeros((len(starts), len(self.tones), self._poles, 2)),
         )
@@ -219,37 +183,13 @@ class Langevin(Integrator):
         ParameterError
             When the step is too long for the stiffness that the tip has met.
         """
-        count = len(lanes.y)
-        y, memory, latched, lowest, held = (
-            np.array(part) for part in (lanes.y, lanes.memory, lanes.latched, lanes.lowest, lanes.lock_ins)
-        )
-        out = np.empty((count, periods, 2 * len(self.problem.tones)))
-        weights = np.array(self.problem.readout.weights)
-        self.noisy.entry("march_noisy")(
-            y,
-            memory,
-            latched,
-            lanes.keys,
-            lanes.period,
-            periods,
-            self.tones,
-            self._free,
-            self._carry,
-            self._spread,
-            self._gains,
-            self.p,
-            self.kinks,
-            self.block,
-            self.turns(self.points),
-            weights,
-            self._decay,
-            held,
-            out,
-            lowest,
-        )
-        self._check_step(float(lowest.min()))
-        after = NoisyLanes(y, memory, latched, lanes.keys, lanes.period + periods, lowest, held)
-        return after, out[..., ::2] + 1j * out[..., 1::2]
+        out = np.empty((len(lanes.y), periods, 2 * len(self.problem.tones)))
+        after = lanes.copy()
+        reading = loops.Reading(self.turns(self.points), np.array(self.problem.readout.weights), self._decay)
+        march = self.noisy.entry("march_noisy")
+        march(after, periods, self._lever, reading, self.kinks, self.block, self.p, out)
+        self._check_step(float(after.lowest.min()))
+        return after._replace(period=lanes.period + periods), out[..., ::2] + 1j * out[..., 1::2]
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         lanes = self.lanes([motion], [self.problem.noise.seed])
@@ -274,7 +214,7 @@ class Langevin(Integrator):
         memory, branch = np.zeros(self.memory_size), np.zeros(self.latch_count)
         slope = self.noisy.entry("steepest")(low, low + STEEP, GRID, memory, branch, self.kinks, self.p)
         own = max(mode.oscillator[0] / self.problem.tones[0].frequency for mode in self.problem.modes)
-        return 2.0 * math.pi / self.points * math.sqrt(own**2 + slope * self._gains.sum() * self.scales.length)
+        return 2.0 * math.pi / self.points * math.sqrt(own**2 + slope * self._lever.gains.sum() * self.scales.length)
 
     def _check_step(self, low: float) -> None:
         if not math.isfinite(low) or low > self._looked - DEEPER:

@@ -15,92 +15,16 @@ from dforce.integrators.fitted import fit
 from dforce.integrators.lanes import FAR, LANES, advance_lanes, padded
 from dforce.integrators.loops import TAU
 from dforce.integrators.rk4 import advance
-from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, LENGTH, OMEGA, OTHERS, PER_MODE, SPEED, ZC
-from dforce.kernel.linker import uncounted
+from dforce.kernel.codegen import FIRST_DRIVE, LENGTH, OTHERS, ZC
 from dforce.kernel.vocabulary import fluid_size, from_vector, mode_count, motion_size, of_case, shaped
 from dforce.observables.measure import ROOM, measure_in, measure_motion
-from dforce.solvers.retune import retune
+from dforce.solvers.model import place_column
 
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
 REPEATED = 1e-11  # of its scale: how far a memory that repeats is from rest
 ROUNDING = 1e-13  # of its scale: change of a memory over a period that is rounding
 MEMORY_PASSES = 200  # periods that a memory gets to repeat
-DISTANCE, FREQUENCY = 0, 1  # the parameter that is varied
 NOTHING, MOTION, ALL = 0, 1, 2  # what will be read of what is measured: of the motion alone, or of the forces, too
-
-
-class Model(NamedTuple):
-    """The tip equations of a block of problems.
-
-    Attributes
-    ----------
-    numbers, kinks
-        The kernel's parameters and the distances (m) where a force is not smooth, one column a problem.
-    tones
-        The kernel's tone tables, (problems, tones, columns).
-    responses
-        What takes the tones to other frequencies, (problems, tones, numbers).
-    parameter
-        What is varied: DISTANCE (m) or FREQUENCY (Hz) of the first tone.
-    unit
-        The parameter's unit of each problem: the free amplitude (m), or the width of the resonance (Hz).
-    reference
-        Frequency (Hz) at which the numbers hold.
-    lever
-        Number of the lever of each problem, (problems,).
-    heights, levers, drives
-        Distances (m) at which levers are known that change with their height, (levers, heights), the first numbers of the
-        parameters and the tone tables there, a row for each distance; there is none where levers stay.
-    memory_scale
-        Scale of each number of the forces' memory.
-    gain
-        How far from rest each number of the memory is, by its rate alone, in changes over a common period, (problems, states).
-    elements
-        Where the memory of each element of the sample begins, and the end of the last, (elements + 1,).
-    hysteresis
-        Number of forces with two branches.
-    tip
-        The tip equation of one problem, for the addresses of the compiled functions in it.
-    """
-
-    numbers: Any
-    kinks: Any
-    tones: Any
-    responses: Any
-    parameter: int
-    unit: Any
-    reference: Any
-    lever: Any
-    heights: Any
-    levers: Any
-    drives: Any
-    memory_scale: Any
-    gain: Any
-    elements: Any
-    hysteresis: int
-    tip: Any
-
-
-class SharedDrive(NamedTuple):
-    """The drive that all problems of a block share.
-
-    Attributes
-    ----------
-    phases
-        Phase of each tone at the start of each period of a common period, (periods, tones).
-    waves
-        Its cosine and minus its sine at the ends and middles of all steps, (periods, 2 tones, 2 points + 1).
-    turns
-        What deflection and force are measured with.
-    points, periods
-        Steps of a period of the first tone; its periods in a common period.
-    """
-
-    phases: Any
-    waves: Any
-    turns: Any
-    points: int
-    periods: int
 
 
 class Slots(NamedTuple):
@@ -136,59 +60,6 @@ class Slots(NamedTuple):
     apart: Any
     rows: Any
     wanted: Any
-
-
-def place_column(model: Any, case: int, value: float, numbers: Any, kinks: Any, tones: Any, j: int) -> None:
-    """Write the numbers, kinks and tones of a problem at a value of the parameter into column j."""
-    for k in range(numbers.shape[0]):
-        numbers[k, j] = model.numbers[k, case]
-    for k in range(kinks.shape[0]):
-        kinks[k, j] = model.kinks[k, case]
-    ratio = 1.0
-    if model.parameter == DISTANCE:
-        numbers[ZC, j] = value
-    else:  # times are scaled by the first tone's frequency
-        ratio = value / model.reference[case]
-        numbers[SPEED, j] *= ratio
-        numbers[OMEGA, j] *= ratio
-        for n in range(mode_count()):
-            first = FIRST_MODE + PER_MODE * n
-            numbers[first, j] /= ratio * ratio
-            numbers[first + 1, j] /= ratio
-            numbers[first + 2, j] /= ratio * ratio
-        for k in range(2 * fluid_size()):
-            numbers[FIRST_MODE + PER_MODE * mode_count() + k, j] /= ratio
-    lever = model.lever[case]
-    place, share = between(model.heights[lever], value)
-    if place >= 0:
-        for k in range(model.levers.shape[2]):
-            low, high = model.levers[lever, place, k], model.levers[lever, place + 1, k]
-            numbers[FIRST_MODE + k, j] = (1.0 - share) * low + share * high
-    for k in range(tones.shape[1]):
-        for n in range(tones.shape[2]):
-            tones[j, k, n] = model.tones[case, k, n]
-            if place >= 0:
-                low, high = model.drives[lever, place, k, n], model.drives[lever, place + 1, k, n]
-                tones[j, k, n] = (1.0 - share) * low + share * high
-        if model.parameter == FREQUENCY:
-            retune(tones[j, k], model.responses[case, k], mode_count(), ratio)
-
-
-@uncounted
-def between(heights: Any, value: float) -> Any:
-    """Return the number of the interval of heights that a distance is in, and how far (0 to 1); -1 where there are none."""
-    last = heights.shape[0] - 2
-    if last < 0:
-        return -1, 0.0
-    place, after = 0, last + 1
-    while after - place > 1:
-        middle = (place + after) // 2
-        if heights[middle] <= value:
-            place = middle
-        else:
-            after = middle
-    share = (value - heights[place]) / (heights[place + 1] - heights[place])
-    return place, min(max(share, 0.0), 1.0)
 
 
 def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, room: Any) -> None:
@@ -228,11 +99,11 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
             starts[k, j] = slots.x[s, k] + (side * FD_STEP if e == k + 1 else 0.0)
         if j >= total:
             numbers[ZC, j] += FAR * numbers[LENGTH, j]
-    columns = numbers, kinks, tones, forcing, starts
+    columns, chosen = (numbers, kinks, tones, forcing, starts), (which, count, each)
     if smooth:
-        march_lanes(slots, which, count, each, measured, model, drive, columns, room)
+        march_lanes(slots, chosen, measured, model, drive, columns, room)
     else:
-        march_columns(slots, which, count, each, measured, model, drive, columns)
+        march_columns(slots, chosen, measured, model, drive, columns)
 
 
 def is_any_wanted(slots: Any, which: Any, count: int) -> bool:
@@ -248,11 +119,9 @@ def first_column(each: int) -> int:
     return 1 if each == motion_size() else 0
 
 
-def march_lanes(
-    slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, columns: Any, room: Any
-) -> None:
-    """Advance columns side by side, see `march`."""
-    numbers, kinks, tones, forcing, starts = columns
+def march_lanes(slots: Any, chosen: Any, measured: bool, model: Any, drive: Any, columns: Any, room: Any) -> None:
+    """Advance columns side by side, see `march`; `chosen` are `which`, `count` and `each`."""
+    (numbers, kinks, tones, forcing, starts), (which, count, each) = columns, chosen
     size, lanes = starts.shape
     kept = measured and each == 1 and is_any_wanted(slots, which, count)
     rows = drive.points + 1 if kept else 2
@@ -285,15 +154,13 @@ def march_lanes(
             slots.ends[which[j // each], first_column(each) + j % each, k] = block[0, k, j]
 
 
-def march_columns(
-    slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, columns: Any
-) -> None:
-    """Advance columns one after the other, see `march`.
+def march_columns(slots: Any, chosen: Any, measured: bool, model: Any, drive: Any, columns: Any) -> None:
+    """Advance columns one after the other, see `march_lanes`.
 
     For the derivatives the memory belongs to the motion: each column goes through the period, from the same motion, until its
     memory and branches repeat.
     """
-    numbers, kinks, tones, _, starts = columns
+    (numbers, kinks, tones, _, starts), (which, count, each) = columns, chosen
     side = -1.0 if each == motion_size() else 1.0
     size, states, branches = starts.shape[0], model.memory_scale.shape[0], model.hysteresis
     table = np.empty((2 * drive.points + 1, mode_count()))
@@ -414,7 +281,8 @@ def take_measure(slots: Any, s: int, period: int, model: Any, drive: Any, column
     p = of_case(model.tip, numbers, j, numbers[ZC, j], others)
     for k in range(kinks.shape[0]):
         kinks_here[k] = kinks[k, j]
-    measure_in(record, period, drive.turns, tones[j], drive.phases[period], p, kinks_here, room, rows)
+    driven = tones[j], drive.phases[period], period, drive.points
+    measure_in(record, drive.turns, driven, kinks_here, p, room, rows)
 
 
 def advance_block(slots: Any, periods: int, model: Any, drive: Any, room: Any) -> None:
@@ -426,9 +294,5 @@ def advance_block(slots: Any, periods: int, model: Any, drive: Any, room: Any) -
     for _ in range(periods):
         march(slots, which, count, 1, False, model, drive, room)
         for s in range(count):
-            for k in range(slots.x.shape[1]):
-                slots.x[s, k] = slots.ends[s, 0, k]
-            for k in range(slots.memory.shape[1]):
-                slots.memory[s, k] = slots.memory_after[s, k]
-            for k in range(slots.branch.shape[1]):
-                slots.branch[s, k] = slots.branch_after[s, k]
+            put_numbers(slots.x[s], slots.ends[s, 0])
+            go_on(slots, s)

@@ -16,29 +16,26 @@ from typing import Any
 import numpy as np
 
 from dforce.core.arrays import Array, Indices
-from dforce.observables.averaging import weights
-from dforce.observables.finish import finish, multipliers
 from dforce.solvers.accuracy import assure
 from dforce.solvers.block import ENDED, FOLLOWED, TOO_ROUGH, Block
+from dforce.solvers.cycles import doubled, repeated
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Points, StateJump, amplitude_of
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
 from dforce.solvers.settling import apart, gone, polished, settled
 from dforce.solvers.state_ends import End, Landing, Left, directions
 from dforce.solvers.states import States
-from dforce.solvers.transient import Steady, steady
+from dforce.solvers.transient import steady
 
 CHUNK = 64  # values that are followed in one stretch: at its start only the state is known, where a run can go on
 AT_ONCE = 1e-4  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
 FORETOLD = 1e-4  # of the parameter's unit: how far behind its last orbit a fold that this one foretells may lie
 BEYOND = 4.0 * SMALLEST  # of the parameter's unit: how far behind that the motion is sure to leave
 KICK = 0.02  # of the free amplitude: how far from its end, to the side to which it leaves, a motion starts
-KICKS = np.geomspace(0.002, 0.3, 17)  # of the free amplitude: guesses of how far a doubled state is from the one before
 DOUBLED = 1e-3  # of the parameter's unit: how far behind the period doubling the doubled state is sought
 STRIDE = 0.02  # of the parameter's unit: step between values at which motions settle in time, or a longer one:
 MOST_STRIDES = 10  # from one value to the next, so that a point far from the last one costs no hours
 SUDDEN = CHORD  # of the free amplitude: a smaller change is no jump, for a step may lead across it
-JUMP = 1e-3  # of the free amplitude: states that differ by less are one
 SAME = 1e-6  # of the free amplitude: orbits so near to each other are one
 MOST_ENDS = 3  # of a state in a row that goes on behind each: the map is too rough there
 MOST_CYCLES = 12  # common periods after which states repeat, at most
@@ -103,10 +100,10 @@ class Walk:
                 self._take_over(back)
                 going = going[self.done[going] < self.values.shape[1]]
             of_going = self.cycles[going]  # a copy: while some go on, others may come to repeat after as many periods
-            for cycles in np.unique(of_going):
+            for cycles in sorted({*of_going.tolist()}):
                 some = going[of_going == cycles]
                 if cycles > 0:
-                    self._follow(some, int(cycles))
+                    self._follow(some, cycles)
                 else:
                     for case in some:
                         self._in_time(int(case))
@@ -173,10 +170,8 @@ class Walk:
             self._leave(cases[ended], Branch(*(array[ended] for array in found)), targets, cycles)
         lost = (found.outcome == TOO_ROUGH) | (self.ends[cases] > MOST_ENDS)
         for case in cases[lost & (self.cycles[cases] > 0) & ~halved].tolist():
-            self.loose[case], self.cycles[case] = (
-                self._amplitude(case, self.state.motion(case), self.at[case], cycles),
-                0,
-            )
+            self.loose[case] = self._amplitude(case, self.state.motion(case), self.at[case], cycles)
+            self.cycles[case] = 0
         self.number[cases[(found.outcome != FOLLOWED) | halved]] += 1
 
     def _take_over(self, cases: Indices) -> None:
@@ -241,46 +236,34 @@ class Walk:
                 points.settling[where] = 0.0
             else:
                 for k in range(count):
-                    points.others[case, int(self.done[case]) + k] = self._repeated(case, found, i, k, cycles)
+                    place = int(self.done[case]) + k
+                    value = float(self.values[case, place])
+                    points.others[case, place] = repeated(self.block, case, value, found, (i, k))
             self.done[case] += count
             self.ends[case] = 0 if count else self.ends[case]
             if np.isfinite(found.last_monodromy[i]).all():
-                last = States(found.last_x[i], found.last_memory[i], found.last_branch[i])
-                self.state.put(case, last)
+                self.state.put(case, States.last_of(found).take(i))
                 self.at[case] = found.last_value[i]
-
-    def _repeated(self, case: int, found: Branch, i: int, k: int, cycles: int) -> Steady:
-        """Return an orbit that repeats after several common periods."""
-        block = self.block
-        integrator = block.integrator(case, float(self.values[case, int(self.done[case]) + k]))
-        rows = found.rows[i, k]
-        values = finish(
-            integrator.problem, integrator.scales, block.harmonics, rows, weights(block.frequencies, len(rows))
-        )
-        modulus, angle = multipliers(found.monodromy[i, k : k + 1])
-        values |= {
-            "settling_periods": 0.0,
-            "drift": float(found.residual[i, k]),
-            "corrections": float(found.steps[i, k]),
-            "multiplier_modulus": modulus[0],
-            "multiplier_angle": angle[0],
-        }
-        states = States(found.x[i], found.memory[i], found.branch[i])
-        return Steady(values, states.motion(k), True, False)
 
     def _leave(self, cases: Indices, ends: Branch, targets: Array, cycles: int) -> None:
         """Integrate away from the folds along the unstable directions, until each motion is on another state."""
         unit = self.block.unit[cases]
         known = np.isfinite(ends.last_monodromy).all(axis=(1, 2))
-        last = States(ends.last_x, ends.last_memory, ends.last_branch)
+        last = States.last_of(ends)
         way = np.sign(targets - ends.last_value)
         doubling, folding, aside = directions(ends, way)
         left = np.ones(len(cases), dtype=bool)
         for i in np.flatnonzero(known & doubling).tolist():
-            ended, target = float(ends.last_value[i]), float(targets[i])
-            left[i] = not self._doubled(
-                int(cases[i]), last.take([i]), aside[i], ends.last_slope[i], ended, target, cycles
-            )
+            case, ended = int(cases[i]), float(ends.last_value[i])
+            # behind the next value, maybe: it is followed back then
+            at = ended + math.copysign(DOUBLED * float(unit[i]), float(targets[i]) - ended)
+            single = last.take([i])
+            single.x[:] += ends.last_slope[i] * (at - ended) / unit[i]
+            state = doubled(self.block, case, at, single, aside[i], cycles) if 2 * cycles <= MOST_CYCLES else None
+            if state is not None:
+                left[i] = False
+                self.state.put(np.array([case]), state)
+                self.at[case], self.cycles[case] = at, 2 * cycles
         rest = np.flatnonzero(left)
         if not len(rest):
             return
@@ -302,40 +285,10 @@ class Walk:
         found, good, _ = self._settled(cases, left_it, beyond)
         for i in np.flatnonzero(known).tolist():
             landed = Landing(found.last_x[i], found.rows[i, 0]) if good[i] else None
-            self._note_jump(
-                int(cases[i]), End(last.motion(i), float(at_end[i]), edge[i], float(place[i]), cycles), landed
-            )
-        for i in np.flatnonzero(good).tolist():
-            self.cycles[cases[i]] = 1
-            self.state.put(cases[i], States(found.last_x[i], found.last_memory[i], found.last_branch[i]))
-
-    def _doubled(
-        self, case: int, last: States, aside: Array, slope: Array, ended: float, target: float, cycles: int
-    ) -> bool:
-        """Look for the state of twice the period behind a period doubling; say whether there is one, which then goes on.
-
-        It stands on both sides of the state that has lost its stability, which goes on along its slope.
-        """
-        if 2 * cycles > MOST_CYCLES:
-            return False
-        unit = float(self.block.unit[case])
-        at = ended + math.copysign(
-            DOUBLED * unit, target - ended
-        )  # behind the next value, maybe: it is followed back then
-        last = States(last.x + slope * (at - ended) / unit, last.memory, last.branch)
-        guesses = last.take(np.zeros(len(KICKS), dtype=int))
-        guesses.x[:] += KICKS[:, None] * aside
-        same, there = np.full(len(KICKS), case), np.full(len(KICKS), at)
-        found = polished(self.block, same, guesses, there, 2 * cycles)
-        states = States(found.last_x, found.last_memory, found.last_branch)
-        between = self.block.advance(same, states, there, cycles)
-        # on both sides of the state that has ended, in turns
-        around = apart(0.5 * (between.x + states.x), last.x) < KICKS[-1]
-        doubled = np.flatnonzero((found.done == 1) & (apart(between.x, states.x) > JUMP) & around)
-        if len(doubled):
-            self.state.put(np.array([case]), states.take(doubled[:1]))
-            self.at[case], self.cycles[case] = at, 2 * cycles
-        return bool(len(doubled))
+            end = End(last.motion(i), float(at_end[i]), edge[i], float(place[i]), cycles)
+            self._note_jump(int(cases[i]), end, landed)
+        self.cycles[cases[good]] = 1
+        self.state.put(cases[good], States.last_of(found).take(good))
 
     def _note_jump(self, case: int, end: End, landed: Landing | None) -> None:
         """Note a change of state that is sudden; where the motion landed on no orbit (`landed` is None), it is waited for."""
@@ -384,7 +337,7 @@ class Walk:
                     self._store(one, orbit, np.array([0]), orbit.done, cycles)
                     points.settling[case, place] = found.values["settling_periods"]
                 else:
-                    self.state.put(one, States(orbit.last_x, orbit.last_memory, orbit.last_branch))
+                    self.state.put(one, States.last_of(orbit))
                 return
         if value == target:
             points.put_other(case, place, found)
@@ -410,8 +363,8 @@ class Walk:
         if left is None and (value == before or np.isnan(last)):
             return
         origin = before if left is None else left.at
-        one, start = np.array([case]), States(orbit.last_x, orbit.last_memory, orbit.last_branch)
-        back = block.follow(one, start, np.array([value]), np.array([[origin]]), repeats=cycles)
+        one = np.array([case])
+        back = block.follow(one, States.last_of(orbit), np.array([value]), np.array([[origin]]), repeats=cycles)
         reaches = back.done[0] == 1
         found, at = (back, origin) if reaches else (orbit, value)
         there = amplitude_of(block, case, at, found.rows[0, 0])
@@ -419,9 +372,8 @@ class Walk:
             if np.abs(found.last_x[0] - left.end.edge).max() > SUDDEN:
                 self.jumps[case].append(StateJump(left.end.place, left.amplitude, there, value > left.end.value))
             return
-        stride = (
-            0.0 if reaches else abs(value - before) / float(block.unit[case])
-        )  # in which a state may move as far, twice
+        # a step in which a state may move as far, twice
+        stride = 0.0 if reaches else abs(value - before) / float(block.unit[case])
         if abs(there - last) > (SUDDEN + 2.0 * stride) * block.batch.length[case]:
             after = amplitude_of(block, case, value, orbit.rows[0, 0])
             self.jumps[case].append(StateJump(0.5 * (before + value), last, after, value > before))

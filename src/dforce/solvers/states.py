@@ -9,6 +9,7 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.solvers.integrator import Motion
+from dforce.solvers.quasi_static import Branch
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,11 @@ class States:
         """Return the states with these scaled motions and memories, and the branches of one state."""
         motion = vectors.shape[1] - len(memory_scale)
         return cls(vectors[:, :motion], vectors[:, motion:] * memory_scale, np.repeat(branch, len(vectors), axis=0))
+
+    @classmethod
+    def last_of(cls, found: Branch) -> States:
+        """Return the last states that were found along paths."""
+        return cls(found.last_x, found.last_memory, found.last_branch)
 
     @classmethod
     def of(cls, *motions: Motion) -> States:

@@ -34,7 +34,7 @@ export default {
       <div :id="uid + '-more'" class="df-more">
         <div v-if="error" class="df-error" role="alert">{{ error }}</div>
         <div v-else-if="note" class="df-note">{{ note }}</div>
-        <div v-for="piece in advice" :key="piece" class="df-advice">{{ piece }}</div>
+        <div v-for="piece in advice" :key="piece" class="df-advice">{{ whole(piece) }}</div>
         <span class="df-hidden">{{ help }}</span>
       </div>
     </div>`,
@@ -72,6 +72,7 @@ export default {
     this.flush();
   },
   methods: {
+    whole: (text) => window.dforceWhole(text),
     // a value that changes many times a second comes this way: properties would draw the whole page anew
     take(text, unit) {
       this.taken = { text, unit };

@@ -234,7 +234,7 @@ ABOUT = re.compile(r"(\w+(?:\.\w+)+)(?: \([^)]*\))? (?:= )?(.*)", re.DOTALL)
 PATH = re.compile(rf"\b(?:{'|'.join(df.Case.model_fields)})(?:\.\w+)+")
 CHOICE = re.compile(r'(\w+) = "([^"]*)"(?: under \[\w+\])?')
 SECTION = re.compile(r"(?: under)? \[\w+(?:\.\w+)*\]")
-COMMAND = re.compile(r" ?\(df\.\w+\)")
+COMMAND = re.compile(r" ?\(df\.\w+\)| dforce \w+ --\w+[^.]*\.")
 ENGLISH = {"capillary", "custom", "electrostatic", "hydration", "solvation"}  # keys of models that are words, too
 MODEL = re.compile(
     rf"(?<![.\w])(?:{'|'.join(sorted({*df.forces.REGISTRY} - ENGLISH, key=len, reverse=True))})(?!\.?\w)"

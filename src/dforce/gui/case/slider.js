@@ -6,11 +6,11 @@ const tell = (name) => window.dispatchEvent(new CustomEvent(name));
 export default {
   template: `
     <div class="df-slider" :data-path="path" role="group" :aria-label="'slider of ' + label">
-      <input type="text" class="df-slider-end" inputmode="decimal" :value="low" :aria-label="'lower end of the slider of ' + label"
+      <input type="text" class="df-slider-end" inputmode="decimal" :value="tidy(low)" :aria-label="'lower end of the slider of ' + label"
              @change="$emit('range', [$event.target.value, String(high)])" />
       <input :id="uid" type="range" :min="low" :max="high" :step="step" :value="value" :aria-label="label"
              :aria-valuetext="shown" @input="slide($event.target.valueAsNumber)" @change="done" />
-      <input type="text" class="df-slider-end" inputmode="decimal" :value="high" :aria-label="'upper end of the slider of ' + label"
+      <input type="text" class="df-slider-end" inputmode="decimal" :value="tidy(high)" :aria-label="'upper end of the slider of ' + label"
              @change="$emit('range', [String(low), $event.target.value])" />
       <button type="button" class="df-slide df-play" :aria-pressed="playing ? 'true' : 'false'" :title="playing ? 'Stop' : 'Play'"
               :aria-label="(playing ? 'stop the slider: ' : 'play the slider: ') + label" @click="play">
@@ -40,6 +40,7 @@ export default {
     if (this.playing) this.play();
   },
   methods: {
+    tidy: (end) => Number(end.toPrecision(4)), // the room of an end
     // while it is dragged the hand is ahead of the server
     ahead() {
       return performance.now() - this.sliding < 600;

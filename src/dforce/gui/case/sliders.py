@@ -160,7 +160,9 @@ class Sliders:
                     self._make(path, field)
             value, unit = number_at(self.view, path, field)
             if value is not None:
-                low, high = min(slider.low, value), max(slider.high, value)
+                low, high = slider.low, slider.high
+                if not low <= value <= high:
+                    low, high = within(field, unit, min(low, value), max(high, value))
                 step = 1.0 if field.shapes[0].kind == "whole" else step_of(low, high)
                 self.made[path].show(unit, low, high, step, value)
 

@@ -1,5 +1,10 @@
 // A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
 const NARROW = 320; // px, below which titles of axes are smaller
+const LABEL = 15; // px, the room of a number at an upright axis
+const MOST = 6; // numbers at an upright axis of a frame
+const POWER = 22; // px, the room of a power of ten
+const DECADES = 7; // of a logarithmic axis
+const OTHER = 20; // px, another height, for which the numbers of frames are chosen anew
 const MEASURED = /^(fit|measured|residual) /, STATES = /^states /; // what is drawn beside the curves of results
 const FREE = 600, GHOST = 6000; // ms after the hand is off until the axes follow again, and until the ghost goes
 const WALKED = (meta) => !["jump", "ghost"].includes(meta) && !MEASURED.test(meta ?? "") && !STATES.test(meta ?? "");
@@ -35,7 +40,7 @@ function readColors() {
   };
 }
 
-function themed(figure, narrow) {
+function themed(figure, narrow, height) {
   const c = colors();
   const of = (name) => (typeof name === "number" ? c.series[name % c.series.length] : c[name] ?? name);
   const layout = structuredClone(figure.layout ?? {});
@@ -58,8 +63,25 @@ function themed(figure, narrow) {
       title: { standoff: 8, ...axis.title, font: { size: narrow ? 10 : 12, color: own ?? c.ink } },
     };
   }
+  for (const key of Object.keys(layout).filter((k) => /^yaxis\d*$/.test(k))) {
+    const { title, domain: [bottom, top] = [0, 1] } = layout[key];
+    if (top - bottom === 1) continue; // of several frames each has its title above, where it has room
+    (layout.annotations ??= []).push({
+      text: title.text, font: title.font, showarrow: false, borderpad: 0, xref: "x domain", x: 0, xanchor: "left",
+      yref: key.replace("axis", "") + " domain", y: 1, yanchor: "bottom",
+    });
+    const room = height * (top - bottom);
+    Object.assign(layout[key], { title: { text: "" }, nticks: Math.min(Math.max(2, Math.floor(room / LABEL)), MOST) });
+    if (layout[key].type === "log") layout[key].dtick = Math.ceil(DECADES / Math.max(1, Math.floor(room / POWER)));
+  }
+  if (narrow) {
+    if (layout.legend?.yref === "container") layout.showlegend = false; // above the frames it would take their room
+    const further = Object.values(layout).filter((one) => one?.anchor === "free");
+    for (const axis of further) axis.visible = false;
+    if (further.length) Object.assign(layout.margin, { l: 64, r: 64 });
+  }
   if (layout.legend) layout.legend = { font: { color: c.soft, size: 11 }, bgcolor: "rgba(0,0,0,0)", ...layout.legend };
-  for (const note of layout.annotations ?? []) note.font = { ...note.font, color: of(note.font?.color ?? "soft") };
+  for (const note of layout.annotations ?? []) note.font = { ...note.font, color: note.font?.color ?? c.soft };
   for (const shape of layout.shapes ?? []) if (shape.line) shape.line.color = of(shape.line.color ?? "line");
   const data = (figure.data ?? []).map((trace) => {
     const copy = { ...trace };
@@ -148,7 +170,7 @@ export default {
       const [x, y] = [trace.x[point], trace.y[point]];
       this.at = { curve: trace.index, point, x };
       window.Plotly.Fx.hover(plot, [{ curveNumber: trace.index, pointNumber: point }], [trace.xaxis + trace.yaxis]);
-      const words = (axis) => (plot._fullLayout[axis[0] + "axis" + axis.slice(1)].title.text ?? "").replace(/<[^>]*>/g, "");
+      const words = (axis) => (this.figure.layout[axis[0] + "axis" + axis.slice(1)].title?.text ?? "").replace(/<[^>]*>/g, "");
       this.said = `${trace.name}, ${words(trace.xaxis)}: ${x.toPrecision(4)}, ${words(trace.yaxis)}: ${y.toPrecision(4)}`;
       if (event.key === "Enter") this.$emit("point", { revision: this.revision, curve: trace.index, index: point, x, y, id: trace.meta });
     },
@@ -165,7 +187,9 @@ export default {
       await this.moved;
       if (figure !== this.figure) return; // a newer one came meanwhile
       this.narrow = this.$el.clientWidth < NARROW;
-      const { data, layout } = themed(this.held(), this.narrow);
+      this.height = this.$el.clientHeight;
+      const { t = 0, b = 0 } = figure.layout?.margin ?? {};
+      const { data, layout } = themed(this.held(), this.narrow, this.height - t - b);
       // no button that sends a chart to another host
       const config = { showSendToCloud: false, plotlyServerURL: "", displaylogo: false, responsive: false,
                        displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
@@ -222,7 +246,8 @@ export default {
     },
     fit() {
       if (!this.drawn || this.$el.clientWidth === 0) return;
-      if (this.$el.clientWidth < NARROW !== this.narrow) this.paint();
+      const other = Math.abs(this.$el.clientHeight - this.height) > OTHER;
+      if (this.$el.clientWidth < NARROW !== this.narrow || other) this.paint();
       else window.Plotly.Plots.resize(this.$refs.plot);
     },
   },

@@ -27,6 +27,7 @@ from dforce.gui.curves.chart import (
     title_of_several,
     unit_of,
 )
+from dforce.gui.document.document import RESULT_COLORS
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of, start_across
 from dforce.results.dataset import reader_unit
 from dforce.results.kinds import swept
@@ -36,8 +37,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Figure = dict[str, Any]
-GAP = 0.07  # of the height, between two frames
-SIDE = 0.1  # of the width, for each further axis on a side
+TITLE = 0.08  # of the height, above each of several frames
+SIDE = 62  # px, for each further axis on a side
 MOST_AXES = 4  # in one frame
 MOST_FRAMES = 6
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
@@ -58,6 +59,7 @@ SIGNS = {
 }
 RING = 5  # px, radius
 MARGIN = {"l": 64, "r": 20, "t": 28, "b": 48}
+TITLED = 52  # px, at the left of frames with their titles above
 
 
 @dataclass(frozen=True)
@@ -87,14 +89,15 @@ class Place(NamedTuple):
 class Drawn:
     """A figure, and what each of its traces shows: its layer and line; None for marks.
 
-    Of curves, also the place of each quantity, the scale across, and by the numbers of their traces the lines of all states
-    behind the curves.
+    Of curves, also the place of each quantity, scale and unit across, and by the numbers of their traces the lines of all
+    states behind the curves.
     """
 
     figure: Figure
     traces: tuple[tuple[Layer, Line] | None, ...] = ()
     places: Mapping[str, Place] = field(default_factory=dict)
     x_scale: float = 1.0
+    x_unit: str = ""
     behind: Mapping[int, Line] = field(default_factory=dict)
 
 
@@ -115,13 +118,15 @@ class _FigureBuilder:
     def __init__(self, layers: Sequence[Layer], wanted: Picture) -> None:
         self.layers, self.wanted = layers, wanted
         self.several = len(layers) > 1
-        first = layers[0].result
+        self.quantities = {name: layers[0].result[name] for name in (wanted.x, *wanted.y)}
         if wanted.together:  # an axis for each unit
-            units = list(dict.fromkeys(stored_unit(first[name]) for name in wanted.y))[:MOST_AXES]
-            self.frames = [[[name for name in wanted.y if stored_unit(first[name]) == unit] for unit in units]]
+            unit_of_each = {name: stored_unit(self.quantities[name]) for name in wanted.y}
+            units = list(dict.fromkeys(unit_of_each.values()))[:MOST_AXES]
+            self.frames = [[[name for name in wanted.y if unit_of_each[name] == unit] for unit in units]]
         else:
             self.frames = [[[name]] for name in wanted.y[:MOST_FRAMES]]
         self.x_scale, self.x_unit = self._scale([wanted.x])
+        self.across = hover_of(self.quantities[wanted.x], "x", self.x_unit)
         self.scales: dict[str, tuple[float, str]] = {}  # of each quantity, that of its axis
         self.data: list[Figure] = []
         self.traces: list[tuple[Layer, Line] | None] = []
@@ -129,7 +134,8 @@ class _FigureBuilder:
         self.dotted: list[Figure] = []  # lines across jumps, which come last
         self.jumps: dict[int, Mapping[int, list[Jump]]] = {}  # of each result, by its identity
         self.places: dict[str, Place] = {}
-        layout: Figure = {"margin": dict(MARGIN), "legend": legend(), "showlegend": True}
+        margin = MARGIN | {"l": TITLED} if len(self.frames) > 1 else dict(MARGIN)
+        layout: Figure = {"margin": margin, "legend": legend(), "showlegend": True}
         # where a curve is over its axis, one line across all frames shows the values of all of them
         self.unified = wanted.x in layers[0].result.coords
         layout |= {"hovermode": "x unified" if self.unified else "closest", "hoversubplots": "axis"}
@@ -148,13 +154,13 @@ class _FigureBuilder:
                     self._lines(tag, name)
                 tag += 1
         self._x_axis(host)
-        for trace in self.dotted:
-            self._add(None, trace)
         if self.several:
             self._legend_of_dashes()
+        for trace in self.dotted:
+            self._add(None, trace)
         self.layout["showlegend"] = len(self.named) > 1 or (self.several and bool(self.named))
         figure = {"data": self.data, "layout": self.layout, "bar": "hover"}
-        return Drawn(figure, tuple(self.traces), self.places, self.x_scale)
+        return Drawn(figure, tuple(self.traces), self.places, self.x_scale, self.x_unit)
 
     def _scale(self, names: Sequence[str]) -> tuple[float, str]:
         """Return the scale and unit in which the largest of some quantities reads best."""
@@ -163,24 +169,27 @@ class _FigureBuilder:
 
     def _largest(self, names: Sequence[str]) -> float:
         """Return the largest size of some quantities in all layers."""
-        sizes = (np.abs(layer.result[name].values) for layer in self.layers for name in names)
+        sizes = (np.abs(layer.result.variables[name].values) for layer in self.layers for name in names)
         return max(float(np.max(size, initial=0.0, where=np.isfinite(size))) for size in sizes)
 
     def _axis(self, tag: int, host: int, number: int, place: int, names: Sequence[str]) -> None:
         """Add an upright axis: in a frame the first one at the left, the second at the right, then outward."""
-        first = self.layers[0].result
+        several = [self.quantities[name] for name in names]
         scale, unit = self._scale(names)
         noise = max(largest_error(layer.result, name) for layer in self.layers for name in names)
-        if 0.0 < self._largest(names) < noise:
-            scale, unit = reader_unit(first[names[0]].copy(data=np.full(first[names[0]].shape, noise)))
+        is_noise = 0.0 < self._largest(names) < noise
+        if is_noise:
+            scale, unit = reader_unit(several[0].copy(data=np.full(several[0].shape, noise)))
         self.scales |= dict.fromkeys(names, (scale, unit))
-        words = title(first[names[0]], unit) if len(names) == 1 else title_of_several([first[n] for n in names], unit)
+        words = title(several[0], unit) if len(names) == 1 else title_of_several(several, unit)
         axis: Figure = {"title": {"text": words}}
+        if not place:
+            axis["domain"] = stacked([1.0] * len(self.frames))[number]
         if self.wanted.logarithmic:
             axis |= {"type": "log", "exponentformat": "power", "dtick": 1}
         if len(self.frames[number]) > 1 and len(names) == 1 and not self.several:
-            axis["color"] = self.wanted.y.index(names[0])
-        if 0.0 < self._largest(names) < noise:
+            axis["color"] = _color(self.wanted.y.index(names[0]))
+        if is_noise:
             axis["range"] = [-noise / scale, noise / scale]
         if place:
             right = place % 2
@@ -191,24 +200,18 @@ class _FigureBuilder:
                 "showgrid": False,
             }
             if place > 1:
-                axis |= {"anchor": "free", "position": float(right)}
-            if right:
-                self.layout["margin"]["r"] = MARGIN["l"]
-        else:
-            axis["domain"] = _domain(number, len(self.frames))
-        if place == 1 or not place:
+                axis |= {"anchor": "free", "position": float(right), "shift": SIDE if right else -SIDE}
+            self.layout["margin"]["r" if right else "l"] = MARGIN["l"] + SIDE * (place > 1)
+        if place < 2:
             axis["anchor"] = "x"
         self.layout[name_of_axis("yaxis", tag)] = axis
 
     def _x_axis(self, lowest: int) -> None:
         """Add the axis across, which all frames share, below the lowest one."""
         axis: Figure = {"anchor": name_of_axis("y", lowest)}
-        axis["title"] = {"text": title(self.layers[0].result[self.wanted.x], self.x_unit)}
-        groups = len(self.frames[-1])
-        if groups > 2:
-            axis["domain"] = [SIDE, 1.0 - SIDE * (groups > 3)]
+        axis["title"] = {"text": title(self.quantities[self.wanted.x], self.x_unit)}
         if self.unified:
-            axis |= {"unifiedhovertitle": {"text": self._across()}, "showspikes": True, "spikemode": "across"}
+            axis |= {"unifiedhovertitle": {"text": self.across}, "showspikes": True, "spikemode": "across"}
             axis |= {"spikethickness": 1, "spikedash": "solid", "spikesnap": "hovered data"}
         if self.wanted.logarithmic_across:
             begin = start_across(line for _, line in filter(None, self.traces)) / self.x_scale
@@ -230,13 +233,13 @@ class _FigureBuilder:
         """Add the traces of one quantity: a line for each direction, branch or case, and marks at its jumps."""
         scale, unit = self.scales[name]
         x_axis, y_axis = "x", name_of_axis("y", tag)
-        self.places[name] = Place(x_axis, y_axis, scale, hover_of(self.layers[0].result[name], "y", unit))
+        self.places[name] = Place(x_axis, y_axis, scale, hover_of(self.quantities[name], "y", unit))
         for layer in self.layers:
             errors = error_of(layer.result, name)
             for whole in lines_of(layer.result, self.wanted.x, name):
                 line, across = _parted(whole, self._jumps(layer))
                 y = np.maximum(line.y, DEPTH * np.nanmax(line.y)) if self.wanted.logarithmic else line.y
-                y = np.where(np.abs(y) <= along(errors, layer.result[name].dims, line), 0.0, y)
+                y = np.where(np.abs(y) <= along(errors, layer.result.variables[name].dims, line), 0.0, y)
                 look = self._look(layer, line, name)
                 hover = self._hover(name, [line.name, layer.name if self.several else ""])
                 self._add(
@@ -274,13 +277,8 @@ class _FigureBuilder:
         """Return names, values and units of the point under the pointer, and of which curve it is."""
         place, words = self.places[name], [plain(word) for word in which if word]
         return (
-            place.hover(*words)
-            if self.unified
-            else "<br>".join([self._across(), place.words, *words]) + "<extra></extra>"
+            place.hover(*words) if self.unified else "<br>".join([self.across, place.words, *words]) + "<extra></extra>"
         )
-
-    def _across(self) -> str:
-        return hover_of(self.layers[0].result[self.wanted.x], "x", self.x_unit)
 
     def _add(self, what: tuple[Layer, Line] | None, trace: Figure) -> None:
         words = "" if self.several and what is not None else str(trace["name"])
@@ -298,10 +296,10 @@ class _FigureBuilder:
             if self.wanted.together and dash == "solid":
                 dash = OTHERS[place % len(OTHERS)]
         elif self.wanted.together:
-            color = place + line.column
+            color = _color(place + line.column)
         else:
-            color = 2 * line.column
-        words = [str(layer.result[name].attrs.get("long_name", name))] * (
+            color = _color(line.column)
+        words = [str(self.quantities[name].attrs.get("long_name", name))] * (
             self.wanted.together and len(self.wanted.y) > 1
         )
         text = ", ".join([*words, *([line.name] if line.name else [])])
@@ -309,24 +307,29 @@ class _FigureBuilder:
         return {"name": plain(text), "line": look, "opacity": LIGHT.get(line.direction, 1.0)}
 
     def _legend_of_dashes(self) -> None:
-        """Say which dash is which direction; the colors of several results stand in their list."""
+        """Say which dash is which direction, and which a jump; the colors of several results stand in their list."""
         found = {
             line.direction or ("stable" if line.stable else "unstable"): line for _, line in filter(None, self.traces)
         }
-        for word, line in found.items():
-            if len(found) > 1:
-                self._add(
-                    None,
-                    {
-                        "x": [None],
-                        "y": [None],
-                        "type": "scatter",
-                        "mode": "lines",
-                        "name": word,
-                        "line": {"color": "soft", "dash": "solid" if line.stable else UNSTABLE, "width": WIDTH},
-                        "opacity": LIGHT.get(line.direction, 1.0),
-                    },
-                )
+        if "unstable" not in found:  # one direction alone, which needs no name
+            found.pop("stable", None)
+        looks: dict[str, Figure] = {
+            word: {
+                "line": {"dash": "solid" if line.stable else UNSTABLE, "width": WIDTH},
+                "opacity": LIGHT.get(line.direction, 1.0),
+            }
+            for word, line in found.items()
+            if len(found) > 1
+        }
+        if self.dotted:
+            looks["jump"] = {"line": DOTTED}
+        for word, look in looks.items():
+            trace = {"x": [None], "y": [None], "type": "scatter", "mode": "lines", "name": word}
+            self._add(None, trace | look | {"line": look["line"] | {"color": "soft"}})
+
+
+def _color(number: int) -> int:
+    return RESULT_COLORS[number % len(RESULT_COLORS)]
 
 
 def _parted(line: Line, jumps: Mapping[int, list[Jump]]) -> tuple[Line, Array]:
@@ -370,7 +373,13 @@ def empty(text: str) -> Figure:
     return {"data": [], "layout": {"annotations": [note], "xaxis": hidden, "yaxis": hidden, "margin": MARGIN}}
 
 
-def _domain(frame: int, frames: int) -> list[float]:
-    height = (1.0 - GAP * (frames - 1)) / frames
-    top = 1.0 - frame * (height + GAP)
-    return [max(0.0, top - height), top]
+def stacked(heights: Sequence[float]) -> list[list[float]]:
+    """Return the domains of frames of relative heights, one below the other, with room for a title above each.
+
+    One frame alone has its title at its side.
+    """
+    if len(heights) == 1:
+        return [[0.0, 1.0]]
+    parts = np.array(heights) * (1.0 - TITLE * len(heights)) / sum(heights)
+    bottoms = 1.0 - np.cumsum(parts + TITLE)
+    return [[max(float(low), 0.0), float(low + part)] for low, part in zip(bottoms, parts, strict=True)]

@@ -11,6 +11,7 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.notation import html_symbol
+from dforce.gui.case.fields import name_of
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import LONGEST_NAME, KeptResult
@@ -126,9 +127,12 @@ class Differences(Panel):
         """Show what differs between the results of a scene."""
         if scene is None:
             return
-        rows = differences([layer.result for layer in scene.layers])
+        rows = [
+            dataclasses.asdict(row) | {"symbol": html_symbol(row.symbol), "values": tuple(map(_named, row.values))}
+            for row in differences([layer.result for layer in scene.layers])
+        ]
         changed = {
-            "rows": [dataclasses.asdict(row) | {"symbol": html_symbol(row.symbol)} for row in rows],
+            "rows": rows,
             "names": [layer.name for layer in scene.layers],
             "colors": [layer.color for layer in scene.layers],
             "text": SAME,
@@ -136,3 +140,8 @@ class Differences(Panel):
         if any(self.element.props.get(key) != value for key, value in changed.items()):
             self.element.props.update(changed)
             self.element.update()
+
+
+def _named(value: str) -> str:
+    """Return a value in words: of a force model its name, in the place of its key."""
+    return name_of(df.forces.REGISTRY[value]) if value in df.forces.REGISTRY else value

@@ -9,9 +9,9 @@ import numpy as np
 
 import dforce as df
 from dforce.findings.coexisting import starts_of_states
-from dforce.gui.curves.chart import Chart, label_of, legend, packed, plain, title
+from dforce.gui.curves.chart import Chart, label_of, legend, packed, plain, title, unit_of
 from dforce.gui.curves.figures import LIGHT, MARGIN, WIDTH, Drawn, Figure
-from dforce.gui.document.compute import BEHIND, LIVE_CURVES, in_thread
+from dforce.gui.document.compute import BEHIND, LIVE_CURVES, Overtaken, in_thread
 from dforce.results.dataset import reader_unit
 
 if TYPE_CHECKING:
@@ -35,15 +35,15 @@ class ForceChart(Chart):
     async def follow(self, case: df.Case, overtaken: Callable[[], bool]) -> bool:
         """Show the force of a case with its parts; return whether it does so before something newer is asked for."""
 
-        def figure() -> Figure | None:
-            if not LIVE_CURVES.give_way(overtaken):
-                return None
+        def figure() -> Figure:
+            LIVE_CURVES.give_way(overtaken)
             curve = df.force_curve(case)
             return force_distance(curve, df.force_parts(curve.isel(direction=[0])))
 
         if case != self._of:
-            made = await in_thread(BEHIND, figure)
-            if made is None:
+            try:
+                made = await in_thread(BEHIND, figure)
+            except Overtaken:
                 return False
             await self.draw(made)
             self._of = case
@@ -64,7 +64,7 @@ def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figur
 
     With the parts that :func:`dforce.force_parts` gives, each of several has a thin line.
     """
-    (x_scale, x_unit), (scale, unit) = reader_unit(result["distance"]), reader_unit(result["force"])
+    (x_scale, x_unit), (scale, unit) = reader_unit(result["distance"]), unit_of(result["force"])
     force = result["force"].values
     ways = (0, 1) if not np.array_equal(force[0], force[1]) else (0,)
     data = []

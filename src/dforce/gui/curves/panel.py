@@ -1,4 +1,4 @@
-"""The pane below the chart: tabs, each of them one :class:`Panel` in a file of its own."""
+"""The pane below the chart: tabs, each of them one :class:`Panel`; and the tab of advice."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
 from dforce.gui.curves.figures import Drawn, Layer
+from dforce.gui.window.shown import Said
 from dforce.results.curves import Picture
 
 if TYPE_CHECKING:
@@ -80,6 +81,42 @@ class Panel:
 
     def close(self) -> None:
         """Take note that the tab is no longer in sight."""
+
+
+NO_ADVICE = "No advice on this case."
+
+
+class AdvicePanel(Panel):
+    """The list; each piece stands at its field, too."""
+
+    title = "Advice"
+
+    @property
+    def label(self) -> str:
+        """The title with the count."""
+        count = len(self.view.said.advice)
+        return f"{self.title} {count}" if count else self.title
+
+    def make(self) -> None:
+        """Make the list, in the container that is open."""
+        self.list = ui.element("ul").classes("df-pieces")
+        self.told: tuple[str, ...] | None = None
+        self.view.on_said.append(self._said)
+        self._said(self.view.said)
+
+    def show(self, scene: Scene | None = None) -> None:
+        """Show the advice."""
+        self._said(self.view.said)
+
+    def _said(self, said: Said) -> None:
+        pieces = tuple(dict.fromkeys(text for _, text in said.advice)) or (NO_ADVICE,)
+        if pieces != self.told:
+            self.told = pieces
+            self.list.clear()
+            with self.list:
+                for text in pieces:
+                    with ui.element("li"):
+                        ui.label(text)
 
 
 class Pane:

@@ -15,14 +15,13 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.notation import html_symbol, plain_math
 from dforce.findings.answer import answer_with
-from dforce.gui.case.fields import in_words
+from dforce.gui.case.fields import with_labels
 from dforce.gui.curves import figures
-from dforce.gui.curves.advice import AdvicePanel
 from dforce.gui.curves.chart import Chart, ring, unit_of
 from dforce.gui.curves.kept import Differences, KeptResults
 from dforce.gui.curves.motion import MotionPanel
 from dforce.gui.curves.numbers import FitNumbers, MaterialNumbers, Numbers
-from dforce.gui.curves.panel import Pane, Scene
+from dforce.gui.curves.panel import AdvicePanel, Pane, Scene
 from dforce.gui.curves.setpoint import SetPoint
 from dforce.gui.curves.states import CoexistingStates, StatesPanel, with_states
 from dforce.gui.document.document import MOST_PLOTS
@@ -40,6 +39,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("dforce.gui")
 
+FEW = 3  # frames for which the usual height is enough
 UNDRAWN = "An error inside dForce: these results cannot be drawn. Please report it."
 
 
@@ -177,6 +177,7 @@ class Plots:
     def beside(self) -> None:
         """Show what stands beside the figure composed last."""
         self.kept.show(self.result)
+        self._set_stage()
         if self.shown is not None:
             self._offer(self.layers[-1].result, self.shown)
         self.picker.set_visibility(self.shown is not None)
@@ -203,7 +204,7 @@ class Plots:
         top = self.layers[-1]
         try:
             states = self._all_states() if top.result is self.result else None
-            text = in_words(document, answer_with(top.result, document.set_point, top.states, states))
+            text = with_labels(document, answer_with(top.result, document.set_point, top.states, states))
             if document.measured is not None and fit is not None and fitting.is_of(fit, document):
                 return f"{df.answer(fit)} {text}"
             return text
@@ -211,9 +212,11 @@ class Plots:
             return ""
 
     def _set_stage(self) -> None:
-        """Let a map take the stage, where the curves step down to a strip."""
+        """Let a map take the stage, where the curves step down to a strip; or give many frames more height."""
         over = self.explorer.takes_the_stage
-        self.stage.classes(add="df-over" if over else "", remove="" if over else "df-over")
+        tall = not over and self.shown is not None and not self.shown.together and len(self.shown.y) > FEW
+        looks = {"df-over": over, "df-tall": tall}
+        self.stage.classes(replace=" ".join(["df-stage", *(name for name, there in looks.items() if there)]))
 
     def show_measured(self) -> None:
         """Show a measured curve that has just come: its panel, and amplitude and phase against the distance."""

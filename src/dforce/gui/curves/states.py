@@ -22,7 +22,7 @@ from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.curves.setpoint import cell_of, nones_of, of_quantity
-from dforce.gui.document.compute import BEHIND, LIVE_CURVES, RecentCurves, in_thread
+from dforce.gui.document.compute import BEHIND, LIVE_CURVES, LULL, Overtaken, RecentCurves, in_thread, key_of
 from dforce.gui.window.view import View
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of
 
@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     from dforce.gui.document.document import Document
     from dforce.gui.window.shown import DrawnResult
 
-REST = 0.3  # s without a change after which the states are looked for
+REST = (
+    0.5  # s without a live curve of any page, after which the states are looked for: who goes step by step is quicker
+)
 PATIENCE = 20.0  # s of computing; the states found by then are drawn
 CURVE = "this curve"
 NAMES = {True: "stable states", False: "unstable states"}
@@ -76,34 +78,36 @@ class CoexistingStates:
 
     async def _find(self, curve: DrawnResult) -> None:
         await asyncio.sleep(REST)
-        if self._overtaken(curve):
-            return
+        while not self._overtaken(curve) and not LIVE_CURVES.rest(REST):
+            await asyncio.sleep(LULL)
         began = 0.0
 
         def overtaken() -> bool:
             return self._overtaken(curve)
 
         def report_progress(done: int, total: int, note: str) -> None:
-            if not LIVE_CURVES.give_way(overtaken) or time.thread_time() - began > PATIENCE:
+            LIVE_CURVES.give_way(overtaken)
+            if time.thread_time() - began > PATIENCE:
                 raise KeyboardInterrupt
 
         def find() -> xr.Dataset | None:
             nonlocal began
-            if not LIVE_CURVES.give_way(overtaken):
-                return None
+            LIVE_CURVES.give_way(overtaken)
             began = time.thread_time()
             try:
-                case = case_of(curve.result)
-                states = RECENT_STATES.take(case)
+                states = RECENT_STATES.take(key := key_of(case_of(curve.result)))
                 if states is None:
                     states = coexisting(curve.result, report_progress)
                     if not states.attrs.get("interrupted"):
-                        RECENT_STATES.keep(case, states)
-            except (df.DForceError, KeyboardInterrupt):  # no such curve, or another one is wanted by now
+                        RECENT_STATES.keep(key, states)
+            except (df.DForceError, KeyboardInterrupt):  # no such curve, or no state by then
                 return None
             return states
 
-        states = await in_thread(BEHIND, find)
+        try:
+            states = await in_thread(BEHIND, find)
+        except Overtaken:
+            return
         if overtaken():
             return
         self.found = FoundStates(curve.document, states)
@@ -147,7 +151,7 @@ def _traces(drawn: Drawn, lines: list[tuple[str, Line]]) -> Iterator[Figure]:
             "line": {"color": "soft", **look},
             "opacity": 0.35 if line.stable else 0.7,
             "showlegend": line.stable not in named,
-            "hovertemplate": place.hover(ONE[line.stable]),
+            "hovertemplate": place.hover(f"{ONE[line.stable]} at %{{x:.4g}} {drawn.x_unit}"),
         }
         named.add(line.stable)
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 R = TypeVar("R")
+Key = tuple[str, str]  # of a curve, by :func:`key_of`
 
 PATIENCE = 1.0  # s of computing that a curve may take to follow what is typed; longer ones are for Run
 LATEST = 5.0  # s that it may take on a machine that computes for others, too
@@ -138,23 +139,23 @@ class RecentCurves:
 
     def __init__(self, most_bytes: int) -> None:
         self.most_bytes = most_bytes
-        self._curves: collections.OrderedDict[tuple[str, str], xr.Dataset] = collections.OrderedDict()
-        self._bytes: dict[tuple[str, str], int] = {}
+        self._curves: collections.OrderedDict[Key, xr.Dataset] = collections.OrderedDict()
+        self._bytes: dict[Key, int] = {}
         self._lock = threading.Lock()
 
-    def take(self, case: df.Case) -> xr.Dataset | None:
+    def take(self, key: Key) -> xr.Dataset | None:
         """Return the curve of a case, a Dataset of its own; None where it is not known."""
         with self._lock:
-            curve = self._curves.get(key := _key(case))
+            curve = self._curves.get(key)
             if curve is None:
                 return None
             self._curves.move_to_end(key)
         return curve.copy(deep=False)
 
-    def keep(self, case: df.Case, curve: xr.Dataset) -> None:
+    def keep(self, key: Key, curve: xr.Dataset) -> None:
         """Keep the curve of a case."""
         with self._lock:
-            self._curves[key := _key(case)], self._bytes[key] = curve, curve.nbytes
+            self._curves[key], self._bytes[key] = curve, curve.nbytes
             while len(self._curves) > 1 and sum(self._bytes.values()) > self.most_bytes:
                 del self._bytes[self._curves.popitem(last=False)[0]]
 
@@ -164,12 +165,16 @@ class RecentCurves:
         self._bytes.clear()
 
 
-def _key(case: df.Case) -> tuple[str, str]:
+def key_of(case: df.Case) -> Key:
     """Return all that a curve depends on: the text of its case, and the numbers, some of which a file of levers may hold."""
     return case.to_toml(), repr(case.problem)
 
 
 RECENT = RecentCurves(25_000_000)
+
+
+class Overtaken(Exception):  # no error: something newer is computed
+    """Something newer is asked for: what is under way is given up, with all that it has found."""
 
 
 class LiveCurves:
@@ -189,11 +194,22 @@ class LiveCurves:
             self._ended = time.monotonic()
             self._threads.discard(threading.get_ident())
 
-    def give_way(self, overtaken: Callable[[], bool]) -> bool:
-        """Wait, in a thread, for a lull; return whether it came before something newer was asked for."""
-        while (self._threads or time.monotonic() - self._ended < LULL) and not overtaken():
+    def rest(self, seconds: float) -> bool:
+        """Return whether none has been computed for so long."""
+        return not self._threads and time.monotonic() - self._ended >= seconds
+
+    def give_way(self, overtaken: Callable[[], bool]) -> None:
+        """Wait, in a thread, for a lull.
+
+        Raises
+        ------
+        Overtaken
+            When something newer is asked for.
+        """
+        while not (is_overtaken := overtaken()) and not self.rest(LULL):
             time.sleep(GIVING_WAY)
-        return not overtaken()
+        if is_overtaken:
+            raise Overtaken
 
 
 LIVE_CURVES = LiveCurves()

@@ -26,6 +26,8 @@ LONGEST_NAME = 120
 NAMED = ("cantilever", "medium")  # sections that a name alone may stand for
 PLUGINS = "plugins are Python files, not run here; install them as a package"
 COLORS = 6  # that the theme has for series
+DATA = 1  # the color of measured points, which no result has
+RESULT_COLORS = tuple(number for number in range(COLORS) if number != DATA)
 NAMING = ("title", "about", "data", "fit", "sweep")  # sections that change no curve: names, and what is done beside it
 LOOKS = ("results", "plots", "set_point", "measured")  # attributes that are not typed: no step of undo changes them
 FARTHEST = 1.0  # m, by which measured heights may be shifted

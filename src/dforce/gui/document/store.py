@@ -19,7 +19,7 @@ from dforce.core.errors import shorten
 from dforce.core.files import write_whole
 from dforce.core.notation import plain_math
 from dforce.core.toml import read_toml
-from dforce.gui.document.document import COLORS, EDITED, LONGEST_NAME, MOST_RESULTS, NAMING, Document, KeptResult
+from dforce.gui.document.document import EDITED, LONGEST_NAME, MOST_RESULTS, NAMING, RESULT_COLORS, Document, KeptResult
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -278,7 +278,7 @@ def _original(result: xr.Dataset) -> str:
 def color_of(others: Sequence[KeptResult]) -> int:
     """Return the color that the fewest of the results have."""
     used = [kept.color for kept in others]
-    return min(range(1, COLORS), key=lambda color: (used.count(color), color))
+    return min(RESULT_COLORS[1:], key=lambda color: (used.count(color), color))
 
 
 def _values(toml: str) -> dict[str, str]:

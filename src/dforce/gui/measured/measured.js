@@ -36,9 +36,9 @@ export default {
                    @input="drafts[one.name] = $event.target.value" @change="typed_in(one.name)" /></label></div>
         <p v-if="missing" class="df-motion-note" role="status">{{ missing }}</p>
         <template v-if="unconfirmed">
-          <p class="df-motion-note" id="df-unconfirmed">{{ unconfirmed }}</p>
           <div class="df-measured-buttons"><button type="button" class="df-plain" :disabled="!lever"
               @click="$emit('confirm')">Confirm lever and tip</button></div>
+          <p class="df-motion-note" id="df-unconfirmed">{{ unconfirmed }}</p>
         </template>
         <p v-else class="df-text">Confirmed for this curve: {{ lever }}.</p></div>
         <div><h3>Fit</h3>
@@ -48,7 +48,7 @@ export default {
         <template v-if="report">
           <p v-if="stale" class="df-motion-note">This fit is of another case than the one in the forms.</p>
           <p v-for="note in notes" :key="note" class="df-motion-note">{{ note }}</p>
-          <ul class="df-facts df-answers" role="status"><li v-for="one in answers" :key="one">{{ one }}</li></ul>
+          <ul class="df-facts df-answers" role="status"><li v-for="one in answers" :key="one">{{ whole(one) }}</li></ul>
           <p class="df-text">{{ summary }}</p>
           <ul class="df-facts"><li v-for="one in others" :key="one">{{ one }}</li></ul>
           <div class="df-measured-buttons">
@@ -86,6 +86,7 @@ export default {
     },
   },
   methods: {
+    whole: (text) => window.dforceWhole(text),
     typed_in(name) {
       this.$emit("lever", { name, text: this.drafts[name] });
       delete this.drafts[name];

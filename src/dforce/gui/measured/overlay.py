@@ -12,7 +12,8 @@ from dforce.core.arrays import Array
 from dforce.core.notation import html_symbol
 from dforce.findings.residuals import residuals
 from dforce.gui.curves.chart import name_of_axis, packed
-from dforce.gui.curves.figures import Drawn, Figure
+from dforce.gui.curves.figures import TITLED, Drawn, Figure, stacked
+from dforce.gui.document.document import DATA
 from dforce.results.curves import Picture
 from dforce.results.measured import QUANTITIES, by_model, moved
 
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 4000  # of a curve that are drawn; more are not seen
 SYMBOLS = {"approach": "circle", "retract": "circle-open"}
-SHARE = 0.17  # of the height, for each frame of residuals
-GAP = 0.05
+LOW = 0.4  # height of a frame of residuals, relative to a frame of curves
 SIGMAS = 2.0  # standard deviations: the band of residuals
 MODEL = "model"
 BRANCHES = (1, -1)  # from free motion, and behind a jump
@@ -116,7 +116,7 @@ def _points(
                     "mode": "markers",
                     "meta": f"measured {name}",
                     "name": words,
-                    "marker": {"symbol": symbol, "size": 5, "color": 1},
+                    "marker": {"symbol": symbol, "size": 5, "color": DATA},
                     "showlegend": words not in named,
                     "hovertemplate": place.hover(words),
                 }
@@ -167,27 +167,22 @@ def _residuals(
     """Return the residuals in frames below those of the curves, and the layout with room for them."""
     names = [name for name in found if name in drawn.places]
     layout: Figure = dict(drawn.figure["layout"])
-    room = len(names) * SHARE + GAP / 2.0
-    for key, axis in drawn.figure["layout"].items():
-        if key.startswith("yaxis") and "domain" in axis:
-            words = axis["title"]["text"]  # of lower frames only the symbol has room
-            layout[key] = axis | {
-                "domain": [room + (1.0 - room) * end for end in axis["domain"]],
-                "title": {"text": words[max(words.find("<i>"), 0) :]},
-            }
-    tag = max(int(key[5:] or 1) for key in layout if key.startswith("yaxis"))
+    curves = [key for key in layout if key.startswith("yaxis")]
+    frames = stacked([1.0] * len(curves) + [LOW] * len(names))
+    layout |= {key: layout[key] | {"domain": domain} for key, domain in zip(curves, frames, strict=False)}
+    layout["margin"] = layout["margin"] | {"l": TITLED}
+    tag = len(curves)
     shapes, traces = list(layout.get("shapes", [])), list[Figure]()
     used = fit["used"].values if fit.sizes["point"] == beside.curve.sizes["point"] else slice(None)
     x = beside.moved()["height"].values[used]
     for number, name in enumerate(names):
-        bottom = (len(names) - 1 - number) * SHARE
         y_axis = name_of_axis("y", tag + number)
+        symbol = html_symbol(str(fit[name].attrs.get("symbol", "")))
         layout[name_of_axis("yaxis", tag + number)] = {
             "anchor": "x",
-            "domain": [bottom, bottom + SHARE - GAP],
+            "domain": frames[tag + number],
             "zeroline": True,
-            "nticks": 4,
-            "title": {"text": f"Δ<i>{html_symbol(str(fit[name].attrs.get('symbol', '')))}</i> / σ"},
+            "title": {"text": f"residual Δ<i>{symbol}</i> / σ, band: ±{SIGMAS:.0f}"},
         }
         layout["xaxis"] = layout["xaxis"] | {"anchor": y_axis}
         shapes.append(

@@ -55,7 +55,8 @@ class MeasuredCurve(Panel):
         fit = self.view.session.measured.fit if self.view.document.measured is not None else None
         if fit is None or not fit.attrs["degrees_of_freedom"]:
             return self.title
-        return f"{self.title} {fit.attrs['chi2'] / fit.attrs['degrees_of_freedom']:.2g}"
+        reduced = fit.attrs["chi2"] / fit.attrs["degrees_of_freedom"]
+        return f"{self.title} {reduced:.2g}" if reduced < 99.5 else f"{self.title} {reduced:.0f}"
 
     def make(self) -> None:
         """Make the panel, in the container that is open."""

@@ -108,7 +108,8 @@ def curve_from(
                 raise SpectrumFound(sentence) from None
             asked = dict(_questions(sentence, case)) if isinstance(error, df.ParameterError) else {}
             if head is not None and (asked or OF_THE_TABLE.search(sentence)):
-                raise MissingAnswer(ADVICE.sub("", sentence), head, asked) from None
+                what = "; check the unit below" if "has no unit" in sentence else ""
+                raise MissingAnswer(ADVICE.sub(what, sentence), head, asked) from None
             raise type(error)(sentence) from None
     return raw.assign_attrs(source=name)
 

@@ -66,7 +66,7 @@ def figure_of(result: xr.Dataset) -> Drawn:
         )
     if "law_force" in result:
         add(result["law_force"].values, "law_force", "law", {"color": "soft", "dash": "dash", "width": 2})
-    add(force, "force", "reconstructed, with two errors", {"color": 0, "dash": "solid", "width": 2})
+    add(force, "force", "reconstructed; band: ±2 errors", {"color": 0, "dash": "solid", "width": 2})
     gaps: list[Figure] = [
         {
             "type": "rect",

@@ -9,6 +9,7 @@ import numpy as np
 
 from dforce.gui.curves.chart import packed, title, unit_of
 from dforce.gui.curves.figures import Figure
+from dforce.gui.document.document import RESULT_COLORS
 from dforce.gui.study.explore import STATES, WORDS, Choice, DrawnLimit, axis_of, cut, label_of, with_unit
 from dforce.results.kinds import is_kind
 from dforce.results.plan_regions import MARGINS, limits_between
@@ -200,6 +201,7 @@ def _lines(result: xr.Dataset, choice: Choice, limit: DrawnLimit | None) -> Figu
     traces = list[Figure]()
     for number, (name, (across, up)) in enumerate(_states(result, choice, x, values).items()):
         value = f"{label_of(result, choice.quantity)} %{{y:.4g}} {unit}"
+        color = RESULT_COLORS[number % len(RESULT_COLORS)]
         traces.append(
             {
                 "type": "scatter",
@@ -208,8 +210,8 @@ def _lines(result: xr.Dataset, choice: Choice, limit: DrawnLimit | None) -> Figu
                 "y": packed(up),
                 "name": name,
                 "meta": choice.quantity,
-                "line": {"color": number, "width": 2},
-                "marker": {"size": 5, "color": number},
+                "line": {"color": color, "width": 2},
+                "marker": {"size": 5, "color": color},
                 "hovertemplate": f"{_hover(result, choice.x)}: {value}<extra>{name}</extra>",
             }
         )

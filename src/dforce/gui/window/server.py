@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import os
 import shutil
@@ -34,6 +35,8 @@ EVERYWHERE = {"0.0.0.0": (socket.AF_INET, "192.0.2.1"), "::": (socket.AF_INET6, 
 RECONNECT = 45.0  # s that a page may be without connection before it starts anew from what is kept
 STARTS_WITHIN = 2.0  # s in which a browser that cannot start, for want of a screen say, gives up
 SWITCH = 0.0005  # s; Python's own 0.005 makes each of a page's many short steps wait ten times as long
+# of the garbage collector; a full collection stops all pages, 30 of them for half a second, and Python makes ten times as many
+THRESHOLDS = (700, 10, 100)
 BROWSERS = (
     "chromium",
     "chromium-browser",
@@ -132,6 +135,7 @@ def serve(options: Options) -> None:
 
     # a page must be answered while a thread compiles or prepares a run in Python
     sys.setswitchinterval(SWITCH)
+    gc.set_threshold(*THRESHOLDS)
     held = listening(options.host, options.port)
     port = int(held.getsockname()[1])
     address = f"http://{_named(options.host)}:{port}/?{KEY}={secret}"

@@ -178,7 +178,7 @@ HOW_TO_TEACH = (
 )
 HOW_TO_JOIN = (
     "Students in this network scan the code or type the address. The address of your page is a link to your case for all who "
-    "have joined. The button Class leads to the page that shows who is there."
+    "have joined. The link Class leads to the page that shows who is there."
 )
 
 

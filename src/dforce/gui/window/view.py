@@ -17,7 +17,7 @@ from dforce.gui.case.fields import in_words, with_labels
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.other_figures import ForceChart
-from dforce.gui.document.compute import LIVE, RECENT, Latest, Live, in_thread, live_curve
+from dforce.gui.document.compute import LIVE, RECENT, Latest, Live, in_thread, key_of, live_curve
 from dforce.gui.document.document import Document, Path, path_of
 from dforce.gui.document.session import Session
 from dforce.gui.window.shown import DrawnResult, Followed, PagePart, Said, ShownParts, Waiting, WantedResult
@@ -171,10 +171,11 @@ class View:
         self.shown.look()
         for hook in self.on_show:
             hook(anew)
-        with self._saying_what_is_wrong(self.document):  # at once: what is under way may take long
-            self.document.case()
-            if self.said.wrong:
-                self._say(Said(), self.document)
+        if self._latest.busy:  # with what may take long; what is wrong is said at once
+            with self._saying_what_is_wrong(self.document):
+                self.document.case()
+                if self.said.wrong:
+                    self._say(Said(), self.document)
         self._latest.ask(WantedResult(self.document))
 
     def show_job(self) -> None:
@@ -326,12 +327,12 @@ class View:
 
     def _recent_or_live(self, case: df.Case, say: Callable[[str], None]) -> Live:
         """Return the curve of a case; one that a page has computed of late is not computed again."""
-        recent = RECENT.take(case)
+        recent = RECENT.take(key := key_of(case))
         if recent is not None:
             return Live(recent)
         live = live_curve(case, lambda: self._latest.overtaken, say)
         if live.result is not None and not live.gave_up:
-            RECENT.keep(case, live.result)
+            RECENT.keep(key, live.result)
         return live
 
     def _try_again(self, wanted: WantedResult) -> None:

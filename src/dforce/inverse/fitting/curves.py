@@ -129,9 +129,8 @@ class ModelBranches:
             1,
             self.samples,
             self.check_cancelled,
-            whole=True,
         )
-        block.predicted, block.wanted = PREDICTED, MOTION
+        block.predicted, block.wanted, block.whole = PREDICTED, MOTION, True
         return block
 
     def solve(self, problems: Sequence[Problem], offsets: Array, turns: Array) -> SolvedCurve:
@@ -183,11 +182,11 @@ class ModelBranches:
         found = polished(block, every, start, first)
         near = AT_ONCE if stretch.kind == FROM_FREE else AS_MEASURED
         good = (found.done == 1) & (apart(found.last_x, start.x) < near)
-        begun = States(found.last_x, found.last_memory, found.last_branch)
+        begun = States.last_of(found)
         left = np.flatnonzero(~good)
         if len(left):
             _, found, sure, _ = settled(block, left, start.take(left), first[left])
-            begun.put(left, States(found.last_x, found.last_memory, found.last_branch))
+            begun.put(left, States.last_of(found))
             good[left] = sure
         which = np.flatnonzero(good)
         if not len(which):
@@ -195,7 +194,7 @@ class ModelBranches:
         branch = block.follow(which, begun.take(which), first[which], np.ascontiguousarray(values[which]))
         if block.is_smooth:
             over_edges(block, which, branch, values[which])
-        last = States(branch.last_x, branch.last_memory, branch.last_branch)
+        last = States.last_of(branch)
         ended = np.flatnonzero(branch.done < values.shape[1])
         ends = np.zeros((len(which), self.columns))
         if len(ended):

@@ -67,7 +67,7 @@ def _go_on(block: Block, which: Any, branch: Branch, values: Array, case: int, a
     done += count
     more = ahead
     if done < len(values):
-        begin = States(ahead.last_x, ahead.last_memory, ahead.last_branch)
+        begin = States.last_of(ahead)
         more = block.follow(same, begin, ahead.last_value, values[None, done:])
         new = int(more.done[0])
         for name in ("x", "memory", "branch", "monodromy", "rows"):
