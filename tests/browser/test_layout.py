@@ -230,16 +230,6 @@ def test_no_line_of_the_answer_ends_between_a_number_and_its_error_or_unit(windo
     ]  # fmt: skip
 
 
-def test_in_a_narrow_window_the_chart_stays_in_sight_beside_the_slider(visit):
-    window = visit(width=800, height=900)
-    handle = window.page.locator('.df-slider[data-path="drive.A0"] input[type="range"]')
-    handle.scroll_into_view_if_needed()
-    _, _, slider = window.grip(handle)  # nothing lies over it
-    window.page.mouse.up()
-    chart = window.page.locator(".df-main").bounding_box()
-    assert 0.0 <= chart["y"] < chart["y"] + chart["height"] <= slider["y"] < slider["y"] + slider["height"] <= 900.0
-
-
 @pytest.mark.parametrize("width", [800, pytest.param(1366, marks=pytest.mark.long)])
 def test_no_text_of_the_first_page_lies_over_another(visit, width):
     window = visit(width=width)

@@ -205,11 +205,11 @@ def test_nothing_is_wider_than_the_window(window, width):
         window.page.set_viewport_size({"width": 1366, "height": 768})
 
 
-def test_on_a_narrow_screen_the_chart_comes_first_and_then_the_form(window):
+def test_on_a_narrow_screen_the_form_comes_first_and_then_the_chart(window):
     window.page.set_viewport_size({"width": 800, "height": 768})
     try:
         form, chart = (window.page.locator(name).bounding_box() for name in (".df-left", ".df-main"))
-        assert chart["y"] + chart["height"] < form["y"]
+        assert form["y"] + form["height"] < chart["y"]
         assert form["width"] == 800 and chart["width"] > 760
     finally:
         window.page.set_viewport_size({"width": 1366, "height": 768})
