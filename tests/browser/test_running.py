@@ -13,17 +13,18 @@ import dforce as df
 from dforce.gui.document.document import FIRST
 
 AMPLITUDE = "drive.A0"
-# paths of lines and rings after a move of the slider, and after a full redraw
+# paths of lines and rings after a move of the slider, and after a full redraw; not while a newer move is under way
 BOTH_WAYS = """() => {
     const chart = document.querySelector(".df-main .df-chart"), plot = chart.querySelector(".df-plot");
     const seen = () => [...plot.querySelectorAll(".js-line, .shapelayer path")].map((one) => one.getAttribute("d"));
     const animate = Plotly.animate;
-    let moved = false;
+    let begun = 0, drawn = 0, told = 0;
     window.moves = [];
-    Plotly.animate = (...all) => { moved = true; return animate(...all); };
+    Plotly.animate = (...all) => { begun += 1; return animate(...all); };
+    plot.on("plotly_transitioning", () => { drawn = begun; });
     new MutationObserver(() => {
-        if (!moved) return;
-        moved = false;
+        if (drawn !== begun || drawn === told) return;
+        told = drawn;
         const followed = seen();
         const ring = plot.layout.shapes[0].yanchor, free = Math.max(...plot._fullData[0].y);
         Plotly.redraw(plot);
