@@ -32,9 +32,7 @@ if TYPE_CHECKING:
     from dforce.gui.document.document import Document
     from dforce.gui.window.shown import DrawnResult
 
-REST = (
-    0.5  # s without a live curve of any page, after which the states are looked for: who goes step by step is quicker
-)
+REST = 0.3  # s without a live curve of any page, after which the states are looked for
 PATIENCE = 20.0  # s of computing; the states found by then are drawn
 CURVE = "this curve"
 NAMES = {True: "stable states", False: "unstable states"}
