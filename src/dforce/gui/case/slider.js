@@ -40,7 +40,7 @@ export default {
     if (this.playing) this.play();
   },
   methods: {
-    tidy: (end) => Number(end.toPrecision(4)), // the room of an end
+    tidy: (end) => (end === undefined ? "" : Number(end.toPrecision(4))), // the room of an end; none is known of what is typed halfway
     // while it is dragged the hand is ahead of the server
     ahead() {
       return performance.now() - this.sliding < 600;
