@@ -17,6 +17,8 @@ VISCOUS = df.Case(  # a contact that the tip enters so fast that 256 samples lea
     experiment=df.experiments.Approach(zc=["12 nm", "9 nm", "6 nm"]),
 )  # fmt: skip
 
+VANISHING = df.forces.Custom(law="-1e-10*exp(-1e3*t) - 1e-29/d**2")
+
 
 def deceiving(f0, k, Q, A0, frequency, radius, zc, forces, **more):
     """Return a dwell whose steps pass by what the force changes over, so that errors with other samples agree by chance."""
@@ -143,6 +145,15 @@ def test_what_is_left_of_a_transient_counts_as_an_error():
         assert found.status == df.Status[status]
         assert (error > 1e-4) == (status == "INACCURATE")
         assert error / 3.0 < float(found.error_estimate) < 3.0 * error
+
+
+def test_a_fixed_number_of_periods_stays_and_a_force_of_time_has_no_orbit_to_be_held_against():
+    fixed = VISCOUS.set("solver.method=transient", "solver.settle=fixed", "solver.periods=900", "solver.accuracy=1e-7")
+    for case, status in ((fixed, "INACCURATE"), (fixed.replace("forces", [VANISHING]), "OK")):
+        found = df.run(case.replace("experiment", {"kind": "dwell", "zc": "6 nm"}))
+        assert found.settling_periods == 900
+        assert found.status == df.Status[status]
+        assert ("error_estimate" in found) == (status == "INACCURATE")
 
 
 def test_a_neck_that_forms_and_a_contact_that_begins_in_one_step_come_one_after_the_other():

@@ -119,18 +119,20 @@ def assure(block: Block, values: Array, points: Points) -> None:
 def assure_settled(block: Block, value: float, found: Steady) -> Steady:
     """Return the only problem's motion that settled in time, with its estimated error where an orbit is found near it.
 
-    Where it is not as accurate as asked for, fixed steps are made shorter, and the motion settles on. Other integrators choose
-    their own steps: there only the orbit becomes more accurate.
+    Where it is not as accurate as asked for, fixed steps are made shorter, and the motion settles on. Of a fixed number of
+    periods, and of integrators that choose their own steps, only the orbit becomes more accurate.
     """
     accuracy, case, at = block.settings.accuracy, np.array([0]), np.array([value])
-    if not (found.settled and found.repeats and block.repeats_together):
+    is_timed = any(force.timed for force in block.batch.example.forces)  # then no motion repeats with the tones
+    if is_timed or not (found.settled and found.repeats and block.repeats_together):
         return found
+    goes_on = block.settings.integrator == "rk4" and block.settings.settle == "converged"
     tables, even = block.tables_of(case, at), weights(block.frequencies, block.common)
     periods, found = 0.0, replace(found, accuracy=accuracy)
     for times in (1, *FINER):
         if times * block.points > MOST_SAMPLES:
             break
-        if times > 1 and block.settings.integrator == "rk4":
+        if times > 1 and goes_on:
             periods += found.values["settling_periods"]
             finer = block.finer(times * block.points).integrator(0, value)
             found = replace(steady(finer, found.motion, block.check_cancelled), accuracy=accuracy)
