@@ -17,7 +17,7 @@ VISCOUS = df.Case(  # a contact that the tip enters so fast that 256 samples lea
     experiment=df.experiments.Approach(zc=["12 nm", "9 nm", "6 nm"]),
 )  # fmt: skip
 
-VANISHING = df.forces.Custom(law="-1e-10*exp(-1e3*t) - 1e-29/d**2")
+VANISHING = df.forces.Custom(law="-1e-10*exp(-1e3*t) - 1e-3*d")
 
 
 def deceiving(f0, k, Q, A0, frequency, radius, zc, forces, **more):
