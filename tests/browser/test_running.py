@@ -18,12 +18,12 @@ BOTH_WAYS = """() => {
     const chart = document.querySelector(".df-main .df-chart"), plot = chart.querySelector(".df-plot");
     const seen = () => [...plot.querySelectorAll(".js-line, .shapelayer path")].map((one) => one.getAttribute("d"));
     const animate = Plotly.animate;
-    let begun = 0, drawn = 0, told = 0;
+    let begun = 0, drawn = 0, told = 0, sent = [];
     window.moves = [];
-    Plotly.animate = (...all) => { begun += 1; return animate(...all); };
+    Plotly.animate = (...all) => { begun += 1; sent = all[1].data; return animate(...all); };
     plot.on("plotly_transitioning", () => { drawn = begun; });
     new MutationObserver(() => {
-        if (drawn !== begun || drawn === told) return;
+        if (drawn !== begun || drawn === told || sent.some((one, n) => one.y?.bdata !== plot.data[n].y?.bdata)) return;
         told = drawn;
         const followed = seen();
         const ring = plot.layout.shapes[0].yanchor, free = Math.max(...plot._fullData[0].y);

@@ -121,7 +121,7 @@ def test_a_transient_lists_the_jumps_that_the_orbits_have(settings):
         for one in (case, case.replace("solver", SLOW[settings]))
     )
     assert slow.jump_direction.values.tolist() == orbits.jump_direction.values.tolist() == ["approach", "retract"]
-    settled = slow.status.values == df.Status.OK
+    settled = np.isin(slow.status.values, [df.Status.OK, df.Status.INACCURATE])
     for which, at in enumerate(orbits.jump_zc.values):
         # a jump is noted between settled motions: as many steps of 0.1 nm as it takes until there is one
         sound = zc[settled[:, which]]
@@ -129,7 +129,7 @@ def test_a_transient_lists_the_jumps_that_the_orbits_have(settings):
         assert abs(slow.jump_zc.values[which] - at) <= room
     told = {found.direction: found.value for found in df.summary(slow) if found.name == "jumps"}
     assert told == {"approach": [slow.jump_zc.values[0]], "retract": [slow.jump_zc.values[1]]}
-    if settled.all():
+    if (slow.status == df.Status.OK).all():
         assert slow.jump_zc.values == pytest.approx(orbits.jump_zc.values, abs=0.1 * NM / 256)
         assert slow.jump_before.values == pytest.approx(orbits.jump_before.values, abs=1e-3 * NM)
         assert slow.jump_after.values == pytest.approx(orbits.jump_after.values, abs=1e-3 * NM)
