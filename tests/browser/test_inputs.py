@@ -63,8 +63,11 @@ def test_a_mistake_opens_the_fold_that_it_stands_in(window):
     tolerance = window.field("solver.relative_tolerance")
     assert fold.get_attribute("open") is None
     window.unfold()
-    window.type("solver.relative_tolerance", "-1")
-    window.page.evaluate("() => document.querySelectorAll('.df-form details').forEach((one) => { one.open = false; })")
+    tolerance.locator("input").evaluate("""(box) => {  // typed and folded at once: the answer comes after both
+        box.value = "-1";
+        box.dispatchEvent(new Event("input", {bubbles: true}));
+        document.querySelectorAll(".df-form details").forEach((one) => { one.open = false; });
+    }""")
     tolerance.locator(".df-error").wait_for()
 
 
