@@ -103,7 +103,7 @@ def test_few_steps_move_the_lever_alone_exactly_whatever_its_q(method, r):
 
 
 def test_few_steps_follow_the_lever_alone_from_rest():
-    """The error stays at 1e-6, that of the first step; unfitted steps add up 2e-4 over 50 periods."""
+    """The error of the first step, 1e-6, stays; unfitted steps add up 2e-4 over 50 periods."""
     case = single(df.Drive(A0="10 nm"), points_per_period=64)
     trace = from_rest(case, 60)
     assert trace.deflection.values == pytest.approx(response(case, trace.time.values)[0], abs=2e-6 * 3e-9)

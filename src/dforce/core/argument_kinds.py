@@ -180,7 +180,7 @@ def miscall(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mapp
 
 @functools.cache
 def _places(function: Callable[..., Any]) -> tuple[tuple[str, ...], str, tuple[str, ...]]:
-    """Return names of arguments: those that may go without them, the one that takes all further ones, and those needed."""
+    """Return the names of the positional arguments, of the one that takes all further ones, and of the needed ones."""
     parameters = inspect.signature(function).parameters.values()
     placed = tuple(one.name for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD))
     rest = {one.kind: one.name for one in parameters if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD)}

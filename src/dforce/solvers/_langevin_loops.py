@@ -35,11 +35,11 @@ class NoisyLanes(NamedTuple):
     y, memory, latched
         Scaled motions, memories and branches, a row each.
     keys
-        What the random numbers depend on beside the count of steps, (lanes, 2).
+        Keys of the random numbers, which depend on them and the count of steps, (lanes, 2).
     lowest
         Least distance so far (m), (lanes,).
     lock_ins
-        What the poles of a lock-in hold, (lanes, tones, poles, 2); without poles each period is read by itself.
+        Values of the poles of a lock-in, (lanes, tones, poles, 2); without poles each period is read by itself.
     """
 
     period: int

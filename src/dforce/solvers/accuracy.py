@@ -4,7 +4,7 @@ An orbit is measured again with twice the samples, where one Newton step from it
 the change is the error. Fewer samples would be cheaper, but where steps are longer than what the force changes over, errors
 with fewer samples mean nothing. An orbit that is not accurate enough is found again with twice as many samples, and more. Each
 point stands by itself: what is done to it does not depend on those beside it. A motion that has settled in time is compared
-with the orbit that Newton's method finds near it with twice the samples, so that what is left of the transient counts, too.
+with the orbit that Newton's method finds near it with twice the samples, so that the rest of the transient counts, too.
 """
 
 from __future__ import annotations
@@ -128,17 +128,16 @@ def assure_settled(block: Block, value: float, found: Steady) -> Steady:
         return found
     goes_on = block.settings.integrator == "rk4" and block.settings.settle == "converged"
     tables, even = block.tables_of(case, at), weights(block.frequencies, block.common)
-    periods, found = 0.0, replace(found, accuracy=accuracy)
+    found = replace(found, accuracy=accuracy)
     for times in (1, *FINER):
         if times * block.points > MOST_SAMPLES:
             break
         if times > 1 and goes_on:
-            periods += found.values["settling_periods"]
+            periods = found.values["settling_periods"]
             finer = block.finer(times * block.points).integrator(0, value)
-            found = replace(steady(finer, found.motion, block.check_cancelled), accuracy=accuracy)
-            found = replace(
-                found, values={**found.values, "settling_periods": periods + found.values["settling_periods"]}
-            )
+            found = steady(finer, found.motion, block.check_cancelled)
+            whole = {**found.values, "settling_periods": periods + found.values["settling_periods"]}
+            found = replace(found, values=whole, accuracy=accuracy)
         state = States.of(found.motion)
         orbit = polished(block.finer(TWICE * times * block.points), case, state, at)
         if orbit.done[0] == 1 and apart(orbit.last_x, state.x)[0] < NEAR:

@@ -178,7 +178,7 @@ class Block(TipEquations):
         return found
 
     def empty_branch(self, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Branch:
-        """Return room for what is found along paths, (problems, values), from the start of each."""
+        """Return empty branches along paths, (problems, values), from the start of each."""
         cases, size = len(at), self.size
 
         def room(*inner: int) -> Array:

@@ -25,9 +25,9 @@ class Model(NamedTuple):
     tones
         The kernel's tone tables, (problems, tones, columns).
     responses
-        What takes the tones to other frequencies, (problems, tones, numbers).
+        Coefficients that take the tones to other frequencies, (problems, tones, numbers).
     parameter
-        What is varied: DISTANCE (m) or FREQUENCY (Hz) of the first tone.
+        The varied parameter: DISTANCE (m) or FREQUENCY (Hz) of the first tone.
     unit
         The parameter's unit of each problem: the free amplitude (m), or the width of the resonance (Hz).
     reference
@@ -77,7 +77,7 @@ class SharedDrive(NamedTuple):
     waves
         Its cosine and minus its sine at the ends and middles of all steps, (periods, 2 tones, 2 points + 1).
     turns
-        What deflection and force are measured with.
+        Turns of the tones, with which deflection and force are measured.
     points, periods
         Steps of a period of the first tone; its periods in a common period.
     """

@@ -31,7 +31,7 @@ class TipEquations:
     batch
         The problems' numbers.
     problem
-        Gives a problem by its number and the value of the parameter, for what is done one by one.
+        Gives one problem by its number and the value of the parameter.
     zc
         Average distances (m), (problems,), where the frequency is varied; left out: the distance is varied.
     """

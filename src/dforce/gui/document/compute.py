@@ -174,7 +174,7 @@ RECENT = RecentCurves(25_000_000)
 
 
 class Overtaken(Exception):  # no error: something newer is computed
-    """Something newer is asked for: what is under way is given up, with all that it has found."""
+    """A newer request gives up the computation under way, with all its results."""
 
 
 class LiveCurves:
