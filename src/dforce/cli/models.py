@@ -182,6 +182,6 @@ def _page(model: type[df.Force]) -> None:
     if model.shared_fields():
         given = f"from the instrument: {', '.join(model.shared_fields().values())}"
         terminal.print("\n" + wrapped(given, width()))
-    terminal.print(wrapped(f"counts: {', '.join(model.contains) or 'nothing named'}", width()))
-    terminal.print(f"takes energy: {'yes' if model.dissipative else 'no'}")
+    terminal.print(wrapped(f"interactions: {', '.join(model.contains) or 'unknown'}", width()))
+    terminal.print(f"dissipates energy: {'yes' if model.dissipative else 'no'}")
     terminal.print(wrapped(f"source: {model.source}", width()))

@@ -46,7 +46,7 @@ class Mode(Parameters):
 
 
 class HigherMode(Parameters):
-    """What was measured of a higher mode; the rest is as of an ideal beam: f2 = 6.27 f1, k2 = 39.3 k1."""
+    """Measured values of a higher mode; default: an ideal beam, f2 = 6.27 f1, k2 = 39.3 k1."""
 
     title_of: ClassVar[str] = "cantilever.higher_modes"
 
