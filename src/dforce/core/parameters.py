@@ -105,13 +105,11 @@ class ParameterQuantity:
 
     def check(self, value: float) -> None:
         """Raise :class:`ParameterError` when an SI value is outside the bounds, or beyond the utmost size of its unit."""
-        utmost = UTMOST.get(self.unit)
-        least = -utmost if utmost is not None and self.low is None and self.above is None else self.low
-        most = utmost if self.high is None and self.below is None else self.high
+        least, most = self._ends()
         for bound, broken, words in (
-            (least, operator.lt, "is below"),
+            (None if self.above is not None else least, operator.lt, "is below"),
             (self.above, operator.le, "is not above"),
-            (most, operator.gt, "is above"),
+            (None if self.below is not None else most, operator.gt, "is above"),
             (self.below, operator.ge, "is not below"),
         ):
             if bound is None:
@@ -123,6 +121,16 @@ class ParameterQuantity:
                 # one that lies beyond the bound by less than that is told in full
                 told = brief if broken(units.parse(brief, self.unit), edge) else units.show(value, self.unit)
                 raise ParameterError(f"= {told} {words} {limit}")
+
+    def _ends(self) -> tuple[str | float | None, str | float | None]:
+        """Return the bounds as they are declared, else the utmost size of the unit."""
+        utmost = UTMOST.get(self.unit)
+        least = self.low if self.low is not None else self.above
+        most = self.high if self.high is not None else self.below
+        return (
+            -utmost if least is None and utmost is not None else least,
+            utmost if most is None and utmost is not None else most,
+        )
 
     def read(self, given: object) -> float:
         """Return the SI value of a number or a text with a unit; one beyond the bounds is met with what was likely meant.
@@ -153,9 +161,8 @@ class ParameterQuantity:
         return units.percent_hint(value) if usual == "%" else f"; did you mean '{value:g} {usual}'?"
 
     def bounds(self) -> tuple[float, float]:
-        """Return the lower and upper bound in SI, infinite where there is none."""
-        least = self.low if self.low is not None else self.above
-        most = self.high if self.high is not None else self.below
+        """Return the lower and upper bound in SI, or the utmost size of the unit; infinite where there is none."""
+        least, most = self._ends()
         return (
             -math.inf if least is None else in_si(least, self.unit),
             math.inf if most is None else in_si(most, self.unit),
