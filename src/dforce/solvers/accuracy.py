@@ -2,8 +2,9 @@
 
 An orbit is measured again with twice the samples, where one Newton step from it leads: nearly all of the error goes, and so
 the change is the error. Fewer samples would be cheaper, but where steps are longer than what the force changes over, errors
-with fewer samples mean nothing. An orbit that is not accurate enough is found again with twice as many samples, and more. Each
-point stands by itself: what is done to it does not depend on those beside it. A motion that has settled in time is compared
+with fewer samples mean nothing. An orbit that is not accurate enough gives way to the one with twice as many samples, and
+more: to the one it was measured again on, where the Newton step led right there, else to one that is found anew. Each point
+stands by itself: what is done to it does not depend on those beside it. A motion that has settled in time is compared
 with the orbit that Newton's method finds near it with twice the samples, so that the rest of the transient counts, too.
 """
 
@@ -35,6 +36,7 @@ PORTION = 16  # values of which it does so at once
 TWICE = 2  # times the samples of an orbit, with which it is measured again
 FINER = (2, 4, 16, 64)  # times the samples, one after the other
 SURE = 1 / 2  # of the accuracy: an estimate is seldom too low by more
+THERE = 1e-3  # of the accuracy: a Newton step so short needs not be taken
 NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the same one, if it is so near
 CHANCE = 3.0  # times the error: what breaks the tip equation by more has agreed with the finer one by chance
 ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the force is smooth, less behind kinks
@@ -42,6 +44,8 @@ ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the 
 
 class _Orbits:
     """Some orbits of a block: of which problems, at which values, where they start, and what was found on them."""
+
+    times = 1  # the block's samples, with which orbits were measured last
 
     def __init__(self, block: Block, values: Array, points: Points, places: tuple[Indices, Indices]) -> None:
         self.block, self.cases = block, places[0]
@@ -53,6 +57,8 @@ class _Orbits:
         )
         self.tables = block.tables_of(self.cases, self.at)
         self.error: Array = np.full(len(self.at), np.nan)
+        # the orbits with twice as many samples, and how far they lie from where they were measured
+        self.next, self.next_rows, self.astray = self.states.copy(), self.rows.copy(), np.full(len(self.at), np.inf)
 
     def measured(self, rows: Array, which: Indices) -> dict[str, Array]:
         """Return the observables of some of them from what was measured."""
@@ -62,8 +68,8 @@ class _Orbits:
 
     def judge(self, some: Indices, times: int) -> None:
         """Estimate the errors of some, found with so many times the block's samples, from a measurement with twice as many."""
-        finer, which = self.block.finer(TWICE * times * self.block.points), np.tile(some, 2)
-        rows = finer.remeasure(self.cases[some], self.states.take(some), self.at[some], self.monodromy[some])
+        which = np.tile(some, 2)
+        rows = self._step_on(some, self.states.take(some), TWICE * times)
         measured = self.measured(
             np.concatenate([self.rows[some], rows]), which
         )  # at once: a call costs a hundred orbits
@@ -71,8 +77,27 @@ class _Orbits:
         own, other = ({name: values[half] for name, values in measured.items()} for half in halves)
         self.error[some] = _error(self.block, self.at[some], tuple(table[some] for table in self.tables), own, other)
 
-    def find_again(self, some: Indices, times: int) -> Indices:
-        """Find some again with so many times the block's samples; return those that were found."""
+    def _step_on(self, some: Indices, states: States, times: int) -> Array:
+        """Return what is measured with so many times the block's samples, where one Newton step leads; note it."""
+        given = self.cases[some], states, self.at[some], self.monodromy[some]
+        rows, states, self.astray[some] = self.block.finer(times * self.block.points).remeasure(*given)
+        self.times, self.next_rows[some] = times, rows
+        self.next.put(some, states)
+        return rows
+
+    def go_over(self, some: Indices, times: int) -> Indices:
+        """Go over to so many times the block's samples; return those whose orbits are known then."""
+        known = some[:0]
+        if times == self.times and self.block.is_smooth:  # a memory may not be at rest yet
+            exact = THERE * (self.block.settings.accuracy or 0.0)
+            again = some[self.astray[some] > exact]
+            self._step_on(again, self.next.take(again), times)
+            there = (self.astray[some] <= exact) & (apart(self.next.x[some], self.states.x[some]) < NEAR)
+            known, some = some[there], some[~there]
+            self.rows[known], self.residual[known] = self.next_rows[known], self.astray[known]
+            self.states.put(known, self.next.take(known))
+        if not len(some):
+            return known
         states = self.states.take(some)
         branch = polished(self.block.finer(times * self.block.points), self.cases[some], states, self.at[some])
         same = np.flatnonzero((branch.done == 1) & (apart(branch.last_x, states.x) < NEAR))
@@ -80,7 +105,7 @@ class _Orbits:
         self.rows[some], self.monodromy[some] = branch.rows[same, 0], branch.monodromy[same, 0]
         self.residual[some] = branch.residual[same, 0]
         self.states.put(some, States.last_of(branch).take(same))
-        return some
+        return np.sort(np.concatenate([known, some]))
 
 
 def _error(block: Block, at: Array, tables: tuple[Array, ...], own: dict[str, Array], finer: dict[str, Array]) -> Array:
@@ -108,7 +133,7 @@ def assure(block: Block, values: Array, points: Points) -> None:
         for times in FINER:
             if not len(doubtful) or times * block.points > MOST_SAMPLES:
                 break
-            found = orbits.find_again(doubtful, times)
+            found = orbits.go_over(doubtful, times)
             if len(found):
                 orbits.judge(found, times)
             doubtful = found[orbits.error[found] > SURE * accuracy]

@@ -317,20 +317,22 @@ class Block(TipEquations):
             periods[part] = leaps.periods * self.common
         return out, settled, periods
 
-    def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> Array:
+    def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> tuple[Array, States, Array]:
         """Return what is measured, (problems, periods, columns), on the orbits that one Newton step from some states leads to.
 
-        `monodromy` are matrices known from elsewhere: of the same orbits with other samples.
+        With it come the states there, and how far the next step would lead, (problems,). `monodromy` are matrices known from
+        elsewhere: of the same orbits with other samples.
         """
-        rows = np.empty((len(which), self.common, self.columns))
+        rows, out, steps = np.empty((len(which), self.common, self.columns)), states.copy(), np.empty(len(which))
         remeasure = self._solvers.entry("remeasure")
         for part in self._parts(len(which)):
             slots = self.slots(states.take(part), at[part])
-            room = self._room(len(slots.case), 1)
-            remeasure(slots, np.ascontiguousarray(monodromy[part]), self.model(which[part]), self.drive(1), room)
+            given = np.ascontiguousarray(monodromy[part]), steps[part], self.model(which[part]), self.drive(1)
+            remeasure(slots, *given, self._room(len(slots.case), 1))
             rows[part] = slots.rows
+            out.put(part, States(slots.x, slots.memory, slots.branch))
             self.check_cancelled()
-        return rows
+        return rows, out, steps
 
     def most_periods(self, which: Any) -> Indices:
         """Return after how many common periods motions are given up."""

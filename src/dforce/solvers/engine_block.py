@@ -284,24 +284,27 @@ class EngineBlock(Block):
         x, settled, periods = relaxed(self, which, states, at, self.most_periods(which))
         return States(x, states.memory.copy(), states.branch.copy()), settled, periods * self.common
 
-    def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> Array:
-        """Return what is measured, (problems, periods, columns), on the orbits that one Newton step from some states leads to.
+    def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> tuple[Array, States, Array]:
+        """Return what is measured on the orbits that one Newton step from some states leads to; see :meth:`Block.remeasure`.
 
         `monodromy` are matrices known from elsewhere: of the same orbits with other errors of steps.
         """
-        rows: Array = np.empty((len(which), self.common, self.columns))
+        rows, there, steps = np.empty((len(which), self.common, self.columns)), states.copy(), np.empty(len(which))
         for start in range(0, len(which), ABREAST):
             some = slice(start, start + ABREAST)
             here = states.take(some)
-            out = self.marched(which[some], here, at[some], self.common)
             by = np.concatenate([monodromy[some], np.zeros((len(here), self.size, 1))], axis=2)
             normal = np.zeros((len(here), self.size + 1))
             normal[:, -1] = 1.0
+            out = self.marched(which[some], here, at[some], self.common)
             step, _ = bordered(by, normal, out.path[:, -1] - here.x)
-            moved = States(here.x + step[:, :-1], out.memory, out.branch)
-            rows[some] = self.marched(which[some], moved, at[some], self.common, harmonics=self.harmonics).rows
+            here = States(here.x + step[:, :-1], out.memory, out.branch)
+            out = self.marched(which[some], here, at[some], self.common, harmonics=self.harmonics)
+            step, _ = bordered(by, normal, out.path[:, -1] - here.x)
+            rows[some], steps[some] = out.rows, np.nan_to_num(np.abs(step).max(axis=1), nan=np.inf)
+            there.put(some, here)
             self.check_cancelled()
-        return rows
+        return rows, there, steps
 
 
 def bordered(by: Array, normal: Array, miss: Array) -> tuple[Array, Array]:

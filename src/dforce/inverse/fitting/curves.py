@@ -199,7 +199,7 @@ class ModelBranches:
         ends = np.zeros((len(which), self.columns))
         if len(ended):
             at = branch.last_value[ended]
-            rows = block.remeasure(which[ended], last.take(ended), at, branch.last_monodromy[ended])
+            rows, _, _ = block.remeasure(which[ended], last.take(ended), at, branch.last_monodromy[ended])
             ends[ended] = self.read(block, which[ended], at, rows)
         for i, case in enumerate(which.tolist()):
             if self._keep(block, stretch, case, branch, i, values[case], ends[i], out):
@@ -285,7 +285,7 @@ class ModelBranches:
         which = np.repeat(np.arange(len(beside)), self.count)
         at = (solved.at[case] + shifts[:, None]).ravel()
         states = States(*(np.tile(part[case], times) for part in (solved.x, solved.memory, solved.branch)))
-        rows = block.remeasure(which, states, at, np.tile(solved.monodromy[case], (*times, 1)))
+        rows, _, _ = block.remeasure(which, states, at, np.tile(solved.monodromy[case], (*times, 1)))
         return self.read(block, which, at, rows).reshape(len(beside), self.count, self.columns)
 
     def _anew(self, beside: Sequence[Problem], shifts: Array, solved: SolvedCurve, turns: Array, case: int) -> Array:

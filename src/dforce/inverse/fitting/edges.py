@@ -59,7 +59,7 @@ def _go_on(block: Block, which: Any, branch: Branch, values: Array, case: int, a
         x = branch.last_x[case] + passed[:, None] * (ahead.last_x[0] - branch.last_x[case])
         memory, hysteresis = (np.repeat(part, count, axis=0) for part in (ahead.last_memory, ahead.last_branch))
         monodromy = np.repeat(ahead.last_monodromy, count, axis=0)
-        branch.rows[case, here] = block.remeasure(
+        branch.rows[case, here], _, _ = block.remeasure(
             np.repeat(same, count), States(x, memory, hysteresis), values[here], monodromy
         )
         branch.x[case, here], branch.memory[case, here], branch.branch[case, here] = x, memory, hysteresis
