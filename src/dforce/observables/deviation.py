@@ -16,6 +16,7 @@ from dforce.observables.complex_numbers import modulus
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
 
+FAINT = 1e-4  # of the drive: a weaker force hardly moves the lever, and where the tip just touches it is none
 DEVIATIONS = tuple(name for name, row in OBSERVABLES.items() if row.scale != Scale.NONE)
 
 
@@ -43,7 +44,8 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     free = length[:, None] * modulus(drive / response)
     of_modes = free[:, [driving_tone(example, n) for n in range(len(example.modes))]]
     energy = square / (gain * length[:, None]) * of_modes**2 * np.minimum(1.0, damping / np.sqrt(square))
-    largest = np.maximum(np.abs(a["peak_force"]), np.abs(a["min_force"]))
+    drives = np.abs(drive_of(tones, len(example.modes)) / gain[:, None]).max(axis=(1, 2))  # of the driving forces (N)
+    largest = np.maximum.reduce([np.abs(a["peak_force"]), np.abs(a["min_force"]), FAINT * drives])
     # of observables over tones, over modes, and of all others
     lengths = {"tone": free, "mode": of_modes}
     energies = {"tone": energy[:, example.own_modes], "mode": energy}
