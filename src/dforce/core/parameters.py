@@ -22,7 +22,7 @@ import pydantic
 from pydantic_core import PydanticUndefined
 
 from dforce.core import files, units
-from dforce.core.errors import ParameterError, checked, nearest, shorten
+from dforce.core.errors import ParameterError, UnitError, checked, nearest, shorten
 from dforce.core.marks import may_be_read
 from dforce.core.refusals import refusal
 from dforce.core.signatures import ParametersType, signature_of
@@ -355,12 +355,16 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
             return given
         if given is None or isinstance(given, dict | pydantic.BaseModel):
             return given  # a table that stands for many values, such as a grid
-        if isinstance(given, str) and given in _words(cls.model_fields[name].annotation):
+        words = _words(cls.model_fields[name].annotation)
+        if isinstance(given, str) and given in words:
             return given
         one = isinstance(given, str | type) or getattr(given, "shape", None) == ()
         if not one and hasattr(given, "__iter__"):
             return tuple(map(quantity.read, given))  # such as the Q of every mode
-        return quantity.read(given)
+        try:
+            return quantity.read(given)
+        except UnitError as error:
+            raise UnitError(f"{error}{''.join(f', nor the word {word!r}' for word in words)}") from None
 
     def needed(self, field: str) -> float:
         """Return the number in an optional field, or raise :class:`ParameterError` when it was not given."""
