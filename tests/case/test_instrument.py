@@ -73,7 +73,7 @@ def test_every_quantity_has_a_unit_a_symbol_a_meaning_and_bounds(section):
         (lambda: Drive(A0="0 nm"), "drive.A0 = 0 m is not above 0 nm"),
         (lambda: Drive(A0=1e-9, acts_on="all"), "drive.acts_on = 'all' is not one of 'all_modes' or 'own_mode'"),
         (lambda: Drive(A0=1e-9, mode=True), "drive.mode = true is not allowed here"),
-        (lambda: Medium(name="watr"), "medium = 'watr' is not known; did you mean 'water'?"),
+        (lambda: Medium(name="watr"), "write its density and viscosity, or a name; did you mean 'water'?"),
         (lambda: Medium(temperature="0 K"), "medium.temperature = 0 K is not above 0 K"),
         (lambda: Beam(**SILICON, modes=2, Q=[1]), "cantilever.beam.Q has 1 values for 2 modes"),
     ]
@@ -236,18 +236,18 @@ def test_what_a_force_lacks_is_said_with_the_section_to_write_it_in(tip, sample,
 
 
 @pytest.mark.parametrize(
-    ("chosen", "drop"),
+    ("chosen", "removed"),
     [
-        ([forces.DMT(hamaker=1e-20), forces.VanDerWaals(hamaker=1e-20)], "drop van_der_waals"),
-        ([forces.VanDerWaals(hamaker=1e-20), forces.DMT(hamaker=1e-20)], "drop van_der_waals"),
-        ([forces.DMT(hamaker=1e-20), forces.Hertz()], "drop hertz"),
-        ([forces.Hertz(), forces.KelvinVoigt(), forces.Hertz()], "hertz appears twice; drop one of them"),
+        ([forces.DMT(hamaker=1e-20), forces.VanDerWaals(hamaker=1e-20)], "remove van_der_waals"),
+        ([forces.VanDerWaals(hamaker=1e-20), forces.DMT(hamaker=1e-20)], "remove van_der_waals"),
+        ([forces.DMT(hamaker=1e-20), forces.Hertz()], "remove hertz"),
+        ([forces.Hertz(), forces.KelvinVoigt(), forces.Hertz()], "hertz appears twice; remove one of them"),
     ],
     ids=["whole first", "part first", "contact", "twice"],
 )
-def test_an_interaction_counted_twice_is_refused_with_what_to_drop(chosen, drop):
+def test_an_interaction_counted_twice_is_refused_with_the_model_to_remove(chosen, removed):
     message = refusal(Problem.build, Instrument(LEVER, ONE_TONE, TIP, SAMPLE), forces=chosen)
-    assert message.endswith(drop.split("; ")[-1])
+    assert message.endswith(removed.split("; ")[-1])
 
 
 class Nameless(forces.Force):

@@ -15,6 +15,7 @@ from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, 
 from dforce.core.files import check_target, named
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
+from dforce.findings.fits import verdict
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +142,7 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
     if json:
         table = {
             name: result[name].values.tolist()
-            for name in ("curve", "parameter", "unit", "value", "error", "chi2", "message")
+            for name in ("curve", "parameter", "unit", "value", "error", "chi2", "message", "doubt")
         }
         print_json({**table, "exit_code": code})
         return code
@@ -171,6 +172,7 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
     columns = [name for name in every if name in result]
     return {
         "title": result.attrs["title"],
+        "verdict": verdict(result),
         "holds_for": result.attrs["holds_for"],
         **{name: result.attrs[name] for name in ("chi2", "degrees_of_freedom", "aic", "bic", "lost_points", "points")},
         "parameters": {
