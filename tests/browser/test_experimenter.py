@@ -82,7 +82,7 @@ def test_an_experimenter_reads_modulus_peak_force_and_safe_settings_from_a_curve
     answers = panel.locator(".df-answers")
     expect(answers).to_contain_text("R = 8 nm", timeout=WAIT)
     modulus, error = number(answers.inner_text(), "GPa")
-    k = float(re.search(r"k =\s([\d.]+)\sN/m", answers.inner_text())[1])
+    k = float(re.search(r"k\s=\s([\d.]+)\sN/m", answers.inner_text())[1])
     assert abs(modulus - 1e-9 * MODULUS * k / 2.7) < 3.0 * error  # E scales with k
     expect(panel.get_by_text("χ² is as expected")).to_be_visible()
     # 4. the peak force at the set point, of the state that was fitted
