@@ -50,7 +50,7 @@ SHOWN = (
 
 
 class About(Parameters):
-    """Where a case comes from and what it is good for, as it was written; it changes nothing in the run."""
+    """Source and purpose of a case, in words; without effect on a run."""
 
     source: str = words("", max_length=4000, description="source of the parameters")
     shows: str = words("", max_length=4000, description="one sentence on the purpose of the case")
