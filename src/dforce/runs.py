@@ -70,7 +70,10 @@ def run(
             earlier = read(name)
             resume = earlier if earlier.attrs.get("interrupted") else None
     if case.experiment is None:
-        raise ParameterError('the case has no [experiment]; write for example kind = "approach"')
+        raise ParameterError(
+            'the case has no [experiment]; write for example kind = "approach" and '
+            'zc = { of = "drive.A0", start = 1.2, stop = 0.1 }'
+        )
     text = case.to_toml(complete=True)
     if resume is not None and not resume.attrs.get("interrupted"):
         raise ParameterError("this result is complete; nothing is left to continue")

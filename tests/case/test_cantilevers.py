@@ -79,7 +79,11 @@ def test_a_file_lies_beside_the_case_that_names_it(tmp_path):
 @pytest.mark.parametrize(
     ("lever", "medium", "message"),
     [
-        ("PPP-NCHRR", "air", "cantilever = 'PPP-NCHRR' is not known; did you mean 'PPP-NCHR'?"),
+        (
+            "PPP-NCHRR",
+            "air",
+            "cantilever = 'PPP-NCHRR' is not known: write f0 and k, or a name; did you mean 'PPP-NCHR'?",
+        ),
         ("PPP-NCHR", "water", "write f0 and Q measured in the liquid"),
         ("PPP-NCHR", "vacuum", "PPP-NCHR has no nominal Q"),
         ("PNP-DB-A", "air", "cantilever.Q (quality factor) is missing"),

@@ -146,13 +146,14 @@ def test_a_mode_given_in_a_list_may_stand_without_its_number_when_it_is_alone():
     [
         (AIR, "sample.youngs", "no parameter 'sample.youngs'; did you mean 'sample.youngs_modulus'?"),
         (AIR, "samples.youngs_modulus", "no parameter 'samples'; did you mean 'sample'?"),
+        (AIR, "drive.setpoint", "no parameter 'drive.setpoint'; write set_point under [experiment]"),
         (AIR, "hamaker", "no parameter 'hamaker'; did you mean 'forces.dmt.hamaker'?"),
         (AIR, "youngs_modulus", "did you mean 'tip.youngs_modulus' or 'sample.youngs_modulus'?"),
         (AIR, "forces.dmtt.hamaker", "no 'forces.dmtt'; did you mean 'forces.dmt'?"),
         (AIR, "forces.0.hamaker", "no 'forces.0'; it has 1 of them, counted from 1"),
         (AIR, "forces.2.hamaker", "no 'forces.2'; it has 1 of them, counted from 1"),
         (AIR, "forces.-1.hamaker", "no 'forces.-1'"),
-        (AIR, "cantilever.beam.length", "cantilever.beam is not in this case"),
+        (AIR, "cantilever.beam.length", "the case has no table [cantilever.beam]; write the table"),
         (AIR, "title.x", "title is not a table in this case; it has no 'x'"),
         (AIR, "sample.youngs_modulus.x", "sample.youngs_modulus is not a table"),
         (AIR, "", "the case has no parameter ''; known: about, cantilever"),
@@ -177,6 +178,9 @@ def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
         ("tip.radius", "9" * 100_000, "tip.radius is '999"),
         ("tip.radius", "2 quux", "where 'quux' is not a known unit (for example in nm)"),
         ("cantilever.f0", "48.9 nm", "cantilever.f0 is '48.9 nm', which is a length, not a frequency"),
+        ("drive.excitation", "acoustic", "is not one of 'force' or 'base' (force: magnetic or photothermal"),
+        ("cantilever.Q", "high", "cantilever.Q is 'high', which is not a number"),
+        ("drive.frequency", "resonance", "not a number with a unit (for example in kHz), nor the word 'peak'"),
         ("cantilever.f0", "1e5 rad/s", "not a frequency in Hz; divide an angular frequency by 2 pi"),
         ("forces.dmt.hamaker", "-1 J", "forces.dmt.hamaker = -1 J is below 0 J"),
         ("forces", [{"model": "dtm"}], "forces.1.model = 'dtm' is not known; did you mean 'dmt'?"),
@@ -201,7 +205,11 @@ def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
         ("solver.points_per_period", math.nan, "solver.points_per_period = nan"),
         ("title", "x" * 100_000, "is longer than 300 characters"),
         ("title", 3, "title = 3 is not text"),
-        ("medium", "watr", "medium = 'watr' is not known; did you mean 'water'?"),
+        (
+            "medium",
+            "watr",
+            "medium = 'watr' is not known: write its density and viscosity, or a name; did you mean 'water'?",
+        ),
     ]
 )
 def test_a_value_that_is_not_allowed_is_one_sentence_with_its_path(path, value, message):
@@ -260,16 +268,16 @@ def table(optional=None, **keys):
     return st.fixed_dictionaries(keys, optional=optional)
 
 
-MODE = table(f0=st.floats(1e2, 1e9), k=st.floats(1e-4, 1e4), Q=QUALITY)
+MODE = table(f0=st.floats(1e3, 1e7), k=st.floats(1e-4, 1e4), Q=QUALITY)
 BEAM = table(
     youngs_modulus=st.floats(1e9, 1e12),
     density=st.floats(1e3, 2e4),
-    length=st.floats(1e-5, 1e-3),
+    length=st.floats(1e-4, 5e-4),
     width=st.floats(1e-6, 1e-4),
-    thickness=st.floats(1e-7, 1e-5),
+    thickness=st.floats(1e-6, 1e-5),
     Q=QUALITY,
 )
-TONE = table({"frequency": st.floats(1e2, 1e9), "phase": PHASE}, A0=LENGTH)
+TONE = table({"frequency": st.floats(5e3, 1e6), "phase": PHASE}, A0=LENGTH)
 SEVERAL_TONES = table(
     {"acts_on": st.sampled_from(["all_modes", "own_mode"])},
     tones=st.lists(TONE.map(lambda tone: tone | {"mode": 1}), min_size=1, max_size=3),

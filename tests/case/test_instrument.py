@@ -9,6 +9,7 @@ from every import every
 from hypothesis import given
 from hypothesis import strategies as st
 
+import dforce as df
 from dforce import forces, library
 from dforce.core.errors import ForceError, ParameterError
 from dforce.core.parameters import shared
@@ -72,7 +73,7 @@ def test_every_quantity_has_a_unit_a_symbol_a_meaning_and_bounds(section):
         (lambda: Drive(A0="0 nm"), "drive.A0 = 0 m is not above 0 nm"),
         (lambda: Drive(A0=1e-9, acts_on="all"), "drive.acts_on = 'all' is not one of 'all_modes' or 'own_mode'"),
         (lambda: Drive(A0=1e-9, mode=True), "drive.mode = true is not allowed here"),
-        (lambda: Medium(name="watr"), "medium = 'watr' is not known; did you mean 'water'?"),
+        (lambda: Medium(name="watr"), "write its density and viscosity, or a name; did you mean 'water'?"),
         (lambda: Medium(temperature="0 K"), "medium.temperature = 0 K is not above 0 K"),
         (lambda: Beam(**SILICON, modes=2, Q=[1]), "cantilever.beam.Q has 1 values for 2 modes"),
     ]
@@ -235,18 +236,18 @@ def test_what_a_force_lacks_is_said_with_the_section_to_write_it_in(tip, sample,
 
 
 @pytest.mark.parametrize(
-    ("chosen", "drop"),
+    ("chosen", "removed"),
     [
-        ([forces.DMT(hamaker=1e-20), forces.VanDerWaals(hamaker=1e-20)], "drop van_der_waals"),
-        ([forces.VanDerWaals(hamaker=1e-20), forces.DMT(hamaker=1e-20)], "drop van_der_waals"),
-        ([forces.DMT(hamaker=1e-20), forces.Hertz()], "drop hertz"),
-        ([forces.Hertz(), forces.KelvinVoigt(), forces.Hertz()], "hertz appears twice; drop one of them"),
+        ([forces.DMT(hamaker=1e-20), forces.VanDerWaals(hamaker=1e-20)], "remove van_der_waals"),
+        ([forces.VanDerWaals(hamaker=1e-20), forces.DMT(hamaker=1e-20)], "remove van_der_waals"),
+        ([forces.DMT(hamaker=1e-20), forces.Hertz()], "remove hertz"),
+        ([forces.Hertz(), forces.KelvinVoigt(), forces.Hertz()], "hertz appears twice; remove one of them"),
     ],
     ids=["whole first", "part first", "contact", "twice"],
 )
-def test_an_interaction_counted_twice_is_refused_with_what_to_drop(chosen, drop):
+def test_an_interaction_counted_twice_is_refused_with_the_model_to_remove(chosen, removed):
     message = refusal(Problem.build, Instrument(LEVER, ONE_TONE, TIP, SAMPLE), forces=chosen)
-    assert message.endswith(drop.split("; ")[-1])
+    assert message.endswith(removed.split("; ")[-1])
 
 
 class Nameless(forces.Force):
@@ -260,6 +261,19 @@ def test_a_force_that_shares_what_no_instrument_has_is_a_mistake_of_its_author()
         Problem.build(Instrument(LEVER, ONE_TONE), forces=[Nameless()])
 
 
-def test_values_too_extreme_to_compute_with_are_refused():
-    message = refusal(Problem.build, Instrument(Cantilever(f0=1e5, k=1e-200, Q=100), ONE_TONE))
-    assert message == "cantilever.k = 1e-200 is too small to compute with"
+LARGE, SMALL = "is too large to compute with", "is too small to compute with"
+EXTREME = [
+    ("figure-3-air", "cantilever.k", 1e-200, SMALL),
+    ("cell", "cantilever.beam.length", "1e-300 m", SMALL),
+    ("cell", "cantilever.beam.density", 5e-324, SMALL),
+    ("figure-5", "forces.kelvin_voigt.viscosity", 1e300, LARGE),
+    ("fm-afm", "drive.phase_set_point", 1e-120, SMALL),
+    ("fm-afm", "drive.phase_set_point", 1e-30, "write one near 90 deg"),
+    ("figure-3-air", "drive.frequency", 1e-6, "frequencies of modes and drive range from 1e-06 Hz to 48.9 kHz"),
+    ("am-fm", "drive.tones.1.frequency", "10 GHz", "may differ by a factor of 10000 at most"),
+]
+
+
+@every(EXTREME, str)
+def test_values_too_extreme_to_compute_with_are_refused(name, path, value, words):
+    assert words in refusal(df.example(name).replace, path, value)

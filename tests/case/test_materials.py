@@ -50,7 +50,10 @@ def test_a_name_gives_nominal_values_and_numbers_beside_it_come_first():
 @pytest.mark.parametrize(
     ("sample", "sentence"),
     [
-        ("polystyrol", "sample = 'polystyrol' is not known; did you mean 'polystyrene'?"),
+        (
+            "polystyrol",
+            "sample = 'polystyrol' is not known: write youngs_modulus, or a name; did you mean 'polystyrene'?",
+        ),
         ({"name": "pdms", "youngs_modulus": "-1 MPa"}, "sample.youngs_modulus = -1 MPa is not above 0 GPa"),
     ],
 )

@@ -319,6 +319,7 @@ def test_a_picture_has_the_width_asked_for(here, ran, width, points):
         (["examples", "--write", "x.toml"], "--write needs the name of an example"),
         (["examples", "figure-3-air", "--write", "case.toml"], "exists already"),
         (["curve", "figure-3-air", "--from", "2 kHz"], "--from is '2 kHz', which is a frequency, not a length"),
+        (["curve", "figure-3-air", "--from", "5"], "--from = 5 m is above 1 mm; did you mean '5 nm'?"),
         (["curve", "figure-3-air", "--from", "1 nm", "--to", "1 nm"], "starts and ends at 1 nm; write two distances"),
         (["schema", "-o", "schema.xml"], "ends in '.xml'"),
     ]
@@ -354,6 +355,16 @@ def test_models_are_listed_with_their_parameters():
     assert set(listed) == set(df.forces.REGISTRY)
     (viscosity,) = (p for p in listed["kelvin_voigt"]["parameters"] if p["name"] == "viscosity")
     assert viscosity["unit"] == "Pa s" and viscosity["low"] == "0 Pa s"
+
+
+@pytest.mark.parametrize(
+    ("word", "found"),
+    [("charge", {"dlvo"}), ("Derjaguin", {"dlvo", "dmt", "hydration", "lennard_jones", "van_der_waals"})],
+)
+def test_a_word_lists_the_models_that_mention_it(word, found):
+    listed = {model["name"] for model in json.loads(invoke("models", word, "--json").stdout)}
+    assert listed == found
+    assert all(f"  {name} " in invoke("models", word).stdout for name in found)
 
 
 @every(df.forces.REGISTRY)

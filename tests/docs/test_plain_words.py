@@ -13,6 +13,7 @@ from every import every
 from plain_words import Sentence, blocks, faults, of_page, of_script, of_source, sentences
 
 import dforce as df
+from dforce.core.parameters import Parameters
 
 ROOT = Path(__file__).parents[2]
 EXCEPTIONS = tomllib.loads(Path(__file__).with_name("plain_words_exceptions.toml").read_text(encoding="utf-8"))[
@@ -68,7 +69,7 @@ def cases():
 
 
 def public_objects():
-    """Give the objects of the page of the Python reference, their public methods, and the force models, by name."""
+    """Give the objects of the page of the Python reference, the force models, and the tables of a case file, by name."""
     module = "dforce"
     for line in (ROOT / "docs" / "reference" / "api.md").read_text(encoding="utf-8").splitlines():
         if (found := re.match(r"\.\. currentmodule:: (\S+)", line)) is not None:
@@ -80,6 +81,13 @@ def public_objects():
                 thing = importlib.import_module(f"{thing.__name__}.{part}") if inner is None else inner
             yield f"{module}.{found[1]}", thing
     yield from ((f"dforce.forces.{model.__name__}", model) for model in df.forces.REGISTRY.values())
+    yield from ((f"{one.__module__}.{one.__name__}", one) for one in below(Parameters))  # the page of a case file
+
+
+def below(kind):
+    """Give the classes that derive from a class and have no other class below them."""
+    for one in kind.__subclasses__():
+        yield from below(one) if one.__subclasses__() else [one]
 
 
 def docstrings():

@@ -11,7 +11,7 @@ import xarray as xr
 from fitted_curves import ETA, E, H
 
 import dforce as df
-from dforce.inverse.fitting.chi2 import judged
+from dforce.findings.fits import judged
 from dforce.inverse.fitting.minimize import Objective
 from dforce.inverse.fitting.points import checked_reading, measured
 from dforce.validity import advice_in
@@ -79,7 +79,7 @@ def test_a_profile_agrees_with_the_covariance_where_the_problem_is_nearly_linear
 def test_residuals_are_those_of_noise(air: xr.Dataset) -> None:
     chi2 = float((air["amplitude_residual"] ** 2 + air["phase_residual"] ** 2).sum())
     assert chi2 == pytest.approx(air.attrs["chi2"], rel=1e-9)
-    assert air.attrs["runs_test"] > 0.01
+    assert air.attrs["independence"] > 0.01
     assert air.attrs["aic"] == pytest.approx(air.attrs["chi2"] + 2 * air.sizes["parameter"])
     assert air.attrs["degrees_of_freedom"] == 2 * 101 - 4
 
@@ -102,7 +102,7 @@ def test_a_report_says_what_widened_the_errors_and_that_the_fit_was_stopped() ->
     assert "noise: neighbors" not in df.fit_report(made) and "stopped" not in df.fit_report(made)
     text = df.fit_report(made.assign_attrs(neighbor_correlation=0.6, interrupted=1))
     assert "neighbors are correlated by 0.60, so all errors are 2.00 times as large" in text
-    assert "stopped early" in text
+    assert "The fit was stopped" in text
 
 
 def test_pictures_of_a_fit_show_data_model_residuals_and_profiles(air: xr.Dataset, tmp_path: Path) -> None:
@@ -174,7 +174,7 @@ def test_ctrl_c_keeps_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.isfinite(fit["value"]).all()
     # on the way there is no minimum, and so no error and no judgment of the model
     assert np.isnan(fit["error"]).all() and not advice_in(fit)
-    assert "stopped early" in df.fit_report(fit) and "nan" not in df.fit_report(fit)
+    assert "The fit was stopped" in df.fit_report(fit) and "nan" not in df.fit_report(fit)
     assert fit.attrs["chi2"] == pytest.approx(min(met[:3])) and min(met[:3]) < met[0] < first[1]
     assert float(fit["value"].sel(parameter=H)) != first[0]
     # of many curves those are kept that were done

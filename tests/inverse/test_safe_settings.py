@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.inverse import safety
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +53,19 @@ def test_a_soft_sample_is_reached_below_the_range_of_a_stiff_one():
 def test_a_fit_gives_its_best_case(stiff):
     fit = fc.result().assign_attrs(case=fc.case_of("stiff").to_toml(complete=True))
     np.testing.assert_array_equal(df.safe_settings(fit, "3 nN", "80 %")["peak_force"], stiff["peak_force"])
+
+
+def test_doubts_about_a_fit_come_before_the_forces_of_its_best_case(monkeypatch):
+    monkeypatch.setattr(safety, "AMPLITUDES", 2)
+    fit = fc.result().assign_attrs(case=fc.case_of("air").to_toml(complete=True))
+    fit["seen"][0] = False
+    findings = df.safe_settings(fit.assign_attrs(lost_points=0, chi2=80.0), "3 nN").attrs["findings"]
+    assert findings[0].startswith("The model does not describe the data within their noise")
+    assert findings[1].startswith(
+        "The data do not constrain sample.youngs_modulus: the forces hold for the value in the case"
+    )
+    with pytest.raises(df.ParameterError, match="does not describe the data, so its case shows no safe settings"):
+        df.safe_settings(fit.assign_attrs(chi2=800.0), "3 nN")
 
 
 @pytest.mark.parametrize("limit", ["-1 nN", "1 nm", 0.0])

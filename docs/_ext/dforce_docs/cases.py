@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, get_args, get_origin
 
-import pydantic
 from sphinx.application import Sphinx
 
 import dforce as df
-from dforce.case import About, Range, Sweep
 from dforce.core.parameters import Parameters
-from dforce.experiments import EXPERIMENTS, AmplitudeGrid, DeflectionGrid, PhaseGrid, VelocityGrid
+from dforce.experiments import EXPERIMENTS, Experiment
+from dforce.inverse.plan_file import KEYS
 from dforce_docs.declared import list_table, parameter_table
 
 INTRODUCTION = """\
@@ -24,28 +25,35 @@ Python. For ``--set`` and ``Case.replace`` join them by dots: ``drive.A0``, ``fo
 (counted from 1). ``dforce schema`` prints a JSON schema, for editors that complete and check a case file.
 """
 
-SECTIONS: tuple[tuple[str, type[Parameters]], ...] = (
-    ("[cantilever]", df.Cantilever),
-    ("[[cantilever.modes]]", df.Mode),
-    ("[cantilever.beam]", df.Beam),
-    ("[drive]", df.Drive),
-    ("[[drive.tones]]", df.Tone),
-    ("[tip]", df.Tip),
-    ("[sample]", df.Sample),
-    ("[contact]", df.Contact),
-    ("[medium]", df.Medium),
-)
-INNER: tuple[tuple[str, type[Parameters]], ...] = (
-    ("zc = { ... }, a grid of distances", df.experiments.Grid),
-    ("zc = { ... }, distances as shares of A0", df.experiments.RelativeGrid),
-    ("zc = { ... }, a range of distances", df.experiments.Span),
-    ("frequency = { ... }", df.experiments.FrequencyGrid),
-    ("start = { ... }", df.experiments.InitialMotion),
-    ("amplitude = { ... }", AmplitudeGrid),
-    ("phase = { ... }", PhaseGrid),
-    ("deflection = { ... }", DeflectionGrid),
-    ("velocity = { ... }", VelocityGrid),
-)
+BELOW = {tuple: "[[{}]]", dict: '[{}."PATH"]'}  # how a file writes tables in a list, and tables by path
+FORCES = """\
+[[forces]]
+----------
+
+``model`` names the law; the other keys are its parameters. Each model has a page with its keys: :doc:`/forces/index`.
+"""
+PLAN = f"""\
+[plan]
+------
+
+A plan file has one more table, with the keys {", ".join(f"``{key}``" for key in KEYS)}: :doc:`/planning`.
+"""
+
+
+def tables(model: type[Parameters], path: str = "") -> Iterator[tuple[str, type[Parameters]]]:
+    """Give each table below a model, with its heading in a file, at any depth."""
+    for key, field in model.model_fields.items():
+        for heading, inner in _models(field.annotation, "[{}]"):
+            yield heading.format(path + key), inner
+            yield from tables(inner, f"{path}{key}.")
+
+
+def _models(annotation: Any, heading: str) -> Iterator[tuple[str, type[Parameters]]]:
+    if isinstance(annotation, type) and issubclass(annotation, Parameters):
+        yield heading, annotation
+    heading = BELOW.get(get_origin(annotation), heading)
+    for part in get_args(annotation):
+        yield from _models(part, heading)
 
 
 def _section(title: str, model: type[Parameters], mark: str, skip: tuple[str, ...] = ()) -> str:
@@ -56,32 +64,33 @@ def _section(title: str, model: type[Parameters], mark: str, skip: tuple[str, ..
 
 
 def _top() -> str:
-    """Return the keys that stand outside all sections."""
-    texts = {"title": df.Case, "plugins": df.Case}
-    rows = [(f"``{key}``", _about(model, key)) for key, model in texts.items()]
+    """Return the keys outside all sections."""
+    rows = [(f"``{key}``", df.Case.model_fields[key].description or "") for key in ("title", "plugins")]
     return "Top of the file\n---------------\n\n" + list_table(("key", "meaning"), rows)
 
 
-def _about(model: type[pydantic.BaseModel], key: str) -> str:
-    return model.model_fields[key].description or ""
+def _experiments() -> Iterator[str]:
+    """Give the section of each experiment, and after them each table that some of them have."""
+    yield "[experiment]\n------------\n\n``kind`` sets the experiment; the other keys depend on it.\n"
+    shared: dict[type[Parameters], str] = {}
+    for kind, model in EXPERIMENTS.items():
+        yield _section(f'kind = "{kind}"', model, "~", skip=("kind",))
+        shared |= {inner: f"{heading.strip('[]')} = {{ ... }} ({inner.__name__})" for heading, inner in tables(model)}
+    for model, title in shared.items():
+        yield _section(title, model, "~")
 
 
 def text() -> str:
     """Return the page in reStructuredText."""
-    parts = [INTRODUCTION, _top(), _section("[about]", About, "-")]
-    parts += [_section(title, model, "-") for title, model in SECTIONS]
-    parts.append(
-        "[[forces]]\n----------\n\n``model`` names the law; the other keys are its parameters. Each model has "
-        "a page with its keys: :doc:`/forces/index`.\n"
-    )
-    parts.append("[experiment]\n------------\n\n``kind`` sets the experiment; the other keys depend on it.\n")
-    for kind, model in EXPERIMENTS.items():
-        parts.append(_section(f'kind = "{kind}"', model, "~", skip=("kind",)))
-    parts += [_section(title, model, "~") for title, model in INNER]
-    parts.append(_section("[solver]", df.SolverSettings, "-"))
-    parts.append(_section("[sweep]", Sweep, "-"))
-    parts.append(_section("over.PATH = { ... }, a range of values", Range, "~"))
-    return "\n\n".join(parts)
+    parts = [INTRODUCTION, _top()]
+    for heading, model in tables(df.Case):
+        if issubclass(model, df.Force):
+            parts.append(FORCES)
+        elif issubclass(model, Experiment):
+            parts += _experiments()
+        else:
+            parts.append(_section(heading, model, "~" if "." in heading else "-"))
+    return "\n\n".join([*parts, PLAN])
 
 
 def write_page(app: Sphinx) -> None:

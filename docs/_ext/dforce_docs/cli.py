@@ -12,25 +12,6 @@ from sphinx.application import Sphinx
 from dforce.cli.app import app as program
 from dforce_docs.declared import list_table
 
-CODES = """\
-Exit codes
-----------
-
-.. list-table::
-   :widths: auto
-
-   * - 0
-     - done
-   * - 1
-     - some points have no result; the status of each says why
-   * - 2
-     - bad input: one sentence on stderr says what, what was given and what is allowed
-   * - 3
-     - an error inside dForce; please report it
-   * - 130
-     - stopped by Ctrl-C; what was done is kept
-"""
-
 
 def _name(parameter: Any) -> str:
     if parameter.param_type_name == "argument":
@@ -56,9 +37,8 @@ def text() -> str:
     group: Any = typer.main.get_command(program)
     parts = [
         "Commands\n========",
-        "``dforce COMMAND --help`` prints the same. The :doc:`how-to pages </how-to>` show each command at work.",
+        "``dforce COMMAND --help`` prints the same. Examples: :doc:`/how-to`. Exit codes: :doc:`/batch`.",
         *(_command(name, command) for name, command in group.commands.items()),
-        CODES,
     ]
     return "\n\n".join(parts)
 

@@ -29,7 +29,7 @@ def plain(text: str) -> str:
 def parameter_table(model: type[Parameters], keys: Iterable[str]) -> str:
     """Return the table of a class's own parameters."""
     rows = [_row(model, key) for key in keys]
-    return list_table(("key", "symbol", "unit", "default", "allowed", "meaning"), rows)
+    return list_table(("key", "symbol", "unit of a number", "default", "allowed", "meaning"), rows)
 
 
 def _row(model: type[Parameters], key: str) -> tuple[str, ...]:
@@ -42,16 +42,15 @@ def _row(model: type[Parameters], key: str) -> tuple[str, ...]:
 
 def _allowed(model: type[Parameters], key: str) -> str:
     field, quantity = model.model_fields[key], model.quantities().get(key)
-    choices = list(_choices(field.annotation))
-    if choices:
-        return ", ".join(shown(choice) for choice in choices)
+    choices = ", ".join(shown(choice) for choice in _choices(field.annotation))
     if quantity is not None:
         bounds = [(sign, getattr(quantity, name)) for name, sign in SIGNS.items()]
     else:
         limits = {"low": "ge", "above": "gt", "high": "le", "below": "lt"}
         found = {name: value for item in field.metadata for name, value in _limits(item, limits)}
         bounds = [(sign, found.get(name)) for name, sign in SIGNS.items()]
-    return " and ".join(f"{sign} {_bound(value)}" for sign, value in bounds if value is not None)
+    numbers = " and ".join(f"{sign} {_bound(value)}" for sign, value in bounds if value is not None)
+    return ", or ".join(text for text in (choices, numbers) if text)
 
 
 def _limits(item: Any, names: dict[str, str]) -> Iterable[tuple[str, Any]]:

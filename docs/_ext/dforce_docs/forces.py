@@ -65,9 +65,9 @@ def draw(case: df.Case, name: str, folder: Path) -> str:
     figure.savefig(folder / f"{name}-small.png", dpi=160)
     plt.close(figure)
     seen = (
-        "The shaded loop is the energy that the sample takes in a cycle."
+        "The shaded loop is the energy that the sample dissipates in a cycle."
         if loop(curve) > 1e-6
-        else "The way in and the way out are the same: no energy is lost."
+        else "Approach and retract coincide: the sample dissipates nothing."
     )
     return f"Force of ``{name}`` against distance at {speed}, for {SAMPLE}. {seen}"
 
@@ -113,11 +113,11 @@ def page(model: type[df.Force], folder: Path) -> str:
         ".. rubric:: In a case file",
         ".. code-block:: toml\n\n" + textwrap.indent(example_toml(case), "   "),
         f"In Python: ``df.forces.{model.__name__}(...)`` with the same keys.",
-        ".. rubric:: What it counts",
-        f"{', '.join(model.contains) or 'nothing that is named'}. Beside it no other force may count the same."
+        ".. rubric:: Interactions",
+        f"{', '.join(model.contains)}. A second force with the same interaction is refused."
         if model.contains
-        else "Nobody knows what an expression counts: see to it that nothing counts twice.",
-        f"The sample {'takes energy in a cycle' if model.dissipative else 'takes no energy'}.",
+        else "Unknown to dForce: make sure that no other force contains the same interaction.",
+        f"The sample {'dissipates energy' if model.dissipative else 'dissipates nothing'}.",
         ".. rubric:: Source",
         plain(f"{model.source}."),
     ]
@@ -130,10 +130,10 @@ def index(models: list[type[df.Force]]) -> str:
         "Force models",
         "============",
         "",
-        "Each card is a force on the tip, repulsive up, against the distance; a shaded loop is energy that the sample takes.",
-        "Any of them can be combined, except two that count the same interaction. Click one for its equation, where it",
-        "holds, its parameters and its source; ``dforce models NAME`` prints the same in a terminal.",
-        ":doc:`Which model should I use? </which-model>` finds yours.",
+        "Each card shows the force on the tip against the distance, repulsive up; a shaded loop is dissipated energy.",
+        "Its page has equation, range, parameters and source, as ``dforce models NAME`` in a terminal. Forces add up; two with",
+        "the same interaction are refused. :doc:`Which model should I use? </which-model>` helps to choose.",
+        ":doc:`Your own force law </tutorials/your_own_force>` adds one.",
         "",
     ]
     for title, members in df.forces.grouped(models).items():

@@ -29,7 +29,7 @@ class Range(Parameters):
 
 
 class Sweep(Parameters):
-    """Which parameters of the case take which values; what the experiment gives is computed for all of them."""
+    """Parameters to vary, with their values; the experiment runs for each case."""
 
     title_of: ClassVar[str] = "sweep"
 

@@ -171,7 +171,7 @@ def _put(case: Parameters, owner: object, table: dict[str, Any], steps: list[str
         else:
             _put(case, child[place], table[first][place], rest[1:], value, f"{path}.{rest[0]}.")
     elif child is None:
-        raise ParameterError(f"{path} is not in this case, so nothing inside it can be changed")
+        raise ParameterError(f"the case has no table [{path}]; write the table in the file, or set {path} as a whole")
     else:
         _put(case, child, table.setdefault(first, {}), rest, value, f"{path}.")
 
@@ -195,6 +195,8 @@ def _place(items: tuple[object, ...], step: str, path: str) -> int:
 
 def _hint(case: Parameters, owner: Parameters, step: str, walked: str) -> str:
     """Return the nearest path: a neighbor with a similar name, or the same name elsewhere in the case."""
+    if step in owner.hints:
+        return f"; {owner.hints[step]}"
     close = difflib.get_close_matches(step, owner.keys(), n=1)
     if close:
         return f"; did you mean '{walked}{close[0]}'?"

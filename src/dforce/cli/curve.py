@@ -14,7 +14,7 @@ from dforce.cli._options import PICTURE, Json, Settings, option
 from dforce.cli._report import advice_lines, as_json, print_findings
 from dforce.cli._terminal import DONE, print_json, say, whole_number
 from dforce.core.files import check_target
-from dforce.core.units import parse, show
+from dforce.core.units import show
 
 MOST_POINTS = 1_000_000
 
@@ -76,7 +76,9 @@ def curve(
 
 
 def _quantity(option: str, text: str | None, unit: str) -> float | None:
+    from dforce.core.parameters import ParameterQuantity
+
     try:
-        return None if text is None else parse(text, unit)
-    except df.UnitError as error:
-        raise df.UnitError(f"{option} {error}") from None
+        return None if text is None else ParameterQuantity(unit).read(text)
+    except df.ParameterError as error:
+        raise type(error)(f"{option} {error}") from None

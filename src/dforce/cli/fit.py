@@ -141,7 +141,7 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
     if json:
         table = {
             name: result[name].values.tolist()
-            for name in ("curve", "parameter", "unit", "value", "error", "chi2", "message")
+            for name in ("curve", "parameter", "unit", "value", "error", "chi2", "message", "doubt")
         }
         print_json({**table, "exit_code": code})
         return code
@@ -156,6 +156,8 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
 
 def _answer(result: xr.Dataset) -> dict[str, Any]:
     """Return what `--json` prints of one fit."""
+    from dforce.findings.fits import verdict  # loads NumPy, which help does without
+
     names = result["parameter"].values.tolist()
     every = (
         "value",
@@ -171,6 +173,7 @@ def _answer(result: xr.Dataset) -> dict[str, Any]:
     columns = [name for name in every if name in result]
     return {
         "title": result.attrs["title"],
+        "verdict": verdict(result),
         "holds_for": result.attrs["holds_for"],
         **{name: result.attrs[name] for name in ("chi2", "degrees_of_freedom", "aic", "bic", "lost_points", "points")},
         "parameters": {

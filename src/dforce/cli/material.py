@@ -19,7 +19,10 @@ def material(
     curve: Annotated[
         Path, typer.Argument(metavar="CURVE.nc", show_default=False, help="A result of two tones, AM-FM or FM-FM.")
     ],
-    model: Annotated[Literal["hertz", "punch", "cone"], typer.Option("--model", help="Shape of the tip.")] = "hertz",
+    model: Annotated[
+        Literal["hertz", "punch", "cone"],
+        option("--model", "hertz|punch|cone", "Shape of the tip: paraboloid (default), flat punch or cone."),
+    ] = "hertz",
     output: Annotated[
         Path | None, option("--output -o", "OUT.nc|OUT.csv", "File for the values along the curve.")
     ] = None,

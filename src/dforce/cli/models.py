@@ -28,7 +28,8 @@ def models(
         typer.Argument(
             autocompletion=complete_models,
             show_default=False,
-            help="Show the page of this model; or write the word check.",
+            metavar="[NAME|WORD]",
+            help="Show the page of this model, or list the models that mention this word.",
         ),
     ] = None,
     file: Annotated[
@@ -52,13 +53,25 @@ def models(
         else:
             _list(list(registry.values()), long)
         return DONE
-    if name not in registry:
+    model = registry.get(name) or registry.get(name.lower())
+    found = [] if model is not None else _mentioning(name.lower())
+    if model is None and not found:
         raise df.ParameterError(f"there is no force model '{shorten(name)}'{nearest(name[:100], registry)}")
     if json:
-        print_json(_described(registry[name]))
+        print_json([_described(one) for one in found] if model is None else _described(model))
+    elif model is None:
+        _list(found, long)
     else:
-        _page(registry[name])
+        _page(model)
     return DONE
+
+
+def _mentioning(word: str) -> list[type[df.Force]]:
+    """Return the models with a word, of at least three letters, in their name, interactions, page or source."""
+    texts = {
+        model: f"{model.name} {model.contains} {model.__doc__} {model.source}" for model in df.forces.REGISTRY.values()
+    }
+    return [model for model, text in texts.items() if len(word) > 2 and word in text.lower()]
 
 
 def _check(file: Path | None, json: bool) -> int:
@@ -182,6 +195,6 @@ def _page(model: type[df.Force]) -> None:
     if model.shared_fields():
         given = f"from the instrument: {', '.join(model.shared_fields().values())}"
         terminal.print("\n" + wrapped(given, width()))
-    terminal.print(wrapped(f"counts: {', '.join(model.contains) or 'nothing named'}", width()))
-    terminal.print(f"takes energy: {'yes' if model.dissipative else 'no'}")
+    terminal.print(wrapped(f"interactions: {', '.join(model.contains) or 'unknown'}", width()))
+    terminal.print(f"dissipates energy: {'yes' if model.dissipative else 'no'}")
     terminal.print(wrapped(f"source: {model.source}", width()))

@@ -22,7 +22,7 @@ import pydantic
 from pydantic_core import PydanticUndefined
 
 from dforce.core import files, units
-from dforce.core.errors import ParameterError, checked, nearest, shorten
+from dforce.core.errors import ParameterError, UnitError, checked, nearest, shorten
 from dforce.core.marks import may_be_read
 from dforce.core.refusals import refusal
 from dforce.core.signatures import ParametersType, signature_of
@@ -31,6 +31,8 @@ TOLD = 6  # digits of a number in a sentence
 # The largest size (SI), by its unit, of a number without a bound of its own on that side; beyond it a unit was left out, as
 # for a distance of 12. Each is far beyond what an instrument has.
 UTMOST = {"m": 1e-3, "rad": 2.0 * math.pi, "J": 1e-15, "J/m^2": 10.0, "N": 1e-3, "V": 1e3, "C/m^2": 10.0, "m/s": 1e3}
+# The largest size (SI) of any number, and the least of one that may not be zero: their products and powers are floats.
+LEAST, MOST = 1e-40, 1e40
 NO_UNIT = re.compile(r"\s*[-+.\deE]+\s*")
 in_si = functools.cache(units.parse)  # bounds, with which each value is compared
 
@@ -104,14 +106,12 @@ class ParameterQuantity:
             schema["symbol"] = self.symbol
 
     def check(self, value: float) -> None:
-        """Raise :class:`ParameterError` when an SI value is outside the bounds, or beyond the utmost size of its unit."""
-        utmost = UTMOST.get(self.unit)
-        least = -utmost if utmost is not None and self.low is None and self.above is None else self.low
-        most = utmost if self.high is None and self.below is None else self.high
+        """Raise :class:`ParameterError` when an SI value is outside the bounds, or too small or large."""
+        least, most = self._ends()
         for bound, broken, words in (
-            (least, operator.lt, "is below"),
+            (None if self.above is not None else least, operator.lt, "is below"),
             (self.above, operator.le, "is not above"),
-            (most, operator.gt, "is above"),
+            (None if self.below is not None else most, operator.gt, "is above"),
             (self.below, operator.ge, "is not below"),
         ):
             if bound is None:
@@ -123,6 +123,20 @@ class ParameterQuantity:
                 # one that lies beyond the bound by less than that is told in full
                 told = brief if broken(units.parse(brief, self.unit), edge) else units.show(value, self.unit)
                 raise ParameterError(f"= {told} {words} {limit}")
+        small = abs(value) < LEAST and self.above is not None and in_si(self.above, self.unit) == 0.0
+        if small or abs(value) > MOST:
+            size = "small" if small else "large"
+            raise ParameterError(f"= {units.show(value, self.unit, TOLD)} is too {size} to compute with")
+
+    def _ends(self) -> tuple[str | float | None, str | float | None]:
+        """Return the bounds as they are declared, else the utmost size of the unit."""
+        utmost = UTMOST.get(self.unit)
+        least = self.low if self.low is not None else self.above
+        most = self.high if self.high is not None else self.below
+        return (
+            -utmost if least is None and utmost is not None else least,
+            utmost if most is None and utmost is not None else most,
+        )
 
     def read(self, given: object) -> float:
         """Return the SI value of a number or a text with a unit; one beyond the bounds is met with what was likely meant.
@@ -153,9 +167,8 @@ class ParameterQuantity:
         return units.percent_hint(value) if usual == "%" else f"; did you mean '{value:g} {usual}'?"
 
     def bounds(self) -> tuple[float, float]:
-        """Return the lower and upper bound in SI, infinite where there is none."""
-        least = self.low if self.low is not None else self.above
-        most = self.high if self.high is not None else self.below
+        """Return the lower and upper bound in SI, or the utmost size of the unit; infinite where there is none."""
+        least, most = self._ends()
         return (
             -math.inf if least is None else in_si(least, self.unit),
             math.inf if most is None else in_si(most, self.unit),
@@ -348,12 +361,16 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
             return given
         if given is None or isinstance(given, dict | pydantic.BaseModel):
             return given  # a table that stands for many values, such as a grid
-        if isinstance(given, str) and given in _words(cls.model_fields[name].annotation):
+        words = _words(cls.model_fields[name].annotation)
+        if isinstance(given, str) and given in words:
             return given
         one = isinstance(given, str | type) or getattr(given, "shape", None) == ()
         if not one and hasattr(given, "__iter__"):
             return tuple(map(quantity.read, given))  # such as the Q of every mode
-        return quantity.read(given)
+        try:
+            return quantity.read(given)
+        except UnitError as error:
+            raise UnitError(f"{error}{''.join(f', nor the word {word!r}' for word in words)}") from None
 
     def needed(self, field: str) -> float:
         """Return the number in an optional field, or raise :class:`ParameterError` when it was not given."""

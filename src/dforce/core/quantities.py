@@ -130,7 +130,7 @@ TRACES = table(
              "force of each model on the tip", ("model", "time")),
     Quantity("force_part", "F_i", "N", "nN", "part of the force",
              "part of the force on the tip, by interaction", ("interaction", "time")),
-    Quantity("energy", "E", "J", "eV", "energy taken",
+    Quantity("energy", "E", "J", "eV", "dissipated energy",
              "energy that the sample has dissipated so far", ("time",)),
     Quantity("loop_time", "t", "s", "ms", "time", "time under the controllers"),
     Quantity("loop_frequency_shift", r"\Delta f", "Hz", "Hz", "frequency shift",

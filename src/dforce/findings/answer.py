@@ -9,8 +9,8 @@ from dforce.core.errors import ParameterError, checked
 from dforce.core.notation import plain_math
 from dforce.core.units import parse_share, show
 from dforce.findings.crossings import RATIO, SHIFT
+from dforce.findings.fits import fitted, is_constrained, verdict
 from dforce.findings.material import material
-from dforce.findings.others import fitted, is_constrained
 from dforce.findings.set_point import SetPointState, at_set_point, states_at, why_none
 from dforce.findings.summary import summary
 from dforce.results.curves import goes_along, row_of
@@ -99,7 +99,7 @@ def _modulus(curve: xr.Dataset, share: float) -> Iterator[str]:
 
 
 def _of_fit(fit: xr.Dataset) -> str:
-    """Return the fitted parameters of the case in words, with k and R for which they hold."""
+    """Return the fitted parameters of the case in words, with k and R for which they hold, behind the verdict on the fit."""
     words = "label" if "label" in fit.coords else "symbol"  # a fit of an older version has symbols alone
     found = [
         f"{plain_math(str(one[words].values))} {'=' if is_constrained(one) else 'is'} {fitted(one)}"
@@ -109,7 +109,9 @@ def _of_fit(fit: xr.Dataset) -> str:
     held = [part.partition(" = ") for part in str(fit.attrs.get("holds_for", "")).split(", ") if part]
     known = [f"{'R' if path == 'tip.radius' else 'k'} = {value}" for path, _, value in held]
     text = f"{', '.join(found)}{', for ' if known else ''}{', '.join(known)}."
-    return f"{text[0].upper()}{text[1:]}" if words == "label" else text
+    text = f"{text[0].upper()}{text[1:]}" if words == "label" else text
+    doubt = verdict(fit)
+    return f"{doubt} {text}" if doubt else text
 
 
 def _details(state: SetPointState) -> str:

@@ -368,4 +368,4 @@ def _force(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
     if "energy" in sweep and way != "approach":  # it is known once the tip is back
         last = sweep.isel(time=-1) if "time" in sweep.dims else sweep
         none = bool(is_none(last, "energy"))
-        yield finding("energy", "energy taken", float(last["energy"]), "J", way, none=none)
+        yield finding("energy", "dissipated energy", float(last["energy"]), "J", way, none=none)

@@ -1,4 +1,4 @@
-"""What a reader looks for first in results of no experiment: plans, maps, measured curves, fits, and spectra."""
+"""What a reader looks for first in results of no experiment: plans, maps, measured curves, and spectra."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.units import show
-from dforce.findings.finding import DIGITS, Finding, with_error
+from dforce.findings.finding import DIGITS, Finding
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,30 +50,6 @@ def material(dataset: xr.Dataset) -> Iterator[Finding]:
                 row = dataset[one]
                 value = float(np.ravel(deepest[one].values)[0])
                 yield finding(one, row.attrs["long_name"], value, row.attrs["units"])
-
-
-def is_constrained(one: xr.Dataset) -> bool:
-    """Return whether the data of a fit constrain one of its parameters."""
-    return "seen" not in one or bool(one["seen"])
-
-
-def fitted(one: xr.Dataset) -> str:
-    """Return value and error of one parameter of a fit."""
-    if not is_constrained(one):
-        return "not constrained by these data"
-    value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
-    return f"{value} {unit}, error unknown" if error == "none" else f"{value} ± {error} {unit}".strip()
-
-
-def fit(dataset: xr.Dataset) -> Iterator[Finding]:
-    """Give the fitted parameters, chi2 and the points that the best fit loses."""
-    for name in dataset["parameter"].values:
-        one = dataset.sel(parameter=name)
-        value, unit = float(one["value"]), str(one["unit"].values)
-        yield Finding(str(name), str(name), fitted(one), value, unit)
-    chi2 = dataset.attrs["chi2"]
-    yield Finding("chi2", "chi2", f"{chi2:.1f} for {dataset.attrs['degrees_of_freedom']}", chi2, "1")
-    yield _count("lost_points", "lost points", dataset.attrs["lost_points"])
 
 
 def identification(dataset: xr.Dataset) -> Iterator[Finding]:

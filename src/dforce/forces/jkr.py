@@ -26,7 +26,7 @@ class JKR(AdhesiveContact):
     contact, the sample dissipates :math:`22.516318693\, (\gamma^5 R^4 / E_\mathrm{eff}^2)^{1/3}` a cycle.
 
     Outside contact the force is zero, or with a Hamaker constant :math:`-H R/6 d^2`, limited to its value at first contact.
-    Valid for large Tabor numbers, :math:`(R W^2 / E_\mathrm{eff}^2 a_0^3)^{1/3} > 5`, and contact radii small relative to R.
+    Valid for large Tabor parameters, :math:`(R W^2 / E_\mathrm{eff}^2 a_0^3)^{1/3} > 5`, and contact radii small relative to R.
     """
 
     name = "jkr"

@@ -178,9 +178,11 @@ class Drive(Operated):
     )
     piezo: Part[Piezo | None] = part(None, description="resonance of the piezo that drives the base")
 
-    hints: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("kind", "type", "base", "acoustic"), BASE_OR_FORCE
-    ) | dict.fromkeys(("A1", "A2", "A01", "A02", "f2"), SEVERAL_TONES)
+    hints: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("kind", "type", "base", "acoustic"), BASE_OR_FORCE),
+        **dict.fromkeys(("A1", "A2", "A01", "A02", "f2"), SEVERAL_TONES),
+        **dict.fromkeys(("set_point", "setpoint"), "write set_point under [experiment]"),
+    }
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -46,7 +46,7 @@ class Mode(Parameters):
 
 
 class HigherMode(Parameters):
-    """What was measured of a higher mode; the rest is as of an ideal beam: f2 = 6.27 f1, k2 = 39.3 k1."""
+    """Measured values of a higher mode; default: an ideal beam, f2 = 6.27 f1, k2 = 39.3 k1."""
 
     title_of: ClassVar[str] = "cantilever.higher_modes"
 
@@ -156,7 +156,9 @@ class Cantilever(Parameters):
             return self  # it holds what it needs, wherever its file is
         known = cantilevers() if self.library is None else own_cantilevers(named(self.library, "cantilever.library"))
         if self.name not in known:
-            raise ParameterError(f"cantilever = '{shorten(self.name)}' is not known{nearest(self.name, known)}")
+            raise ParameterError(
+                f"cantilever = '{shorten(self.name)}' is not known: write f0 and k, or a name{nearest(self.name, known)}"
+            )
         for field in ("f0", "k", "Q", "tip_radius"):
             value = getattr(known[self.name], field)
             if getattr(self, field) is None and value is not None:

@@ -48,7 +48,10 @@ class Medium(Parameters):
             return self
         known = library.media()
         if self.name not in known:
-            raise ParameterError(f"medium = '{shorten(self.name)}' is not known{nearest(self.name, known)}")
+            raise ParameterError(
+                f"medium = '{shorten(self.name)}' is not known: write its density and viscosity, "
+                f"or a name{nearest(self.name, known)}"
+            )
         for field in ("density", "viscosity", "permittivity"):
             if getattr(self, field) is None:
                 # not marked as given by the user, so that a case written to a file keeps the name alone

@@ -48,7 +48,10 @@ class Sample(Parameters):
         if self.name is None:
             return self
         if self.name not in materials():
-            raise ParameterError(f"sample = '{shorten(self.name)}' is not known{nearest(self.name, materials())}")
+            raise ParameterError(
+                f"sample = '{shorten(self.name)}' is not known: write youngs_modulus, "
+                f"or a name{nearest(self.name, materials())}"
+            )
         for field in ("youngs_modulus", "poisson_ratio"):
             value = getattr(materials()[self.name], field)
             if value is not None and (field not in self.model_fields_set or getattr(self, field) is None):

@@ -12,6 +12,7 @@ from dforce.core.arrays import Bools, Indices
 from dforce.core.errors import ParameterError, UnitError, checked, shorten
 from dforce.core.units import parse, parse_share, show
 from dforce.experiments.base import Progress
+from dforce.findings.fits import NO_MODEL, is_constrained, judged_fit, verdict
 from dforce.inverse.planner import plan
 
 if TYPE_CHECKING:
@@ -48,18 +49,20 @@ def safe_settings(
     -------
     xarray.Dataset
         Over `A0` (m), from an eighth of the free amplitude of the case: `peak_force` (N) and `max_indentation` (m) of the
-        hardest state, `states` (number of stable states), `allowed`. The attribute `findings` lists sentences.
+        hardest state, `states` (number of stable states), `allowed`. The attribute `findings` lists sentences;
+        doubts about a fit come first.
 
     Raises
     ------
     ParameterError
         For a result that is neither a fit nor a case, a limit that is no force above 0, a drive without a free amplitude, and
-        cases that :func:`plan` refuses.
+        cases that :func:`plan` refuses. Also for a fit whose model does not describe the data.
     KeyboardInterrupt
         When it is stopped before the states are solved.
     """
     import xarray as xr
 
+    doubts = [] if isinstance(result, Case) else list(_doubts(result))
     case, share, most = _case(result), parse_share(set_point, "set_point"), _limit(limit)
     path = "drive.tones.1.A0" if case.drive.tones else "drive.A0"
     A0 = case.drive.tones[0].A0 if case.drive.tones else case.drive.A0
@@ -82,7 +85,7 @@ def safe_settings(
         {"A0": ("A0", amplitudes, {"units": "m"})},
         {"kind": "safe_settings", "limit": most, "set_point": share},
     )
-    out.attrs["findings"] = list(_sentences(out))
+    out.attrs["findings"] = [*doubts, *_sentences(out)]
     return out
 
 
@@ -92,7 +95,18 @@ def _case(result: xr.Dataset | Case) -> Case:
         return result
     if result.attrs.get("kind") != "fit":
         raise ParameterError("result is neither a fit nor a case; get a fit from df.fit(case, data, free=[...])")
+    if judged_fit(result).word == NO_MODEL:
+        raise ParameterError("the model of this fit does not describe the data, so its case shows no safe settings")
     return Case.from_toml(str(result.attrs["case"]))
+
+
+def _doubts(fit: xr.Dataset) -> Iterator[str]:
+    """Give why the forces of the best case of a fit may not be those on the sample."""
+    if doubt := verdict(fit):
+        yield doubt
+    unknown = [str(name) for name in fit["parameter"].values if not is_constrained(fit.sel(parameter=name))]
+    if unknown:
+        yield f"The data do not constrain {', '.join(unknown)}: the forces hold for the value in the case."
 
 
 def _limit(given: float | str) -> float:

@@ -189,7 +189,7 @@ KINDS = (
     Kind("reconstruction", _marked("force_status"), "findings.others:reconstruction", "plot.reconstruction:reconstruction",
          figure="gui.measured.reconstruction:figure_of"),
     Kind("material", _marked("loss_tangent"), "findings.others:material", "", ""),
-    Kind("fit", _marked("correlation"), "findings.others:fit", "plot.fits:fit", "measured"),
+    Kind("fit", _marked("correlation"), "findings.fits:fit", "plot.fits:fit", "measured"),
     Kind("identification", _marked("verdict"), "findings.others:identification", "", ""),
     Kind("thermal_spectrum", _marked("fitted_density"), "findings.others:thermal_spectrum", "plot.thermal:thermal_spectrum",
          pictures=OF_SPECTRA, own={DENSITIES: "plot.thermal:thermal_spectrum"}),

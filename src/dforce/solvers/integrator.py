@@ -51,7 +51,7 @@ LEAST_SAMPLES = 32  # per period of a mode or tone
 PHASE_ERROR = 1e-4  # rad that RK4's own error may turn the slowest-damped mode by, at most
 FOLLOWED = 1.2  # of the shortest time in which a fluid follows: longest step; its errors count for little
 RELAXED = 0.5  # of the shortest relaxation time: longest step; at 2.8 RK4 is unstable, here it errs by 3e-4
-MOST_POINTS = 1_000_000  # samples per period that a force's relaxation may ask for
+MOST_POINTS = 1_000_000  # samples per period
 ROUND = 16  # sample counts are multiples of this
 SLACK = 1e-9  # of the samples needed: one so few more is rounding
 HARMONIC = 100.0  # times the tolerance: error of a step of the engine in the fastest harmonic of the force
@@ -84,7 +84,7 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
     Raises
     ------
     ParameterError
-        When a force relaxes so fast that more than :data:`MOST_POINTS` samples are needed.
+        When more than :data:`MOST_POINTS` samples are needed; of a force that relaxes too fast, with its name.
     """
     first, modes = problem.tones[0].frequency, problem.at_height(math.inf).modes
     needs = [LEAST_SAMPLES * tone.frequency / first for tone in problem.tones]
@@ -109,7 +109,17 @@ def enough_samples(needs: Array, settings: SolverSettings) -> Any:
     """Return the samples per period asked for, or, where more are needed, the next multiple of :data:`ROUND`.
 
     Ratios of frequencies fall on such multiples: rounding does not decide between them.
+
+    Raises
+    ------
+    ParameterError
+        When more than :data:`MOST_POINTS` are needed.
     """
+    if (most := np.max(needs)) > MOST_POINTS:
+        raise ParameterError(
+            f"the fastest mode, tone or memory needs {most:.2g} samples per period of the drive, and {MOST_POINTS} are the "
+            "limit; use a higher drive frequency"
+        )
     needed = needs * (1.0 - SLACK)
     raised = ROUND * np.ceil(needed / ROUND).astype(np.int64)
     return np.where(needed <= settings.points_per_period, settings.points_per_period, raised)

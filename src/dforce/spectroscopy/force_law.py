@@ -11,7 +11,8 @@ import numpy as np
 
 from dforce.core import units
 from dforce.core.arrays import Array
-from dforce.core.errors import ParameterError, UnitError, checked, shorten
+from dforce.core.errors import ParameterError, checked, shorten
+from dforce.core.parameters import ParameterQuantity
 from dforce.forces import Force
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
@@ -177,20 +178,23 @@ def _range(problem: Problem, speed: float, zc: float | None) -> Array:
 
 def _number(given: object, unit: str, name: str) -> float:
     try:
-        return units.parse(given, unit)
-    except UnitError as error:
-        raise UnitError(f"{name} {error}") from None
+        return ParameterQuantity(unit).read(given)
+    except ParameterError as error:
+        raise type(error)(f"{name} {error}") from None
 
 
 def _numbers(given: object, unit: str, name: str) -> Array:
     """Return numbers in SI, given as an array or as a list of texts with units."""
+    quantity = ParameterQuantity(unit)
     try:
         if isinstance(given, list | tuple) and any(isinstance(item, str) for item in given):
-            values = np.array([units.parse(item, unit) for item in given])
+            values = np.array([quantity.read(item) for item in given])
         else:
             values = np.asarray(given, dtype=float)
-    except UnitError as error:
-        raise UnitError(f"{name} {error}") from None
+            if values.size:
+                quantity.read(float(values.flat[np.abs(values).argmax()]))
+    except ParameterError as error:
+        raise type(error)(f"{name} {error}") from None
     except (TypeError, ValueError):
         raise ParameterError(f"{name} = {shorten(given)} is not an array") from None
     if values.ndim != 1 or len(values) < 2:

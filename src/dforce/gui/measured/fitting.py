@@ -20,6 +20,7 @@ from nicegui import background_tasks
 import dforce as df
 from dforce.core.units import show
 from dforce.findings.finding import with_error
+from dforce.findings.fits import is_constrained, verdict
 from dforce.gui.case.fields import field_at, label_of
 from dforce.gui.case.values import ParameterRow, rows_of
 from dforce.gui.document.compute import Job
@@ -181,7 +182,7 @@ def with_free(document: Document, row: ParameterRow, free: bool) -> Document:
 def found(fit: xr.Dataset, name: str) -> str:
     """Return value and error of a parameter of a fit as text; empty where it was not fitted or cannot be known."""
     one = _one(fit, name)
-    if one is None or not bool(one["seen"]) or math.isinf(float(one["error"])):
+    if one is None or not is_constrained(one) or bool(one["at_bound"]):
         return ""
     value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
     return f"{value} ± {error} {unit}".replace("none", "?").strip()
@@ -226,8 +227,9 @@ def answers(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> 
     """Return what a fit found of the rows of a list, or why it did not, as text, and then for which k and R it holds."""
     names = [(row.label, name_in(fit, row, document)) for row in listed]
     lines = [f"{label}: {found(fit, name) or note(fit, name)}" for label, name in names if name]
-    given = _holds_for(fit)
-    return [*lines, f"{given[0].upper()}{given[1:]}"] if lines and given else lines
+    given, doubt = _holds_for(fit), verdict(fit)
+    lines = [*lines, f"{given[0].upper()}{given[1:]}"] if lines and given else lines
+    return [doubt, *lines] if doubt else lines
 
 
 def others(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:
@@ -361,14 +363,19 @@ class SafeJob(Job):
     ----------
     limit, share
         The largest peak force as typed, and the set point.
+    fit
+        The fit of whose best case they are.
     """
 
     limit: str = LIMIT
     share: float = 0.8
+    fit: xr.Dataset | None = None
 
     def compute(self) -> xr.Dataset:
         """Return the safe settings."""
-        return df.safe_settings(self.case, self.limit, self.share, progress=self._watch)
+        return df.safe_settings(
+            self.case if self.fit is None else self.fit, self.limit, self.share, progress=self._watch
+        )
 
     def sentences(self) -> list[str]:
         """Return what was found, as sentences."""

@@ -194,7 +194,7 @@ class MeasuredCurve(Panel):
         with telling("the safe settings could not be found"):
             case = self.view.session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
             limit, share = str(event.args)[: fitting.LONGEST], self.view.document.set_point
-            self.safe = SafeJob(case, self.view.session.limits.seconds, limit=limit, share=share)
+            self.safe = SafeJob(case, self.view.session.limits.seconds, limit=limit, share=share, fit=fit)
             await self.safe.go(self.show)
 
     def _stop_safe(self) -> None:

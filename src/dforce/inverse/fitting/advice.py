@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dforce.core import units
+from dforce.findings.fits import AS_EXPECTED, WHY, judged
 from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.certainty import known_products
-from dforce.inverse.fitting.chi2 import AS_EXPECTED, WHY, judged
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.steps import FAR_FORCES
@@ -29,15 +29,13 @@ STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
 SPEC = "numbers of this fit"
 
 
-def advice_on(found: Fitted) -> list[Advice]:
-    """Return the advice on a fit; what its minimum would tell is not said of one that was stopped on the way there."""
-    on_the_way = found.interrupted and bool(np.isnan(found.certain.covariance).all())
-    pieces = (
-        [_doubts]
-        if on_the_way
-        else [_doubts, _lost, _chi2, _minima, _bounds, _unseen, _products, _untold, _together, _sampling]
-    )
-    return [one for piece in pieces if (one := piece(found)) is not None]
+def advice_on(found: Fitted, independence: float) -> list[Advice]:
+    """Return the advice on a fit, with the probability that its residuals are noise; of a stopped one without its minimum."""
+    if found.interrupted and bool(np.isnan(found.certain.covariance).all()):
+        return [one for one in (_doubts(found),) if one is not None]
+    pieces = (_minima, _bounds, _unseen, _products, _untold, _together, _sampling)
+    every = [_doubts(found), _lost(found), _chi2(found, independence), *(piece(found) for piece in pieces)]
+    return [one for one in every if one is not None]
 
 
 def _doubts(found: Fitted) -> Advice | None:
@@ -61,8 +59,8 @@ def _lost(found: Fitted) -> Advice | None:
     return Advice("lost_points", float(lost), 0.0, text, SPEC, ("fit.margin",))
 
 
-def _chi2(found: Fitted) -> Advice | None:
-    chi2 = judged(found.best.chi2, found.degrees_of_freedom, found.data.noise_points)
+def _chi2(found: Fitted, independence: float) -> Advice | None:
+    chi2 = judged(found.best.chi2, found.degrees_of_freedom, found.data.noise_points, independence)
     if chi2.word == AS_EXPECTED:
         return None
     text = f"chi2 is {chi2.reduced:.3g} for each degree of freedom: {WHY[chi2.word]}."

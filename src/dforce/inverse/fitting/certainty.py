@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,6 +44,11 @@ class Certainty:
     def errors(self) -> Array:
         """Standard deviations of what is varied; infinite where only a product is known."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def without_errors(self) -> Certainty:
+        """The same with no error known."""
+        return replace(self, covariance=np.full_like(self.covariance, np.nan), dead=self.dead[:0])
 
     @property
     def correlation(self) -> Array:

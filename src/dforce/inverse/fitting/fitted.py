@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from dforce.case import Case, Fit
@@ -71,4 +72,9 @@ class Fitted:
     @property
     def degrees_of_freedom(self) -> int:
         """Numbers measured and priors, less the parameters."""
-        return self.data.count + sum(one.prior is not None for one in self.unknowns) - self.count
+        return degrees_of_freedom(self.data, self.unknowns, self.count)
+
+
+def degrees_of_freedom(data: MeasuredPoints, unknowns: Sequence[Unknown], seen: int) -> int:
+    """Return the numbers measured and priors, less the parameters that the data see."""
+    return data.count + sum(one.prior is not None for one in unknowns) - seen

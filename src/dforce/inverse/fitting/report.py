@@ -11,9 +11,8 @@ import numpy as np
 from dforce.core.errors import ParameterError, checked
 from dforce.core.listing import aligned, in_parts
 from dforce.findings.finding import with_error
+from dforce.findings.fits import NO_MODEL, VERDICTS, WHY, fitted, independent, judged_fit, verdict, without_error
 from dforce.inverse.fitting.certainty import CORRELATED
-from dforce.inverse.fitting.chi2 import WHY, JudgedChi2, judged
-from dforce.inverse.fitting.result import DATA
 from dforce.validity import advice_in
 
 if TYPE_CHECKING:
@@ -39,9 +38,7 @@ def fit_report(result: xr.Dataset) -> str:
     if result.attrs.get("kind") == "fits":
         return _table(result)
     check_fit(result)
-    lines = [str(result.attrs["title"])] if result.attrs.get("title") else []
-    if result.attrs.get("interrupted"):
-        lines.append("stopped early; these are the best values so far")
+    lines = [line for line in (verdict(result), str(result.attrs.get("title", ""))) if line]
     lines += [*_data_lines(result), "", "statistics", *_statistics(result), "", _heading(result), *_parameters(result)]
     if rows := _minima(result):
         lines += ["", "minima not excluded by the data, all within the intervals of 95 %", *rows]
@@ -66,11 +63,11 @@ def _table(result: xr.Dataset) -> str:
         if message := str(one["message"].values):
             below.append(f"not fitted: {curve}: {message}")
             continue
-        cells = []
-        for name in names:
-            part = one.sel(parameter=name)
-            value, error, unit = with_error(float(part["value"]), float(part["error"]), str(part["unit"].values))
-            cells.append(f"{value} +- {error} {unit}".rstrip())
+        doubt = str(one["doubt"].values) if "doubt" in one else ""  # a file of an older version has none
+        if doubt:
+            below.append(f"{curve}: {doubt}")
+        meaningless = doubt == VERDICTS[NO_MODEL]
+        cells = ["no answer" if meaningless else fitted(one.sel(parameter=name)) for name in names]
         chi2 = f"{float(one['chi2']):.1f} / {float(one['degrees_of_freedom']):.0f}"
         rows.append((curve, *cells, chi2, f"{float(one['lost_points']):.0f}"))
         if bool(one["advised"]):
@@ -110,17 +107,15 @@ def _data_lines(result: xr.Dataset) -> list[str]:
 def _statistics(result: xr.Dataset) -> list[str]:
     attrs = result.attrs
     rows = [
-        ("chi2", f"{attrs['chi2']:.2f} for {attrs['degrees_of_freedom']} degrees of freedom, {_chi2(result).word}"),
+        (
+            "chi2",
+            f"{attrs['chi2']:.2f} for {attrs['degrees_of_freedom']} degrees of freedom, {judged_fit(result).word}",
+        ),
         ("AIC, BIC", f"{attrs['aic']:.2f}, {attrs['bic']:.2f}"),
         ("lost points", str(attrs["lost_points"])),
-        ("residuals", f"runs test p = {attrs['runs_test']:.2g}"),
+        ("residuals", f"p = {independent(result):.2g} for independent neighbors"),
     ]
     return ["  " + line for line in aligned(rows).splitlines()]
-
-
-def _chi2(result: xr.Dataset) -> JudgedChi2:
-    attrs = result.attrs
-    return judged(attrs["chi2"], attrs["degrees_of_freedom"], attrs.get(f"{DATA}noise_points", math.inf))
 
 
 @checked
@@ -133,7 +128,7 @@ def chi2_in_words(result: xr.Dataset) -> str:
         When the result is not a fit of one curve.
     """
     check_fit(result)
-    chi2, attrs = _chi2(result), result.attrs
+    chi2, attrs = judged_fit(result), result.attrs
     return f"χ² is {chi2.word}, {attrs['chi2']:.4g} for {attrs['degrees_of_freedom']} degrees of freedom: {WHY[chi2.word]}."
 
 
@@ -142,11 +137,8 @@ def _parameters(result: xr.Dataset) -> list[str]:
     for name in result["parameter"].values.tolist():
         one = result.sel(parameter=name)
         value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
-        if not bool(one["seen"]):
-            rows.append((name, f"{value} {unit}".strip(), "not constrained by these data", ""))
-            continue
-        if math.isinf(float(one["error"])):
-            rows.append((name, f"{value} {unit}".strip(), "only a product is constrained", ""))
+        if why := without_error(one):
+            rows.append((name, f"{value} {unit}".strip(), why, ""))
             continue
         told = _both_sides(one, error, unit)
         if "offset" not in name and math.isfinite(float(one["error"])):

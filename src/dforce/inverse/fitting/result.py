@@ -16,15 +16,16 @@ from dforce.core.errors import ParameterError
 from dforce.core.notation import first_phrase
 from dforce.core.quantities import AXES, OBSERVABLES
 from dforce.experiments import Approach
+from dforce.findings.fits import verdict
 from dforce.inverse.fitting.advice import advice_on
 from dforce.inverse.fitting.certainty import known_products
 from dforce.inverse.fitting.curves import wrapped
 from dforce.inverse.fitting.fitted import Fitted
+from dforce.inverse.fitting.independence import independence
 from dforce.inverse.fitting.minimize import Objective
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.typed import with_unit
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
-from dforce.inverse.fitting.wald_wolfowitz import runs_test
 from dforce.inverse.quantities import FITS
 from dforce.results.provenance import provenance
 from dforce.validity import advice_in, attributes
@@ -74,7 +75,8 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         if row is not None and name != "branch":
             variable.attrs.update(row.words)
     out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in found.data.attrs.items()}
-    out.attrs |= attributes(advice_on(found)) | {"runs_test": runs_test(out)}
+    noise = independence(out)
+    out.attrs |= attributes(advice_on(found, noise)) | {"independence": noise}
     if found.interrupted:
         out.attrs["interrupted"] = 1
     return out
@@ -271,10 +273,16 @@ def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
         for name in ("x", "y")
         if all(f"{DATA}{name}" in one.attrs for one in fits.values())
     }
+    doubts = ["" if isinstance(one, str) else verdict(one) for one in done.values()]
     message = [one if isinstance(one, str) else "" for one in done.values()]
     return xr.Dataset(
         {name: (("curve", "parameter"), column) for name, column in columns.items()}
-        | {"seen": (("curve", "parameter"), seen), "message": ("curve", message), "advised": ("curve", advised)}
+        | {
+            "seen": (("curve", "parameter"), seen),
+            "message": ("curve", message),
+            "advised": ("curve", advised),
+            "doubt": ("curve", doubts),
+        }
         | {name: ("curve", column) for name, column in facts.items()},
         {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)}
         | places,

@@ -12,9 +12,10 @@ from dforce.case import Case, Fit
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.stopping import heard, late_stop_waits
+from dforce.findings.fits import POOR
 from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
 from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
-from dforce.inverse.fitting.fitted import Fitted
+from dforce.inverse.fitting.fitted import Fitted, degrees_of_freedom
 from dforce.inverse.fitting.folds import lowest
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
@@ -37,7 +38,6 @@ NUMBERS_EACH = 5  # measured numbers that each unknown needs, at least
 TOO_COARSE = 0.1  # standard deviations that more samples may change the curve by
 MOST_LOWER = 4  # minima that are met on the way to the ends of intervals
 FINEST = 4  # times the samples of the case
-POOR = 10.0  # of chi2 for each number: a worse model tells no errors, and ends of intervals would be sought for minutes
 USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
 
 
@@ -189,17 +189,20 @@ class _FitRun:
         try:
             self._find()
             coarse = self._enough_samples()
-            sides = self._sides()
-            profiles = self._profiles()
-            self._bootstrap()
+            if not self._is_poor(self._certainty()[0]):
+                sides = self._sides()
+                profiles = self._profiles()
+                self._bootstrap()
         except KeyboardInterrupt:
             heard()
             interrupted = True
-        if self.minima:
-            certain, passed = self._certainty()
-        else:  # where it was stopped is no minimum, at which alone the derivatives tell errors
+        if not self.minima:  # where it was stopped is no minimum, at which alone the derivatives tell errors
             self.minima = [self._lowest()]
             certain, passed = self._unknown()
+        else:
+            certain, passed = self._certainty()
+            if self._is_poor(certain):
+                certain, sides = certain.without_errors, None
         names = [one.name for one, seen in zip(self.unknowns, certain.seen, strict=True) if not seen]
         return Fitted(
             self.case,
@@ -292,13 +295,8 @@ class _FitRun:
         bootstrap(self.model, self.minima[0], seen, count, done)
 
     def _sides(self) -> Sides | None:
-        """Return how far the unknowns may be off, over all minima; where that leads to a lower minimum, it is taken.
-
-        A model that is far from the data has no ends of intervals: None.
-        """
+        """Return how far the unknowns may be off, over all minima; where that leads to a lower minimum, it is taken."""
         for _ in range(MOST_LOWER):
-            if self.minima[0].prediction is None or self.minima[0].chi2 > POOR * self.data.count:
-                return None
             found = self._sides_of_all()
             if isinstance(found, Sides):
                 return found
@@ -336,6 +334,11 @@ class _FitRun:
         by = self._derivatives()
         certain = certainty(by, self.unknowns, self.data.correlation)
         return certain, self._passed_on(by, certain, best)
+
+    def _is_poor(self, certain: Certainty) -> bool:
+        """Return whether the model is so far from the data that its values have no errors, and no ends of intervals."""
+        best, known = self.minima[0], int(certain.seen.sum())
+        return best.prediction is None or best.chi2 > POOR * degrees_of_freedom(self.data, self.unknowns, known)
 
     def _unknown(self) -> tuple[Certainty, Array]:
         """Return errors of which nothing is known."""

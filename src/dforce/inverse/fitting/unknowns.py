@@ -32,6 +32,7 @@ OFTEN = (
     "Hz",
     "m",
 )  # units of what is varied by its logarithm where it starts above 0
+ROUNDING = 1e-12  # relative
 MOST = 1e6  # times the start: what is varied by its logarithm stays within that where no bound is given
 NUISANCE = ("zc_offset", "A0", "phase_offset", "amplitude_scale")
 
@@ -90,8 +91,12 @@ class Unknown:
         return math.log(value) if value > 0.0 else -math.inf
 
     def value(self, varied: float) -> float:
-        """Return the value where what is varied is this."""
-        return math.exp(varied) if self.is_log else varied * self.scale
+        """Return the value where what is varied is this, never beyond a bound by rounding."""
+        value = math.exp(varied) if self.is_log else varied * self.scale
+        near = ROUNDING * abs(value)
+        if self.high < value < self.high + near:
+            return self.high
+        return self.low if self.low - near < value < self.low else value
 
     def slope(self, value: float) -> float:
         """Return the derivative of the value by what is varied."""

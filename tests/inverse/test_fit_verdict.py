@@ -1,0 +1,112 @@
+"""The first sentence on a fit: a model that does not describe the data never gives an answer that looks right."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+import fitted_curves as fc
+import numpy as np
+import pytest
+import xarray as xr
+from fitted_curves import ETA, E, H
+
+import dforce as df
+from dforce.findings.fits import judged
+from dforce.inverse.fitting.independence import independence
+from dforce.inverse.fitting.unknowns import make_unknowns
+from dforce.validity import advice_in
+
+FILES = files("dforce.library") / "measured"
+
+
+@pytest.fixture(scope="module")
+def shifted() -> xr.Dataset:
+    """A fit of a wrong viscosity, 2 Pa s instead of 5: the modulus makes up for it, and chi2 alone hardly shows it."""
+    case = df.load_case(str(FILES / "liquid.toml"))
+    data = df.calibrate(df.read_measured(str(FILES / "liquid.csv"), phase_convention="lag"), case)
+    return df.fit(case, data, free=[E], search=False, start={E: 48e6})
+
+
+def test_systematic_residuals_show_a_wrong_model_where_the_noise_is_hardly_known(shifted: xr.Dataset) -> None:
+    one = shifted.sel(parameter=E)
+    assert abs(float(one["value"]) - fc.TRUTH["liquid"][0]) > 5.0 * float(one["error"])
+    assert [piece.name for piece in advice_in(shifted)] == ["reduced_chi2"]
+    first = "The model does not describe the data"
+    assert df.answer(shifted).startswith(first) and df.fit_report(shifted).startswith(first)
+    assert df.summary(shifted)[0].text.startswith(first)
+
+
+def test_a_model_far_from_the_data_gives_no_answer_and_no_errors() -> None:
+    data = fc.data_of("liquid")
+    stretched = data.assign(height=3.0 * data["height"])
+    fit = df.fit(fc.case_of("liquid"), stretched, free=[E], search=False)
+    assert fit.attrs["chi2"] > 10.0 * fit.attrs["degrees_of_freedom"]
+    assert np.isnan(fit["error"]).all() and np.isnan(fit["interval_low"]).all()
+    for text in (df.answer(fit), df.fit_report(fit), df.chi2_in_words(fit).replace("χ² is far too large", "No answer")):
+        assert text.startswith("No answer"), text
+    assert "±" not in df.answer(fit) and "error unknown" in df.answer(fit) and "+-" not in df.fit_report(fit)
+    many = df.fit_many(fc.case_of("liquid"), {"good": data, "bad": stretched}, free=[E], search=False)
+    table = df.fit_report(many)
+    assert "bad: No answer" in table and "good: " not in table
+    assert [line.count("no answer") for line in table.splitlines() if line.startswith(("good", "bad"))][:2] == [0, 4]
+
+
+def test_a_table_of_fits_names_parameters_that_are_not_constrained() -> None:
+    fit = df.fit(fc.case_of("air"), fc.data_of("air"), free=[E, H], search=False)
+    assert "not constrained by these data" in df.answer(fit)
+    many = df.fit_many(fc.case_of("air"), {"one": fc.data_of("air")}, free=[E, H], search=False)
+    assert "not constrained by these data" in df.fit_report(many) and "none" not in df.fit_report(many)
+
+
+def test_neighbors_may_be_as_alike_as_in_the_free_part() -> None:
+    draw = np.random.default_rng(3)
+    found = {}
+    for r in (0.0, 0.6):
+        few = []
+        for _ in range(200):
+            noise = draw.normal(size=120)
+            for i in range(1, 120):
+                noise[i] = r * noise[i - 1] + np.sqrt(1.0 - r * r) * noise[i]
+            few.append(_alike(noise, r) < 0.05)
+        found[r] = np.mean(few)
+    assert found[0.0] < 0.09 and found[0.6] < 0.09, found  # 0.05 expected, with an error of 0.015
+    assert _alike(noise, 0.0) < 1e-3  # taken for white
+
+
+def _alike(noise: np.ndarray, r: float) -> float:
+    half = noise.reshape(2, 60)
+    made = xr.Dataset(
+        {
+            name: (("point", "tone"), one[:, None])
+            for name, one in zip(("amplitude_residual", "phase_residual"), half, strict=True)
+        }
+        | {
+            "used": ("point", np.ones(60, bool)),
+            "lost": ("point", np.zeros(60, bool)),
+            "height": ("point", np.arange(60.0)),
+        },
+        {"branch": ("point", np.ones(60))},
+        {"neighbor_correlation": r},
+    )
+    return independence(made)
+
+
+def test_the_worst_of_chi2_and_the_residuals_is_the_judgment() -> None:
+    assert judged(100.0, 100.0, independence=1e-4).word == "deceptive"
+    assert judged(150.0, 100.0, independence=1e-4).word == "too large"
+    assert judged(1001.0, 100.0, 10.0).word == "far too large"
+
+
+def test_the_range_of_an_unknown_is_one_that_the_case_takes() -> None:
+    """A fit that ends at a bound is a result, not an error after minutes."""
+    case = fc.case_of("liquid")
+    for one in make_unknowns(case, 1, [E, H, ETA], ["A0"], {}, {}, {}):
+        for edge in (one.low, one.high):
+            if np.isfinite(edge) and edge > 0.0:
+                value = one.value(one.varied(edge))
+                assert one.low <= value <= one.high
+                case.replace(one.path, value)
+        if np.isfinite(one.high):
+            with pytest.raises(df.ParameterError, match="is above"):
+                case.replace(one.path, 1.01 * one.high)
+    assert case.quantity(H).bounds() == (0.0, 1e-15)
