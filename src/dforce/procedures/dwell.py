@@ -153,7 +153,7 @@ def _noisy(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancel
     added = detector_readings(
         problem.noise, problem.noise.seed, problem.tones[0].frequency, len(rows), len(problem.tones)
     )
-    values = finish(problem, integrator.scales, plan.harmonics, rows, even, even @ added)
+    values = finish(problem, plan.harmonics, rows, even, even @ added)
     values |= {"settling_periods": float(periods), "drift": np.nan}
     # the balances of a steady motion hold on long means only
     found = Found.of([Steady(values, motion, settled=False, repeats=False)], [problem])
