@@ -36,6 +36,7 @@ from dforce.instrument import (
 from dforce.instrument.operation import free_lock
 from dforce.instrument.shared import instrument_values, with_values
 
+LATEST = 3e6  # periods: in a later return a change per period is rounding, beside the steps that give derivatives
 WIDEST = 1e4  # ratio of the frequencies of modes and tones; a drive so slow or fast is a slip, and would take hours
 SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
 
@@ -242,6 +243,12 @@ class Problem:
         """Number of states of each mode that say how the fluid follows; 0 where it has no memory."""
         memory = self.modes[0].memory
         return 0 if memory is None else len(memory.rates)
+
+    @property
+    def late_surface(self) -> Force | None:
+        """The force whose surface returns so late that no motion repeats in practice; None where there is none."""
+        latest = LATEST / self.tones[0].frequency
+        return next((force for force in self.forces if force.recovery_time > latest), None)
 
     def refuse_changing_lever(self, what: str) -> None:
         """Raise :class:`ParameterError` where the lever changes with its height, which something does without."""

@@ -123,8 +123,10 @@ def assure_settled(block: Block, value: float, found: Steady) -> Steady:
     periods, and of integrators that choose their own steps, only the orbit becomes more accurate.
     """
     accuracy, case, at = block.settings.accuracy, np.array([0]), np.array([value])
-    is_timed = any(force.timed for force in block.batch.example.forces)  # then no motion repeats with the tones
-    if is_timed or not (found.settled and found.repeats and block.repeats_together):
+    problem, _ = block.problem(0, value)
+    # no motion repeats with the tones, or none but after hours
+    is_free = any(force.timed for force in problem.forces) or problem.late_surface is not None
+    if is_free or not (found.settled and found.repeats and block.repeats_together):
         return found
     goes_on = block.settings.integrator == "rk4" and block.settings.settle == "converged"
     tables, even = block.tables_of(case, at), weights(block.frequencies, block.common)
