@@ -178,6 +178,8 @@ def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
         ("tip.radius", "9" * 100_000, "tip.radius is '999"),
         ("tip.radius", "2 quux", "where 'quux' is not a known unit (for example in nm)"),
         ("cantilever.f0", "48.9 nm", "cantilever.f0 is '48.9 nm', which is a length, not a frequency"),
+        ("drive.excitation", "acoustic", "is not one of 'force' or 'base' (force: magnetic or photothermal"),
+        ("cantilever.Q", "high", "cantilever.Q is 'high', which is not a number"),
         ("drive.frequency", "resonance", "not a number with a unit (for example in kHz), nor the word 'peak'"),
         ("cantilever.f0", "1e5 rad/s", "not a frequency in Hz; divide an angular frequency by 2 pi"),
         ("forces.dmt.hamaker", "-1 J", "forces.dmt.hamaker = -1 J is below 0 J"),
