@@ -10,8 +10,8 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.quantity import Scale
-from dforce.kernel import drive_of, stiffness_of
-from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
+from dforce.kernel import drive_of, modes_of, stiffness_of
+from dforce.kernel.codegen import LENGTH, OMEGA
 from dforce.observables.complex_numbers import modulus
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
@@ -34,8 +34,7 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     """
     count = len(numbers)
     length, omega = numbers[:, LENGTH], numbers[:, OMEGA]
-    modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * len(example.modes)].reshape(count, -1, PER_MODE)
-    square, damping, gain = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
+    square, damping, gain = np.moveaxis(modes_of(numbers, len(example.modes)), 2, 0)
     driven = [tone.mode for tone in example.tones]
     at = np.repeat(tones[:, :, :1], len(example.modes), axis=2)
     every = stiffness_of(numbers[:, None], len(example.modes), example.late_fluid, at)

@@ -388,7 +388,7 @@ class ParameterRange:
         """
         integrator = self.integrator(orbit.value / self.span)
         even = weights([tone.frequency for tone in integrator.problem.tones], len(orbit.rows))
-        values = finish(integrator.problem, integrator.scales, self.harmonics, orbit.rows, even)
+        values = finish(integrator.problem, self.harmonics, orbit.rows, even)
         found = orbit.multipliers[: self._motion]
         modulus = np.abs(found)
         if not orbit.is_stable:
