@@ -14,7 +14,7 @@ from dforce.observables.measure import F_V, FIRST, F, Z
 from dforce.observables.misfit import reach
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import INTEGRATORS, RK4, free_amplitudes, sample_count, with_amplitudes
-from dforce.solvers.langevin import Langevin, free_motion, linear_step, noise_root, step_noise
+from dforce.solvers.langevin import Langevin, free_motion, linear_step, noise_root
 from dforce.solvers.linear_noise import linear_noise
 from dforce.solvers.orbit import FOLD, Orbit, ParameterRange
 from dforce.solvers.period_map import FD_STEP
@@ -81,3 +81,9 @@ __all__ = [
     "window_length",
     "with_amplitudes",
 ]
+
+
+def step_noise(mode, h, kT):
+    """Return the covariance that noise adds to a free mode over a time (s)."""
+    root = noise_root(mode, h, kT)
+    return root @ root.T

@@ -74,7 +74,7 @@ def result() -> xr.Dataset:
         },
         {
             "kind": "fit", "title": "made up", "chi2": 20.0, "degrees_of_freedom": 18, "aic": 24.0, "bic": 26.0,
-            "lost_points": 1, "runs_test": 0.5, "points": 10, "amplitude_error": [1e-11], "phase_error": [0.3],
+            "lost_points": 1, "independence": 0.5, "points": 10, "amplitude_error": [1e-11], "phase_error": [0.3],
             "parameters": 2,
         },
     )  # fmt: skip

@@ -6,7 +6,7 @@ import cmath
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
@@ -36,6 +36,8 @@ from dforce.instrument import (
 from dforce.instrument.operation import free_lock
 from dforce.instrument.shared import instrument_values, with_values
 
+LATEST = 3e6  # periods: in a later return a change per period is rounding, beside the steps that give derivatives
+WIDEST = 1e4  # ratio of the frequencies of modes and tones; a drive so slow or fast is a slip, and would take hours
 SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are still floats
 
 
@@ -115,7 +117,7 @@ class Problem:
         values = instrument_values(modes, tip, sample, contact, medium)
         chosen = tuple(forces)
         refuse_double_counting(chosen)
-        _refuse_extremes(modes, tones, values)
+        _refuse_extremes(modes, tones)
         _refuse_wide_band(noise, tones)
         bound = [with_values(force, values) for force in chosen]
         places = sorted(range(len(bound)), key=lambda place: _rank(bound[place]))
@@ -242,6 +244,12 @@ class Problem:
         memory = self.modes[0].memory
         return 0 if memory is None else len(memory.rates)
 
+    @property
+    def late_surface(self) -> Force | None:
+        """The force whose surface returns so late that no motion repeats in practice; None where there is none."""
+        latest = LATEST / self.tones[0].frequency
+        return next((force for force in self.forces if force.recovery_time > latest), None)
+
     def refuse_changing_lever(self, what: str) -> None:
         """Raise :class:`ParameterError` where the lever changes with its height, which something does without."""
         if self.heights is not None:
@@ -348,13 +356,16 @@ def _refuse_wide_band(noise: Noise | None, tones: tuple[ToneNumbers, ...]) -> No
         raise ParameterError(f"noise.bandwidth = {band} is above the drive frequency, {drive}")
 
 
-def _refuse_extremes(
-    modes: tuple[ModeNumbers, ...], tones: tuple[ToneNumbers, ...], values: Mapping[str, float | None]
-) -> None:
-    """Raise :class:`ParameterError` for values too small or large to compute with."""
-    # a ratio, a density or a viscosity may be next to nothing; nothing is divided by it
-    harmless = ("poisson_ratio", "density", "viscosity")
-    named = {path: value for path, value in values.items() if not path.endswith(harmless)}
+def _refuse_extremes(modes: tuple[ModeNumbers, ...], tones: tuple[ToneNumbers, ...]) -> None:
+    """Raise :class:`ParameterError` where numbers that follow from the given ones are too small or large to compute with."""
+    frequencies = [*(mode.f0 for mode in modes), *(tone.frequency for tone in tones)]
+    if max(frequencies) > WIDEST * min(frequencies):
+        slow, fast = (units.show(one, "Hz", 4) for one in (min(frequencies), max(frequencies)))
+        raise ParameterError(
+            f"the frequencies of modes and drive range from {slow} to {fast}, and may differ by a factor of {WIDEST:g} at "
+            "most; correct f0 or drive.frequency"
+        )
+    named: dict[str, float] = {}
     for n, mode in enumerate(modes, start=1):
         named |= {f"cantilever mode {n}: {name}": getattr(mode, name) for name in ("f0", "k", "Q")}
     for j, tone in enumerate(tones, start=1):

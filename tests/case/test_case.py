@@ -178,6 +178,8 @@ def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
         ("tip.radius", "9" * 100_000, "tip.radius is '999"),
         ("tip.radius", "2 quux", "where 'quux' is not a known unit (for example in nm)"),
         ("cantilever.f0", "48.9 nm", "cantilever.f0 is '48.9 nm', which is a length, not a frequency"),
+        ("drive.excitation", "acoustic", "is not one of 'force' or 'base' (force: magnetic or photothermal"),
+        ("cantilever.Q", "high", "cantilever.Q is 'high', which is not a number"),
         ("drive.frequency", "resonance", "not a number with a unit (for example in kHz), nor the word 'peak'"),
         ("cantilever.f0", "1e5 rad/s", "not a frequency in Hz; divide an angular frequency by 2 pi"),
         ("forces.dmt.hamaker", "-1 J", "forces.dmt.hamaker = -1 J is below 0 J"),
@@ -266,16 +268,16 @@ def table(optional=None, **keys):
     return st.fixed_dictionaries(keys, optional=optional)
 
 
-MODE = table(f0=st.floats(1e2, 1e9), k=st.floats(1e-4, 1e4), Q=QUALITY)
+MODE = table(f0=st.floats(1e3, 1e7), k=st.floats(1e-4, 1e4), Q=QUALITY)
 BEAM = table(
     youngs_modulus=st.floats(1e9, 1e12),
     density=st.floats(1e3, 2e4),
-    length=st.floats(1e-5, 1e-3),
+    length=st.floats(1e-4, 5e-4),
     width=st.floats(1e-6, 1e-4),
-    thickness=st.floats(1e-7, 1e-5),
+    thickness=st.floats(1e-6, 1e-5),
     Q=QUALITY,
 )
-TONE = table({"frequency": st.floats(1e2, 1e9), "phase": PHASE}, A0=LENGTH)
+TONE = table({"frequency": st.floats(5e3, 1e6), "phase": PHASE}, A0=LENGTH)
 SEVERAL_TONES = table(
     {"acts_on": st.sampled_from(["all_modes", "own_mode"])},
     tones=st.lists(TONE.map(lambda tone: tone | {"mode": 1}), min_size=1, max_size=3),

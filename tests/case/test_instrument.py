@@ -9,6 +9,7 @@ from every import every
 from hypothesis import given
 from hypothesis import strategies as st
 
+import dforce as df
 from dforce import forces, library
 from dforce.core.errors import ForceError, ParameterError
 from dforce.core.parameters import shared
@@ -260,6 +261,19 @@ def test_a_force_that_shares_what_no_instrument_has_is_a_mistake_of_its_author()
         Problem.build(Instrument(LEVER, ONE_TONE), forces=[Nameless()])
 
 
-def test_values_too_extreme_to_compute_with_are_refused():
-    message = refusal(Problem.build, Instrument(Cantilever(f0=1e5, k=1e-200, Q=100), ONE_TONE))
-    assert message == "cantilever.k = 1e-200 is too small to compute with"
+LARGE, SMALL = "is too large to compute with", "is too small to compute with"
+EXTREME = [
+    ("figure-3-air", "cantilever.k", 1e-200, SMALL),
+    ("cell", "cantilever.beam.length", "1e-300 m", SMALL),
+    ("cell", "cantilever.beam.density", 5e-324, SMALL),
+    ("figure-5", "forces.kelvin_voigt.viscosity", 1e300, LARGE),
+    ("fm-afm", "drive.phase_set_point", 1e-120, SMALL),
+    ("fm-afm", "drive.phase_set_point", 1e-30, "write one near 90 deg"),
+    ("figure-3-air", "drive.frequency", 1e-6, "frequencies of modes and drive range from 1e-06 Hz to 48.9 kHz"),
+    ("am-fm", "drive.tones.1.frequency", "10 GHz", "may differ by a factor of 10000 at most"),
+]
+
+
+@every(EXTREME, str)
+def test_values_too_extreme_to_compute_with_are_refused(name, path, value, words):
+    assert words in refusal(df.example(name).replace, path, value)

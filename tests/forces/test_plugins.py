@@ -138,6 +138,7 @@ BAD = {
     "x = 1/0": "ZeroDivisionError in line 1: division by zero",
     "x = ": "it is not Python: invalid syntax in line 1",
     "x = '\0'": "null byte",
+    GOOD.replace(": float = df.param", " = df.param"): "field '.*' has no type; write NAME: float = param",
     "import sys\nsys.exit(3)": "SystemExit in line 2: 3",
     "import nowhere_at_all": "ModuleNotFoundError in line 1",
     "x = 1": "it defines no force model",

@@ -22,7 +22,7 @@ from dforce.gui.document.store import ResultStore
 from dforce.gui.files import file_menu, project, uploads
 from dforce.gui.study import explore, pictures
 from dforce.gui.study.panel import ExplorePanel
-from dforce.gui.study.parameter_study import SECTIONS, Over, Varied, sweep_job
+from dforce.gui.study.parameter_study import SECTIONS, Over, PlanJob, Varied, sweep_job
 from dforce.validity import advice_in
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=41")
@@ -372,3 +372,32 @@ def test_a_computation_that_is_stopped_is_no_end_of_the_window(tmp_path):
 def test_numbers_at_a_logarithmic_axis_are_written_in_full():
     result = df.sweep(CASE, over={"drive.A0": ["1 nm", "2 nm", "4 nm"]}, at_set_point=0.8)
     assert explore.axis_of(result, "A0")[1]["tickformat"] == "~g"
+
+
+def test_ranges_are_suggested_anew_for_another_case(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            page.plots.explorer.open()
+            panel = element(user, ExplorePanel)
+            assert panel.props["suggested"]["high"] == "20 nm"
+            page.view.open(Document.of(df.example("figure-3-air").replace("drive.A0", "5 nm")))
+            assert panel.props["suggested"]["high"] == "10 nm"
+
+    asyncio.run(flow())
+
+
+def test_the_limit_that_a_plan_along_one_parameter_keeps_is_drawn(tmp_path):
+    plan = planned().isel(set_point=[0])
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            study, document = page.view.session.study, page.view.document
+            study.job = PlanJob(document.case(), document=document, limits={"max_indentation": "< 5 nm"})
+            study.job.result = plan
+            study.take(Over(plan, rows_of(document, SECTIONS)[0], document))
+            page.plots.explorer.open()
+            panel = element(user, ExplorePanel)
+            assert (panel.props["quantity"], panel.props["limit"]) == ("max_indentation", "5 nm")
+            assert panel.props["allowed"].startswith("The limit holds")
+
+    asyncio.run(flow())

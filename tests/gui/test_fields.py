@@ -10,7 +10,7 @@ from every import every
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.case.fields import fields, name_of, spaced, within_sentence
+from dforce.gui.case.fields import fields, name_of, spaced, with_models, within_sentence
 from dforce.gui.case.values import check, read, shown, units_of, usual_unit
 from dforce.gui.document.document import Document
 
@@ -136,3 +136,7 @@ def test_modes_of_operation_are_written_as_people_write_them():
     assert [spaced(word) for word in ("am", "ce_fm", "own_mode")] == ["AM", "CE FM", "own mode"]
     (field,) = (field for field in fields(df.Drive) if field.key == "operation")
     assert field.help.startswith("AM: constant drive")
+
+
+def test_forces_have_their_names_where_something_is_compiled():
+    assert with_models("Compiling the tip equation for custom + dmt") == "Compiling the tip equation for Own law + DMT"

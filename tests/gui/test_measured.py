@@ -24,6 +24,7 @@ from dforce.gui.files import project, uploads
 from dforce.gui.files.file_menu import figure_file, script_of, stem, written
 from dforce.gui.measured import fitting, overlay, reading
 from dforce.gui.measured.panel import MeasuredPanel, matched
+from dforce.gui.measured.session import MeasuredSession
 from dforce.gui.window.dialogs import SaveForm, as_sentence
 from dforce.results import hdf5
 from dforce.results.curves import Picture
@@ -849,3 +850,19 @@ def test_the_name_of_a_file_or_a_key_begins_a_sentence_as_it_is_written():
     assert as_sentence("map.csv holds 2 curves") == "map.csv holds 2 curves."
     assert as_sentence("mode_sensitivity goes with it") == "mode_sensitivity goes with it."
     assert as_sentence("there is no file") == "There is no file."
+
+
+def test_a_curve_of_a_file_with_a_long_name_is_there_after_a_restart(tmp_path):
+    document = asyncio.run(MeasuredSession(tmp_path).keep(Document.first(), raw(), f"{'long-' * 60}.csv", LAG))
+    assert Document.from_plain(document.to_plain()) == document
+    assert document.measured.name.endswith("long-.csv")
+
+
+def test_a_curve_that_is_opened_first_gives_the_case_its_name(tmp_path):
+    async def flow():
+        async with window(tmp_path, Session({}, tmp_path), live=False) as (_, page):
+            await page.files.open_measured(csv(), "lab.csv", {"phase_convention": "lag", "height_grows": "away"})
+            assert page.view.document.measured.name == "lab.csv"
+            assert page.view.document.title == "lab" and page.view.document.value(("about",)) is None
+
+    asyncio.run(flow())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import datetime
 import os
 
@@ -10,7 +11,7 @@ import pytest
 from simulated import window
 
 import dforce as df
-from dforce.gui.document.document import Document
+from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.document.session import Session
 from dforce.gui.files.uploads import MOST_LAST, LastFile, LastFiles
 from dforce.gui.window import start
@@ -80,7 +81,7 @@ def test_start_opens_the_case_and_the_tab_of_its_question(tmp_path):
             page.start._choose(BY_KEY["safe"])
             page.start.lever.value = "PPP-NCHR"
             assert page.start.medium.value == "air"  # the lever has its Q from the medium
-            page.start._start()
+            await page.start._start()
             assert page.body.visible and not page.start.element.visible
             assert page.view.document.case().problem.modes[0].k == 42.0
             assert page.plots.pane.current.title == "Against"
@@ -97,7 +98,7 @@ def test_a_bimodal_case_is_opened_with_a_lever_whose_two_modes_are_known(tmp_pat
             assert page.start.lever.value is None and "OTESPA" not in page.start.lever.options
             page.start.lever.value = "PPP-NCHR"
             assert "ideal beam" in page.start.note.text
-            page.start._start()
+            await page.start._start()
             assert len(page.view.document.case().problem.modes) == 2
 
     asyncio.run(flow())
@@ -196,7 +197,7 @@ def test_teaching_a_class_shows_the_command_of_a_window_for_one_person(tmp_path)
         async with window(tmp_path, Session({}, tmp_path), live=False) as (user, page):
             page.start.show()
             page.start._choose(BY_KEY["class"])
-            page.start._start()
+            await page.start._start()
             await user.should_see("dforce gui --host 0.0.0.0")
             await user.should_see("Copy the command")
 
@@ -225,10 +226,10 @@ def test_a_lever_without_a_quality_factor_opens_nothing_until_it_is_typed(tmp_pa
             page.start.show()
             page.start._choose(BY_KEY["states"])
             page.start.lever.value = "OTESPA"
-            page.start._start()
+            await page.start._start()
             assert page.start.element.visible and "Quality factor Q" in said[0]
             page.start.q.value = "300"
-            page.start._start()
+            await page.start._start()
             assert not page.start.element.visible and page.view.document.case().problem.modes[0].Q == 300.0
             assert page.plots.pane.current.title == "Set point"
 
@@ -243,3 +244,25 @@ def test_a_file_that_is_opened_takes_the_first_page_away(tmp_path):
             assert page.body.visible and not page.start.element.visible
 
     asyncio.run(flow())
+
+
+def test_a_question_begins_without_the_curve_and_the_results_of_another_case(tmp_path):
+    curve = df.run(df.example("figure-3-air").set("experiment.zc.points=5"))
+
+    async def flow():
+        async with window(tmp_path, Session({}, tmp_path), live=False) as (_, page):
+            session = page.view.session
+            await session.keep(curve)
+            for key in ("curve", "safe"):
+                session.look(dataclasses.replace(session.document, measured=MeasuredData("1", "lab.csv")))
+                page.start._choose(BY_KEY[key])
+                await page.start._start()
+                assert not any(kept.shown for kept in session.document.results)
+                assert (session.document.measured is None) == (key == "safe")
+
+    asyncio.run(flow())
+
+
+def test_samples_are_written_as_people_write_them():
+    words = sample_labels()
+    assert words["pmma"].startswith("PMMA: ") and words["fused_silica"].startswith("fused silica: ")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import dataclasses
 import json
 import sys
 
@@ -14,7 +15,7 @@ import dforce as df
 from dforce.gui.document import store as stores
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import UNREAD, Session
-from dforce.gui.document.store import ASIDE, KEY, Store
+from dforce.gui.document.store import ASIDE, KEY, Saving, Store
 
 FIRST = Document.first()
 
@@ -108,3 +109,10 @@ def test_what_was_typed_last_is_kept_when_the_server_ends(tmp_path):
 
     asyncio.run(flow())
     assert Document.from_plain(Store(file)[KEY]).value(("drive", "A0")) == "7 nm"
+
+
+def test_a_document_that_could_not_be_read_again_is_not_written(tmp_path):
+    store, wrong = {KEY: FIRST.to_plain()}, dataclasses.replace(FIRST, set_point=7.0)
+    with pytest.raises(df.CaseError):
+        Saving(store, lambda: wrong, lambda: None).write()
+    assert Document.from_plain(store[KEY]) == FIRST

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.inverse.checks import doubts
 from dforce.inverse.energies import Lever, dissipated_energy, virial
 from dforce.inverse.free_part import stretch
 from dforce.inverse.values import measured, show
@@ -287,3 +288,13 @@ def test_the_slope_of_a_stretch_has_the_error_that_its_noise_makes():
     pulls = [stretch(height, 0.3 * height + draw.normal(size=200)) for _ in range(200)]
     spread = np.std([(one.slope - 0.3) / one.slope_error for one in pulls])
     assert 0.85 < spread < 1.2
+
+
+def test_radians_that_were_read_as_degrees_and_heights_of_a_wrong_unit_are_doubted():
+    """Phases near 90 degrees pass the check sin(phase) >= A/A0, as if all energy were lost."""
+    data = measured_curve.dataset()
+    assert not doubts(df.calibrate(data).attrs)
+    radians = data.assign(phase=np.radians(data["phase"]))
+    assert ["radians" in text for text in doubts(df.calibrate(radians).attrs)] == [True]
+    micrometers = data.assign(height=1e3 * data["height"])
+    assert ["no sample is so soft" in text for text in doubts(df.calibrate(micrometers).attrs)] == [True]

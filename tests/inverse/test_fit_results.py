@@ -79,7 +79,7 @@ def test_a_profile_agrees_with_the_covariance_where_the_problem_is_nearly_linear
 def test_residuals_are_those_of_noise(air: xr.Dataset) -> None:
     chi2 = float((air["amplitude_residual"] ** 2 + air["phase_residual"] ** 2).sum())
     assert chi2 == pytest.approx(air.attrs["chi2"], rel=1e-9)
-    assert air.attrs["runs_test"] > 0.01
+    assert air.attrs["independence"] > 0.01
     assert air.attrs["aic"] == pytest.approx(air.attrs["chi2"] + 2 * air.sizes["parameter"])
     assert air.attrs["degrees_of_freedom"] == 2 * 101 - 4
 

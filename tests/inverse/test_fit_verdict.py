@@ -12,8 +12,8 @@ from fitted_curves import ETA, E, H
 
 import dforce as df
 from dforce.findings.fits import judged
+from dforce.inverse.fitting.independence import independence
 from dforce.inverse.fitting.unknowns import make_unknowns
-from dforce.inverse.fitting.wald_wolfowitz import runs_test
 from dforce.validity import advice_in
 
 FILES = files("dforce.library") / "measured"
@@ -58,7 +58,7 @@ def test_a_table_of_fits_names_parameters_that_are_not_constrained() -> None:
     assert "not constrained by these data" in df.fit_report(many) and "none" not in df.fit_report(many)
 
 
-def test_runs_count_against_the_correlation_of_the_noise() -> None:
+def test_neighbors_may_be_as_alike_as_in_the_free_part() -> None:
     draw = np.random.default_rng(3)
     found = {}
     for r in (0.0, 0.6):
@@ -67,13 +67,13 @@ def test_runs_count_against_the_correlation_of_the_noise() -> None:
             noise = draw.normal(size=120)
             for i in range(1, 120):
                 noise[i] = r * noise[i - 1] + np.sqrt(1.0 - r * r) * noise[i]
-            few.append(_runs(noise, r) < 0.05)
+            few.append(_alike(noise, r) < 0.05)
         found[r] = np.mean(few)
     assert found[0.0] < 0.09 and found[0.6] < 0.09, found  # 0.05 expected, with an error of 0.015
-    assert _runs(noise, 0.0) < 1e-3  # taken for white
+    assert _alike(noise, 0.0) < 1e-3  # taken for white
 
 
-def _runs(noise: np.ndarray, r: float) -> float:
+def _alike(noise: np.ndarray, r: float) -> float:
     half = noise.reshape(2, 60)
     made = xr.Dataset(
         {
@@ -88,12 +88,12 @@ def _runs(noise: np.ndarray, r: float) -> float:
         {"branch": ("point", np.ones(60))},
         {"neighbor_correlation": r},
     )
-    return runs_test(made)
+    return independence(made)
 
 
 def test_the_worst_of_chi2_and_the_residuals_is_the_judgment() -> None:
-    assert judged(100.0, 100.0, runs=1e-4).word == "deceptive"
-    assert judged(150.0, 100.0, runs=1e-4).word == "too large"
+    assert judged(100.0, 100.0, independence=1e-4).word == "deceptive"
+    assert judged(150.0, 100.0, independence=1e-4).word == "too large"
     assert judged(1001.0, 100.0, 10.0).word == "far too large"
 
 

@@ -200,6 +200,36 @@ def test_the_predicted_noise_is_the_spread_of_noisy_repeats():
     assert np.sqrt(np.mean(spread**2) / np.mean(predicted**2)) == pytest.approx(1.0, abs=0.25)
 
 
+def test_distances_that_only_noise_leads_to_are_not_determined():
+    """The closest of many points are there by their noise: the repulsion is several errors too small."""
+    case = df.Case(
+        cantilever={"f0": "276 kHz", "k": "15.9 N/m", "Q": 233}, drive={"A0": "33.2 nm"}, tip={"radius": "11.6 nm"},
+        sample={"youngs_modulus": "85 MPa", "poisson_ratio": 0.3}, forces=[df.forces.DMT(hamaker="14 zJ")],
+    )  # fmt: skip
+    curve = df.approach(case, zc={"start": "43 nm", "stop": "10 nm", "points": 120}, direction="both")
+    draw, columns = np.random.default_rng(1), {}
+    for name, error in (("amplitude", 0.1e-9), ("phase", 0.1)):
+        ways = [curve.sel(direction=way).sortby("zc")[name].values.reshape(-1) for way in ("approach", "retract")]
+        values = np.concatenate(ways)
+        columns[name] = ("point", values + error * draw.normal(size=len(values)))
+    columns["direction"] = ("point", np.repeat(["approach", "retract"], 120))
+    columns["height"] = ("point", np.tile(np.sort(curve["zc"].values), 2))
+    attrs = {
+        "k": 15.9,
+        "f0": 276e3,
+        "Q": 233.0,
+        "free_amplitude": 33.2e-9,
+        "amplitude_error": 0.1e-9,
+        "phase_error": 0.1,
+    }
+    found = df.reconstruct(xr.Dataset(columns, attrs=attrs))
+    law = df.force_curve(case, distance=found["distance"].values[::-1])["force"].sel(direction="approach").values[::-1]
+    off = np.abs(found["force"].values - law) / found["force_error"].values
+    sure = found["force_status"].values == 0
+    near = found["distance"].values < -0.3e-9  # the kink of the contact is smoothed, as `resolution` shows
+    assert sure[near].sum() > 100 and off[near & sure].max() < 4.0 < off[near].max()
+
+
 def test_noise_of_the_distances_counts_in_the_error_of_a_steep_force():
     # the curve that is shipped: 60 pm of noise, over a force that is 0.3 nm long
     data = fc.data_of("stiff").assign_attrs(free_amplitude=30e-9)

@@ -232,9 +232,11 @@ def shuffled():
         (measured_curve.text(heading="height_nm,force_nN,phase_deg"), "no column for the amplitude"),
         (measured_curve.text(heading="height_nm,amplitude_nm,amp_nm"), "several columns for the amplitude"),
         (measured_curve.text(",", ",", heading="height_nm,amplitude_nm,phase_deg"), "commas separate the numbers"),
+        (measured_curve.text(heading="height_nm,amplitude_m,phase_deg"), r"largest amplitude of 20.1 m; 'm' is a wrong unit"),
+        (measured_curve.text(heading="height_m,amplitude_nm,phase_deg"), "range of heights of 35 m; 'm' is a wrong unit"),
         (measured_curve.text("\t", ".").replace("20.0", "1,020.0"), "which is not a number|in the others"),
         (b"\x00\x01\x02\x03" * 100, "neither text nor a known kind of file"),
-        (b"PK\x03\x04" + b"x" * 100, "an archive of JPK; export the curve as text"),
+        (b"PK\x03\x04" + b"x" * 100, "is an archive; unpack it, or export a curve of JPK as text"),
         (b"\\*File list\r\n\\Version: 0x09", "Bruker's NanoScope; export the curve as text"),
     ])  # fmt: skip
 def test_what_cannot_be_read_is_one_sentence(content, sentence, tmp_path):
@@ -262,7 +264,10 @@ def test_the_noise_of_a_sensor_is_no_step_back(tmp_path):
     data = read(tmp_path, content)
     assert set(data.direction.values) == {"approach"}
     assert data.attrs["height_error"] == pytest.approx(0.2e-9, rel=0.3)  # by the median of 118 numbers
-    assert any(line.startswith("height: turns back within the noise of the sensor") for line in data.attrs["history"])
+    assert any(
+        line.startswith("height: repeats or turns back within the noise of the sensor")
+        for line in data.attrs["history"]
+    )
     assert "height_error" not in read(tmp_path, measured_curve.text()).attrs
     # a force is found all the same
     tune = {"f0": "70 kHz", "k": "2 N/m", "Q": 100}
@@ -295,3 +300,13 @@ def test_a_column_of_words_is_named_where_there_is_no_table(tmp_path):
         df.ResultError, match="no table of numbers: 'ok' in line 2 is not a number; remove columns of words"
     ):
         df.read_measured(path)
+
+
+def test_a_stop_at_the_turn_is_no_noise_of_the_heights(tmp_path):
+    """Two points at the turning point made an error of 0.17 nm of all heights, which hid a wrong model."""
+    rows = measured_curve.text(points=60).splitlines()
+    assert "height_error" not in read(tmp_path, "\n".join([*rows, *rows[:0:-1], ""])).attrs
+    assert "height_error" not in read(tmp_path, "\n".join([*rows, rows[-1], rows[-1], ""])).attrs
+    # heights that repeat all along have the error of rounding to such steps, and no other
+    twice = read(tmp_path, "\n".join([rows[0], *(row for row in rows[1:] for _ in range(2)), ""]))
+    assert twice.attrs["height_error"] == pytest.approx(35e-9 / 59 / np.sqrt(12.0), rel=1e-3)

@@ -195,7 +195,7 @@ def few_samples(monkeypatch):
 
 
 def test_an_estimate_above_the_accuracy_is_never_ok(few_samples):
-    """A dwell, a curve, a sweep along the frequency."""
+    """A dwell, a curve, a sweep along the frequency, branches, basins."""
     rough = VISCOUS.replace("solver.accuracy", 1e-7)
     sweep = {"kind": "frequency_sweep", "frequency": ["50 kHz", "50.1 kHz"], "zc": "6 nm"}
     for experiment in ({"kind": "dwell", "zc": "6 nm"}, {"kind": "approach", "zc": ["9 nm", "6 nm"]}, sweep):
@@ -203,6 +203,11 @@ def test_an_estimate_above_the_accuracy_is_never_ok(few_samples):
         beyond = found.error_estimate.values > 1e-7
         assert beyond.any()
         assert (found.status.values[beyond] == df.Status.INACCURATE).all()
+    states, basins = (df.run(rough.replace("experiment", plan)) for plan in (DISTANCES, STARTS))
+    beyond = states.error_estimate.values > 1e-7
+    assert beyond.any()
+    assert (states.status.values[beyond] == df.Status.INACCURATE).all()
+    assert (basins.status == df.Status.INACCURATE).all()
     swept = df.sweep(rough.replace("experiment", {"kind": "dwell", "zc": "6 nm"}), {"cantilever.Q": [100.0, 120.0]})
     assert (swept.status == df.Status.INACCURATE).all()
 
@@ -218,6 +223,70 @@ def test_a_status_that_escaped_is_corrected_at_the_end():
         df.Status.NOT_SETTLED,
         df.Status.INACCURATE,
     ]
+
+
+DISTANCES = {"kind": "branches", "zc": {"start": "12 nm", "stop": "6 nm"}, "search": 0, "largest_step": 0.2}
+STARTS = {
+    "kind": "basins", "zc": "6 nm", "amplitude": {"stop": "9 nm", "points": 2}, "phase": {"stop": "180 deg", "points": 2},
+}  # fmt: skip
+
+
+def test_points_of_branches_are_as_accurate_as_asked_for_and_fixed_samples_tell_their_error():
+    """Against the approach with 32 times the samples; where the tip touches, its force is none."""
+    for choice, beyond in ((("solver.accuracy", 1e-4), False), (("solver.points_per_period", 128), True)):
+        rough = VISCOUS.replace(*choice)
+        found = df.run(rough.replace("experiment", DISTANCES))
+        exact = df.run(VISCOUS.replace("experiment.zc", found.zc.values).replace("solver.points_per_period", 8192))
+        errors = [off(found.isel(point=i), exact.isel(zc=i), rough.problem).max() for i in range(found.sizes["point"])]
+        assert (max(errors) > 1e-4) == beyond
+        assert (found.error_estimate.values > np.array(errors) / 3.0).all()
+        assert (found.status == df.Status.OK).all()
+        assert (found.error_estimate.values.max() > 1e-4) == beyond
+
+
+def test_final_states_of_basins_are_as_accurate_as_asked_for():
+    found = df.run(
+        VISCOUS.replace("solver.points_per_period", 64).replace("solver.accuracy", 1e-4).replace("experiment", STARTS)
+    )
+    exact = df.run(VISCOUS.replace("experiment.zc", "6 nm").replace("solver.points_per_period", 8192))
+    assert off(found.isel(state=0), exact.isel(zc=0), VISCOUS.problem).max() < 1e-4
+    assert float(found.error_estimate.max()) < 1e-4
+
+
+def test_a_state_met_on_a_branch_is_as_accurate_as_asked_for():
+    rough = VISCOUS.set("solver.points_per_period=128", "solver.accuracy=1e-4").replace("experiment", DISTANCES)
+    states = df.run(rough)
+    met = df.at_set_point(states, 0.7, names=["peak_force", "error_estimate"])
+    again = VISCOUS.replace("experiment", {"kind": "dwell", "zc": float(met.zc[0])})
+    exact = df.run(again.replace("solver.points_per_period", 8192))
+    assert bool(met.solved.all())
+    assert float(met.peak_force[0]) == pytest.approx(float(exact.peak_force), rel=1e-4)
+    assert float(met.error_estimate[0]) < 1e-4
+    shown = df.motion_at(states.isel(point=-1))
+    there = df.run(again.replace("experiment.zc", float(states.zc[-1])).replace("solver.points_per_period", 8192))
+    assert float(shown.peak_force) == pytest.approx(float(there.peak_force), rel=1e-4)
+
+
+def test_branches_are_accurate_where_the_steps_of_an_engine_are_too_long():
+    loose = VISCOUS.set("solver.method=transient", "solver.integrator=engine", "solver.relative_tolerance=1e-4")
+    found = df.run(loose.replace("experiment", DISTANCES))
+    exact = df.run(VISCOUS.replace("experiment.zc", found.zc.values).replace("solver.points_per_period", 8192))
+    assert (found.status == df.Status.OK).all()
+    for i in range(found.sizes["point"]):
+        assert off(found.isel(point=i), exact.isel(zc=i), VISCOUS.problem).max() < 1e-4
+
+
+@pytest.mark.parametrize("number", [7, 8])
+def test_where_the_tip_just_touches_the_sample_a_branch_has_numbers(number):
+    """A force of rounding alone is no error of a force."""
+    case = draw(15, number).case
+    A0 = case.problem.tones[0].A0
+    span = {"start": 1.05 * A0, "stop": 0.9 * A0}
+    found = df.run(case.replace("experiment", {"kind": "branches", "zc": span, "search": 0, "largest_step": 0.2}))
+    touches = found.isel(point=np.flatnonzero(found.special == "grazing"))
+    assert touches.sizes["point"] >= 1
+    assert (touches.status == df.Status.OK).all()
+    assert float(touches.error_estimate.max()) < 1e-4
 
 
 def test_points_do_not_depend_on_those_beside_them():

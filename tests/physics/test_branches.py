@@ -116,6 +116,15 @@ def test_the_fold_is_the_same_with_an_integrator_that_controls_its_steps(case):
     assert fold == pytest.approx([FOLD], abs=1e-4 * NM)
 
 
+def test_the_estimated_error_of_a_fold_is_how_far_it_lies_from_where_it_is(case):
+    near = {"zc": ("9.9 nm", "9.3 nm"), "search": 2, "largest_step": 0.05}
+    found = [df.branches(case.replace("solver.points_per_period", points), **near) for points in (128, 4096)]
+    folds = [one.isel(point=int(np.flatnonzero(one["special"].values == "fold")[0])) for one in found]
+    away = abs(float(folds[0]["zc"] - folds[1]["zc"])) / case.problem.tones[0].A0
+    assert 1e-6 < away < 3.0 * float(folds[0]["error_estimate"])
+    assert float(folds[1]["error_estimate"]) < 1e-6
+
+
 def test_branches_along_a_parameter_meet_those_along_the_distance(case):
     along_zc = df.branches(case, zc=("12 nm", "9 nm"), largest_step=0.04, search=3)
     stiffer = df.branches(

@@ -228,7 +228,7 @@ def test_drift_comes_from_the_columns_of_a_file(workdir):
         ("height,Q,Q\n", "has two columns 'Q'"),
         ("height [kHz],Q\n", "the unit of height is '1 kHz', which is a frequency, not a length"),
         ("height [nm],Q\n0,2\n1\n", "line 3: it has 1 cells for 2 columns"),
-        ("height [nm],Q\n0,two\n", "line 2: Q is 'two', which is not a number with a unit"),
+        ("height [nm],Q\n0,two\n", "line 2: Q is 'two', which is not a number"),
         ("height [nm],Q\n0,2\n", "needs two distances or more"),
         ("height [nm],Q\n0,2\n0,3\n", "in rising order"),
         ("height [nm]\n0\n1\n", "neither Q nor A0"),

@@ -92,7 +92,7 @@ def test_sums_over_a_period_are_those_of_its_samples():
     problem, parts = lever([DMT, DRAG]), 4096
     marcher, start = Marcher.of(problem), start_of(problem, 12e-9, np.array([0.62, 0.0]))
     row = marcher.march(start, 1, TIGHT, harmonics=6).rows[0, 0]
-    found = marcher.march(start, 1, TIGHT, parts=parts, sampled=True)
+    found = marcher.march(start, 1, TIGHT, per_period=parts, sampled=True)
     z, force = found.path[0, :, 0], found.samples[0, :, -1]
     v = found.path[0, :, 1]
     d = 12e-9 + 20e-9 * z

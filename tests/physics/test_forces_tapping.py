@@ -141,6 +141,11 @@ def test_samples_resolve_the_fastest_relaxation():
         sample_count(soft([df.forces.SLS(relaxation_time="1e-15 s")]).problem, df.SolverSettings())
 
 
+def test_a_drive_that_would_need_terabytes_of_samples_is_refused():
+    with pytest.raises(df.ParameterError, match=r"needs 1\.6e\+12 samples per period of the drive"):
+        df.frequency_sweep(df.example("figure-3-air"), zc="9 nm", frequency=[1e-6, 48.9e3])
+
+
 def test_a_relaxation_faster_than_the_sampling_asked_for_leaves_the_relaxed_sample():
     """RK4 with 256 steps would be unstable: the step is 4 relaxation times."""
     fast = df.forces.SLSSimple(instant_modulus="1 GPa", relaxed_modulus="0.5 GPa", relaxation_time="20 ns")

@@ -70,7 +70,7 @@ def test_the_engine_measures_as_exactly_as_it_integrates(contact):
     motion, settled, _ = settle(integrator, with_amplitudes(integrator, free_amplitudes(integrator)), lambda: None)
     assert settled
     _, rows = integrator.observe(motion, 1)
-    found = finish(problem, integrator.scales, 1, rows, np.ones(1))
+    found = finish(problem, 1, rows, np.ones(1))
     (mode,), (tone,) = problem.modes, problem.tones
     equation = TipEquation(
         [(mode.f0, mode.k, mode.Q)], [(tone.frequency, [tone.force], 0.0)], zc, law, [region], length=tone.A0

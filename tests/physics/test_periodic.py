@@ -280,3 +280,26 @@ def test_a_voltage_that_does_not_repeat_with_the_drive_is_left_to_time():
         df.sweep(case("70 kHz", "periodic"), over={"drive.frequency": [70e3, 71e3]})
     with pytest.raises(df.ParameterError, match=r"electrostatic, which depends on time, needs drive\.operation"):
         case("70 kHz", "periodic").replace("drive.operation", "fm")
+
+
+def test_a_surface_that_does_not_return_is_left_to_time():
+    """Each tap deepens it, until the tip no longer touches: there is no motion to be compared with on the way there."""
+
+    def case(force, method="periodic"):
+        return df.Case(
+            cantilever={"f0": "300 kHz", "k": "40 N/m", "Q": 20}, drive={"A0": "20 nm"}, tip={"radius": "10 nm"},
+            forces=[force], experiment={"kind": "dwell", "zc": "18 nm"}, solver={"method": method},
+        )  # fmt: skip
+
+    liquid = {"model": "generalized_maxwell", "relaxed_modulus": "0 Pa", "elements": 8}
+    with pytest.raises(df.ParameterError, match=r'generalized_maxwell never returns, .* solver.method = "transient"'):
+        case(liquid)
+    for model in ("sls", "sls_simple"):
+        with pytest.raises(df.ParameterError, match=rf"surface of {model} takes 90 s to return"):
+            case({"model": model, "relaxation_time": "10 s"})
+        case({"model": model, "relaxation_time": "1 s"})
+    found = df.run(case(liquid, "transient"))
+    assert found.status == df.Status.OK
+    assert found.samples_per_period == 256, "more samples change nothing"
+    assert found.amplitude.item() == pytest.approx(20e-9, rel=1e-3)
+    assert found.peak_force.item() > 0.0, "it still touches"

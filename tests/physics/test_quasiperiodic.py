@@ -91,7 +91,7 @@ def test_nonlinear_motion_agrees_with_a_very_long_plain_window():
     motion, _ = integrator.lock_in(initial_motion(integrator, "free"), 600)
     count = 20_000
     _, rows = integrator.observe(motion, count)
-    plain = finish(case.problem, integrator.scales, 10, rows, np.full(count, 1 / count))
+    plain = finish(case.problem, 10, rows, np.full(count, 1 / count))
     # beats of size below 0.3 nm and a turn of at least 0.05 a period: what is left is 0.3 nm / (0.05 pi N)
     assert result.amplitude.values == pytest.approx(plain["amplitude"], abs=1e-13)
     assert result.phase.values == pytest.approx(plain["phase"], abs=0.01)

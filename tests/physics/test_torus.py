@@ -200,6 +200,16 @@ def test_free_tones_lock_at_the_resonances_of_their_modes():
     assert found.torus.drive[0].imag == pytest.approx(4.0 / 100.0, rel=1e-9)
 
 
+def test_a_tone_far_below_all_resonances_has_a_torus():
+    slow = F0[0] / 50.0
+    held = Held(drive=4.0, frequency=slow / F0[0]), Held(drive=0.02, phase=RIGHT)
+    near = balance(case(HERTZ, 2e-9, E_EFF).problem, 3.9 * NM, held)
+    found = near.find(near.free((256, 32), np.array([slow, F0[1]]) / F0[0]), 1e-9)
+    assert found.torus.omega[0] == pytest.approx(slow / F0[0], rel=1e-9)
+    assert found.mismatch <= 1e-9
+    assert np.abs(found.force).max() > 1e-3  # the tip touches the sample
+
+
 def test_a_start_too_far_away_leaves_its_mismatch_and_raises_nothing():
     near = balance(case(HERTZ, 20e-9, E_EFF).problem, 1.0 * NM, am_fm(4.0, 0.1))
     found = near.find(near.free((64, 16), F0 / F0[0]), 1e-9, most=3)

@@ -163,7 +163,7 @@ def test_motion_that_a_neck_makes_irregular_has_the_means_of_a_long_run_and_says
     integrator = lock.integrator
     _, rows = integrator.observe(lock.motion, 25_600)  # at constant drive and frequency
     even = weights([tone.frequency for tone in integrator.problem.tones], len(rows))
-    free = finish(integrator.problem, integrator.scales, 0, rows, even)
+    free = finish(integrator.problem, 0, rows, even)
     # windows of 256 periods differ by 0.4 %, means of 64 of them by less
     assert found["amplitude"][0] == pytest.approx(free["amplitude"][0], rel=5e-3)
     assert found["phase"][0] == pytest.approx(free["phase"][0], abs=1.0)

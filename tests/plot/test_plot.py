@@ -197,6 +197,13 @@ def test_spectrum_marks_the_harmonics_of_the_drive():
     assert axes.get_yscale() == "log" and texts(axes) == ["frequency $f$ (kHz)", "spectrum $A(f)$ (nm)"]
 
 
+def test_motion_without_a_result_has_no_picture_and_the_reason_is_told():
+    law = df.forces.Custom(law="1e-9*exp(-1e12*d)")
+    failed = df.run(df.example("table-1-am").replace(forces=[law]))
+    with pytest.raises(ParameterError, match="no motion can be drawn: the motion grew beyond all bounds"):
+        plot.overview(failed)
+
+
 def test_spectrum_in_decibel_is_relative_to_the_largest_line():
     axes = plot.spectrum(synthetic.dwell(), decibel=True)
     assert axes.lines[0].get_ydata().max() == 0.0 and axes.get_yscale() == "linear"

@@ -31,8 +31,8 @@ def ctrl_c():
     signal.signal(signal.SIGINT, before)
 
 
-def terminate():
-    os.kill(os.getpid(), signal.SIGTERM)
+def terminate(number=signal.SIGTERM):
+    os.kill(os.getpid(), number)
 
 
 @ctypes.CFUNCTYPE(None)
@@ -44,17 +44,29 @@ def terminate_unheard():
 swallowing = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 
 
-def test_a_run_keeps_what_was_computed_however_often_it_is_told_to_stop(every_look):
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_run_keeps_what_was_computed_however_often_it_is_told_to_stop(name, every_look):
+    """A closed terminal sends SIGHUP."""
+    number = signal.Signals[name]
 
     def stop_soon(done, total, note):
         if done:
-            terminate()
-            terminate()
+            terminate(number)
+            terminate(number)
 
     result = df.run(df.example("figure-3-air"), progress=stop_soon)
     found = count_status(result)
     assert result.attrs["interrupted"] and found[df.Status.NOT_COMPUTED]
-    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    assert signal.getsignal(number) is signal.SIG_DFL
+
+
+def test_a_run_under_nohup_goes_on_without_its_terminal(every_look):
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        result = df.run(df.example("figure-3-air"), progress=lambda *_: terminate(signal.SIGHUP))
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert "interrupted" not in result.attrs
 
 
 def test_a_run_is_stopped_in_the_midst_of_a_stretch_that_is_followed(monkeypatch, every_look):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -154,6 +155,7 @@ class Case(Parameters):
             self.problem.refuse_lock(f"solver.method = {self.solver.method}")
         if self.experiment is not None and self.solver.method == "periodic":
             self._refuse_other_periods(self.experiment)
+            self._refuse_late_surface()
         self._refuse_low_tip()
         for path in self.sweep.over if self.sweep is not None else ():
             place_of(self, path)
@@ -172,6 +174,16 @@ class Case(Parameters):
                     f"the force {force.name} alternates at {units.show(own, 'Hz')}, so the motion does not repeat with the "
                     'drive; write solver.method = "transient"'
                 )
+
+    def _refuse_late_surface(self) -> None:
+        """Raise :class:`ParameterError` where the surface of the sample does not return from tap to tap."""
+        force = self.problem.late_surface
+        if force is not None and self.solver.integrator != "langevin":
+            takes = f"takes {units.show(force.recovery_time, 's', 3)} to return"
+            raise ParameterError(
+                f"the surface of {force.name} {takes if math.isfinite(force.recovery_time) else 'never returns'}, so each tap "
+                'deepens it and no motion repeats: raise the relaxed modulus, or write solver.method = "transient"'
+            )
 
     def _refuse_low_tip(self) -> None:
         """Raise :class:`ParameterError` where the lever over a wall comes to other heights than its fluid is known for."""

@@ -43,6 +43,7 @@ INSTRUMENT: Mapping[str, float] = {
 DISTANCES = (-1.0, -1e-6, -2e-8, -1e-9, 0.0, 1e-12, 1e-10, 0.165e-9, 0.3e-9, 1e-9, 1e-8, 1e-6, 1.0)
 RATES = (0.0, 1e-3, -1e-3, 1.0)
 TIMES = (0.0, 1.7e-4)
+KEEP_FINITE = "keep it finite there, as max(d, a0) does"
 
 
 @checked
@@ -190,10 +191,10 @@ def _is_finite(model: type[Force]) -> Iterator[str]:
                 value = force.law_function()(*call, *numbers)
                 again = force.law_function()(*call, *numbers)
             except (ArithmeticError, ValueError) as error:
-                yield f"the law of {force!r} fails at d = {call[0]} m, rate = {call[1]} m/s: {error}"
+                yield f"the law of {force!r} fails at d = {call[0]} m, rate = {call[1]} m/s: {error}; {KEEP_FINITE}"
                 return
             if not math.isfinite(value):
-                yield f"the law of {force!r} is {value} at d = {call[0]} m, rate = {call[1]} m/s"
+                yield f"the law of {force!r} is {value} at d = {call[0]} m, rate = {call[1]} m/s; {KEEP_FINITE}"
                 return
             if value != again:
                 yield f"the law of {force!r} returns two values for the same arguments"
@@ -261,7 +262,7 @@ def _is_smooth_but_for_its_kinks(model: type[Force]) -> Iterator[str]:
             for low, high in pairwise(map(float, grid)):
                 place = _kink_between(along, low, high, scale)
                 if place is not None and all(abs(place - kink) > 1e-13 for kink in declared):
-                    yield f"the law of {force!r} is not smooth at d = {place} m; declare the kink"
+                    yield f"the law of {force!r} is not smooth at d = {place:.3g} m; declare the kink in kinks(self)"
                     return
 
 

@@ -37,7 +37,7 @@ HELP = """Plan and explain tapping-mode (AM-AFM) and bimodal AFM experiments.
 
 A first run: dforce run figure-3-air --plot figure-3.png
 
-Exit codes: 0 done, 1 some points have no result, 2 bad input, 3 an error in dForce, 130 stopped by Ctrl-C or SIGTERM.
+Exit codes: 0 done, 1 some points have no result, 2 bad input, 3 an error in dForce, 130 stopped by Ctrl-C, SIGTERM or SIGHUP.
 """
 
 app = typer.Typer(

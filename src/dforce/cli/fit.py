@@ -15,7 +15,6 @@ from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, 
 from dforce.core.files import check_target, named
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
-from dforce.findings.fits import verdict
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -157,6 +156,8 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
 
 def _answer(result: xr.Dataset) -> dict[str, Any]:
     """Return what `--json` prints of one fit."""
+    from dforce.findings.fits import verdict  # loads NumPy, which help does without
+
     names = result["parameter"].values.tolist()
     every = (
         "value",

@@ -31,6 +31,8 @@ TOLD = 6  # digits of a number in a sentence
 # The largest size (SI), by its unit, of a number without a bound of its own on that side; beyond it a unit was left out, as
 # for a distance of 12. Each is far beyond what an instrument has.
 UTMOST = {"m": 1e-3, "rad": 2.0 * math.pi, "J": 1e-15, "J/m^2": 10.0, "N": 1e-3, "V": 1e3, "C/m^2": 10.0, "m/s": 1e3}
+# The largest size (SI) of any number, and the least of one that may not be zero: their products and powers are floats.
+LEAST, MOST = 1e-40, 1e40
 NO_UNIT = re.compile(r"\s*[-+.\deE]+\s*")
 in_si = functools.cache(units.parse)  # bounds, with which each value is compared
 
@@ -104,7 +106,7 @@ class ParameterQuantity:
             schema["symbol"] = self.symbol
 
     def check(self, value: float) -> None:
-        """Raise :class:`ParameterError` when an SI value is outside the bounds, or beyond the utmost size of its unit."""
+        """Raise :class:`ParameterError` when an SI value is outside the bounds, or too small or large."""
         least, most = self._ends()
         for bound, broken, words in (
             (None if self.above is not None else least, operator.lt, "is below"),
@@ -121,6 +123,10 @@ class ParameterQuantity:
                 # one that lies beyond the bound by less than that is told in full
                 told = brief if broken(units.parse(brief, self.unit), edge) else units.show(value, self.unit)
                 raise ParameterError(f"= {told} {words} {limit}")
+        small = abs(value) < LEAST and self.above is not None and in_si(self.above, self.unit) == 0.0
+        if small or abs(value) > MOST:
+            size = "small" if small else "large"
+            raise ParameterError(f"= {units.show(value, self.unit, TOLD)} is too {size} to compute with")
 
     def _ends(self) -> tuple[str | float | None, str | float | None]:
         """Return the bounds as they are declared, else the utmost size of the unit."""

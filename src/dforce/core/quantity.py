@@ -16,7 +16,7 @@ class Scale(enum.Enum):
     SPEED = "omega A0"
     PERIOD = "period of the first tone"
     ONE = "1"
-    FORCE = "largest force of the motion"
+    FORCE = "largest force of the motion, or 1e-4 of the driving force where that is larger"
     ENERGY = "k A0^2/Q of its mode, else of the first mode, or k A0^2 where Q < 1"
     POWER = "such an energy per period"
     NONE = "none: it describes the solution"

@@ -32,8 +32,11 @@ def refusal(error: pydantic.ValidationError, model: type[pydantic.BaseModel], ro
         field = _field(model, steps)
         meaning = f" ({field.description})" if field is not None and field.description else ""
         return ParameterError(f"{path}{meaning} is missing")
+    text, field = f"{path} {_words(first)}", _field(model, steps)
+    if first["type"] == "literal_error" and "did you mean" not in text and field is not None and field.description:
+        text += f" ({field.description})"
     table = first["type"] == "tuple_type" and isinstance(first["input"], dict)
-    return ParameterError(f"{path} {_words(first)}{f'; write [[{path}]] in a file' if table else ''}")
+    return ParameterError(f"{text}{f'; write [[{path}]] in a file' if table else ''}")
 
 
 def _words(problem: Any) -> str:

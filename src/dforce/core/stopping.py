@@ -1,4 +1,6 @@
-"""Stops: Ctrl-C, and SIGTERM, which batch queues, `timeout` and a shutdown send. What was computed is kept.
+"""Stops: Ctrl-C, SIGTERM, which batch queues, `timeout` and a shutdown send, and SIGHUP, which a closed terminal sends.
+
+What was computed is kept.
 
 A stop raises KeyboardInterrupt at once. Two things are not broken off, because half of them breaks whatever follows: an
 import and a compilation. There the stop waits, and is raised right behind; a stop that ends the program breaks a compilation
@@ -93,8 +95,8 @@ class Ending:
                 self._raise(frame)
             return
         now = time.monotonic()
-        # no later SIGTERM may disturb what keeps the results; a person who presses Ctrl-C again wants no more of it
-        if now - self._came < SAME or (self.is_heard and number == signal.SIGTERM):
+        # no later signal of a system may disturb what keeps the results; a person who presses Ctrl-C again wants no more of it
+        if now - self._came < SAME or (self.is_heard and number != signal.SIGINT):
             return
         self._came, self._number, self.by = now, number, signal.Signals(number).name
         if self._reached and not self.asked:
@@ -139,7 +141,7 @@ _ending = Ending()
 
 @contextlib.contextmanager
 def late_stop_waits() -> Iterator[Ending]:
-    """Let a stop (Ctrl-C, SIGTERM) that comes once a run inside has all its points wait until the context ends.
+    """Let a stop (Ctrl-C, SIGTERM, SIGHUP) that comes once a run inside has all its points wait until the context ends.
 
     Before that it ends the run, as :func:`sigterm_as_ctrl_c` says. What the context gives says in `asked` whether one came.
     In another thread than the main one, which hears no signals, nothing waits. In a program, which goes on with the result, a
@@ -226,12 +228,14 @@ def unbroken() -> Iterator[None]:
 
 @contextlib.contextmanager
 def sigterm_as_ctrl_c(ends_program: bool = False) -> Iterator[bool]:
-    """Raise KeyboardInterrupt at the first SIGTERM in the context; later signals do not disturb the saving of results.
+    """Raise KeyboardInterrupt at the first SIGTERM or SIGHUP in the context; later ones do not disturb the saving of results.
 
     A handler of the program itself is kept, and outside the main thread Python's handler, too. The context returns whether it
     is the outermost handler of stops. With `ends_program` a stop also cancels a compilation.
     """
     usual: dict[signal.Signals, Any] = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
+    if hasattr(signal, "SIGHUP"):  # Windows has none; under nohup it stays ignored
+        usual[signal.SIGHUP] = signal.SIG_DFL
     ours = [number for number, handler in usual.items() if _in_main_thread() and signal.getsignal(number) is handler]
     if ours:
         _ending.forget(imports_around(sys._getframe()))

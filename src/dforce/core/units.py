@@ -227,7 +227,7 @@ def parse(given: object, unit: str) -> float:
         return _finite(float(given) if abs(given) < 1e308 else math.inf, given)
     match = NUMBER.fullmatch(given) if len(given) <= 100 else None
     if match is None:
-        raise UnitError(f"is '{shorten(given)}', which is not a number with a unit{_example(unit)}")
+        raise UnitError(f"is '{shorten(given)}', which is not a number{_example(unit, ' with a unit')}")
     number, written = match[1], match[2]
     if not written:
         return _finite(float(number), given)
@@ -292,8 +292,8 @@ def parse_all(given: object, unit: str) -> list[float]:
     return [parse(item, unit) for item in given]
 
 
-def _example(unit: str) -> str:
-    return f" (for example in {SUGGESTED.get(unit, unit)})" if unit != "1" else ""
+def _example(unit: str, before: str = "") -> str:
+    return f"{before} (for example in {SUGGESTED.get(unit, unit)})" if unit != "1" else ""
 
 
 def _finite(value: float, given: object) -> float:

@@ -1,4 +1,4 @@
-"""The seam: motions advanced over intervals of time, each with steps of its own."""
+"""Motions advanced over intervals of time, each with steps of its own."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from dforce.engine.events import (
     salt,
 )
 from dforce.engine.lanes import (
+    ATTEMPTS,
     BEGIN,
     D0,
     D1,
@@ -41,7 +42,7 @@ from dforce.engine.lanes import (
     compiled,
     lane_of,
 )
-from dforce.engine.step import FARTHEST, attempt, free_tip, inside, span, take_step
+from dforce.engine.step import FARTHEST, attempt, free_tip, inside, take_step, time_at
 from dforce.engine.sums import add_speed_and_turn, add_sums, begin_sums, end_sums
 from dforce.engine.tableau import ARRIVING, LEAVING, PLAIN
 
@@ -55,17 +56,15 @@ LANDED = 1e-9  # of the free amplitude: how near to a kink a step ends where the
 NEAR = 0.01  # times the root of a step's error: how near where it does not, as the error then goes with the square
 SWITCHED, MOST_TRIES = 1e-12, 60  # rad: how close behind a switch a step ends; attempts at it
 MOST_STEPS = 40_000  # in an interval
-MOST_SWITCHES, REST = (
-    3,
-    0.005,
-)  # of each latch in so many rad: a force that switches more often keeps its branch as long
+MOST_SWITCHES = 3  # of each latch within REST: a force that switches more often keeps its branch as long
+REST = 0.005  # rad
 
 
 @compiled
 def begin_interval(lane: Any, begin: float, phases: Any) -> None:
     """Put a lane to the start of an interval."""
     numbers, kinks = lane.numbers, lane.kinks
-    lane.state[T], lane.state[BEGIN] = 0.0, begin
+    lane.state[T], lane.state[BEGIN], lane.state[ATTEMPTS] = 0.0, begin, 0.0
     for j in range(lane.turn.shape[0]):
         lane.turn[j, 5] = phases[j]
         lane.turn[j, 3], lane.turn[j, 4] = math.cos(phases[j]), math.sin(phases[j])
@@ -155,16 +154,90 @@ def landing(lane: Any, laws: Any, level: float, v: float) -> float:
 
 
 @compiled
-def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
+def try_step(lane: Any, laws: Any, kind: int, h: float, left: float, f1: float, measured: bool, watched: bool) -> Any:
+    """Try a step until it ends where it should; return length, kind, what it ends on, the kink, error, and whether it does.
+
+    It is at most `h` long, or `left`, to land on a kink. It ends on what it meets first, at a kink as near as `landing` asks.
+    `f1` is the force at its start, and `watched` says whether a switch may end it.
+    """
+    state, length = lane.state, lane.numbers[LENGTH]
+    v0, begun, aim, tries, near = state[V0], kind, NOTHING, 0, -1.0
+    level, low_s, high_s, low_g, high_g, error = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if kind == PLAIN:
+        level, s = meets(lane, f1, h)
+        if s > 0.0:
+            h, kind, aim = s, ARRIVING, KINK
+        elif v0 < 0.0 and state[LOW] > -np.inf:
+            h = min(h, max(BEYOND * (state[LOW] - state[D0]) / (length * v0), 1e-3))
+    guessed = aim == KINK
+    while state[ATTEMPTS] < MOST_STEPS:
+        state[ATTEMPTS] += 1.0
+        error = attempt(lane, laws, kind, h, measured)
+        if not (error >= 0.0 and error < 1e300):
+            if h < SMALLEST:
+                break
+            h, aim, kind = h * SHRINK, NOTHING, begun
+            continue
+        d1, v1 = state[D1], state[V1]
+        if aim == SWITCH:
+            value = largest_switch(lane, laws, d1, v1)
+            if value > 0.0:
+                if h == high_s or h - low_s < SWITCHED or tries > MOST_TRIES:
+                    return h, kind, aim, level, error, True
+                high_s, high_g, low_g = h, value, 0.5 * low_g
+            else:
+                low_s, low_g, high_g = h, value, 0.5 * high_g
+            tries += 1
+            h = low_s + (high_s - low_s) * low_g / (low_g - high_g)  # Illinois
+            if high_s - low_s < SWITCHED or tries > MOST_TRIES:
+                h = high_s
+            continue
+        if aim == KINK:
+            off = (d1 - level) / length
+            if guessed and not (abs(off) < 0.1 * h * abs(v1) and v0 * v1 > 0.0):  # the force turned the tip elsewhere
+                guessed, aim, kind, h = False, NOTHING, begun, 0.9 * h
+                continue
+            if near < 0.0:
+                near = landing(lane, laws, level, v1)
+            if abs(off) > near and tries < 8 and abs(off) < 0.5 * h * abs(v1):
+                h, tries = h - off / v1, tries + 1
+                if h > left:
+                    h, aim, kind = left, NOTHING, begun
+                continue
+            d1 = level + (2.0 if v1 < 0.0 else -2.0) * LANDED * length  # a switch on the way, not at the kink itself
+        if aim == NOTHING:
+            leaves = d1 < state[LOW] or d1 > state[HIGH]
+            turned = state[HEADING] * v1 < 0.0
+            if (leaves or turned) and error < 1e4:
+                aim, level, s = event_in(lane, h, turned)
+                if aim == KINK:
+                    kind = ARRIVING if begun == PLAIN else begun
+                elif abs(s - h) < 1e-6 * h and error <= 1.0:
+                    return h, kind, aim, level, error, True
+                h, tries = max(s, 1e-12), 0
+                continue
+        if error > 1.0 and h > SMALLEST:
+            h *= max(SHRINK, min(0.9 if aim == NOTHING else 0.7, SAFE * max(error, 1e-10) ** (-1.0 / 8.0)))
+            aim, kind = NOTHING, begun
+            continue
+        high_g = largest_switch(lane, laws, d1, v1) if watched else 0.0
+        if not high_g > 0.0:
+            return h, kind, aim, level, error, True
+        low_g = largest_switch(lane, laws, state[D0], v0)
+        low_s, high_s, tries, aim, kind, h = 0.0, h, 0, SWITCH, begun, 0.5 * h
+    return h, kind, aim, level, error, False
+
+
+@compiled
+def march(lane: Any, laws: Any, interval: float, sums: Any) -> bool:
     """Advance a lane over one interval; return whether it came to the end."""
-    measured, switches, length = sums.shape[0] > 0, lane.latched.shape[0] > 0, lane.numbers[LENGTH]
+    measured, switches = sums.shape[0] > 0, lane.latched.shape[0] > 0
     if switches:
         change_latches(lane, laws, lane.state[D0], lane.state[V0])
     want, kind = FIRST, PLAIN
     if measured:
         begin_sums(lane, sums)
-    steps, crested, fast = 0, False, fastest_turn(lane)
-    changes, since, rest = 0, 0.0, 0.0
+    crested, fast, changes, since, rest = False, fastest_turn(lane), 0, 0.0, 0.0
     speed, f1 = speed_bound(lane), force_now(lane, laws)
     while lane.state[T] < interval:
         watched = switches and lane.state[T] >= rest
@@ -173,111 +246,22 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
             f1, rest = force_now(lane, laws), 0.0
         left = (rest if rest > 0.0 else interval) - lane.state[T]
         h = min(want, left, lane.limits[3], longest_step(lane, fast, speed, measured))
-        v0 = lane.state[V0]
         if left - h < 1e-3 * h:
             h = left
-        begun, aim, level, tries, near = kind, NOTHING, 0.0, 0, -1.0
-        low_s, high_s, low_g, high_g, error = 0.0, 0.0, 0.0, 0.0, 0.0
-        if kind == PLAIN:
-            level, s = meets(lane, f1, h)
-            if s > 0.0:
-                h, kind, aim = s, ARRIVING, KINK
-            elif v0 < 0.0 and lane.state[LOW] > -np.inf:
-                h = min(h, max(BEYOND * (lane.state[LOW] - lane.state[D0]) / (length * v0), 1e-3))
-        guessed = aim == KINK
-        while True:
-            steps += 1
-            if steps > MOST_STEPS:
-                return False
-            count[0] += 1
-            error = attempt(lane, laws, kind, h, measured)
-            if not (error >= 0.0 and error < 1e300):
-                if h < SMALLEST:
-                    return False
-                h, aim, kind = h * SHRINK, NOTHING, begun
-                continue
-            fit = SAFE * max(error, 1e-10) ** (-1.0 / 8.0)
-            d1, v1 = lane.state[D1], lane.state[V1]
-            if aim == KINK:
-                off = (d1 - level) / length
-                if guessed and not (
-                    abs(off) < 0.1 * h * abs(v1) and v0 * v1 > 0.0
-                ):  # the force turned the tip elsewhere
-                    guessed, aim, kind, h = False, NOTHING, begun, 0.9 * h
-                    continue
-                if near < 0.0:
-                    near = landing(lane, laws, level, v1)
-                if abs(off) > near and tries < 8 and abs(off) < 0.5 * h * abs(v1):
-                    h, tries = h - off / v1, tries + 1
-                    if h > left:
-                        h, aim, kind = left, NOTHING, begun
-                    continue
-                if error > 1.0 and h > SMALLEST:
-                    h, aim, kind = h * max(SHRINK, min(0.7, fit)), NOTHING, begun
-                    continue
-                if watched:  # one that changes on the way, not at the kink itself
-                    before = level + (2.0 if v1 < 0.0 else -2.0) * LANDED * length
-                    high_g = largest_switch(lane, laws, before, v1)
-                    if high_g > 0.0:
-                        low_g = largest_switch(lane, laws, lane.state[D0], v0)
-                        low_s, high_s, tries, aim, kind, h = 0.0, h, 0, SWITCH, begun, 0.5 * h
-                        continue
-                break
-            if aim == SWITCH:
-                value = largest_switch(lane, laws, d1, v1)
-                if value > 0.0:
-                    if h == high_s or h - low_s < SWITCHED or tries > MOST_TRIES:
-                        break
-                    high_s, high_g, low_g = h, value, 0.5 * low_g
-                else:
-                    low_s, low_g, high_g = h, value, 0.5 * high_g
-                tries += 1
-                h = low_s + (high_s - low_s) * low_g / (low_g - high_g)  # Illinois
-                if high_s - low_s < SWITCHED or tries > MOST_TRIES:
-                    h = high_s
-                continue
-            if aim in (TURN, PEAK):
-                if error > 1.0 and h > SMALLEST:
-                    h, aim, kind = h * max(SHRINK, min(0.7, fit)), NOTHING, begun
-                    continue
-                if watched:
-                    high_g = largest_switch(lane, laws, d1, v1)
-                    if high_g > 0.0:
-                        low_g = largest_switch(lane, laws, lane.state[D0], v0)
-                        low_s, high_s, tries, aim, kind, h = 0.0, h, 0, SWITCH, begun, 0.5 * h
-                        continue
-                break
-            leaves = d1 < lane.state[LOW] or d1 > lane.state[HIGH]
-            turned = lane.state[HEADING] * v1 < 0.0
-            if (leaves or turned) and error < 1e4:
-                aim, level, s = event_in(lane, h, turned)
-                if aim == KINK:
-                    kind = ARRIVING if begun == PLAIN else begun
-                elif abs(s - h) < 1e-6 * h and error <= 1.0:
-                    break
-                h, tries = max(s, 1e-12), 0
-                continue
-            if error > 1.0 and h > SMALLEST:
-                h *= max(SHRINK, min(0.9, fit))
-                continue
-            if watched:
-                high_g = largest_switch(lane, laws, d1, v1)
-                if high_g > 0.0:
-                    low_g = largest_switch(lane, laws, lane.state[D0], v0)
-                    low_s, high_s, tries, aim, h = 0.0, h, 0, SWITCH, 0.5 * h
-                    continue
-            break
-        if measured and aim not in (PEAK, SWITCH) and not crested:
+        begun = kind
+        h, kind, aim, level, error, good = try_step(lane, laws, kind, h, left, f1, measured, watched)
+        if not good:
+            return False
+        v1 = lane.state[V1]
+        if measured and aim != SWITCH and not crested:
             share = crest(lane.force, lane.state[F1], sums[F_MIN], sums[F_MAX])
             if share > 0.0:  # the step is made again, to end there
-                h, kind, aim, crested = span(kind, share, h), begun, PEAK, True
-                count[0] += 1
+                h, kind, aim, crested = time_at(kind, share, h), begun, PEAK, True
                 error = attempt(lane, laws, kind, h, measured)
-        elif aim != PEAK:
+        else:
             crested = False
         # the step is taken
-        count[1] += 1
-        f1 = lane.state[F1]
+        before = f1 = lane.state[F1]
         if measured:
             add_sums(lane, h, sums)
             add_speed_and_turn(lane, h, aim == TURN, sums)
@@ -288,18 +272,15 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
             lane.state[T] = interval
         kind = PLAIN
         if aim == KINK:
-            down = v1 < 0.0
             side = int(lane.state[SIDE])
             place_between(lane, side - 1 if level == lane.state[LOW] else side + 1)
-            lane.state[D0] = level
-            before, kind = f1, LEAVING
+            lane.state[D0], kind = level, LEAVING
             if switches:
-                change_latches(lane, laws, level + (-1e-15 if down else 1e-15), v1)
+                change_latches(lane, laws, level + (-1e-15 if v1 < 0.0 else 1e-15), v1)
             f1 = force_now(lane, laws)
             if f1 != before:
                 salt(lane, before - f1, v1)
         elif aim == SWITCH:
-            before = f1
             change_latches(lane, laws, lane.state[D0], lane.state[V0])
             f1 = force_now(lane, laws)
             salt(lane, before - f1, v1)
@@ -316,7 +297,7 @@ def march(lane: Any, laws: Any, interval: float, sums: Any, count: Any) -> bool:
 
 
 @compiled
-def part(lanes: Any, i: int, k: int, u: Any) -> None:
+def write_deviation(lanes: Any, i: int, k: int, u: Any) -> None:
     """Write the deviation of each part at the start of an interval, from the path: results depend on no cut into calls."""
     for r in range(lanes.split.shape[1]):
         total = 0.0
@@ -326,12 +307,12 @@ def part(lanes: Any, i: int, k: int, u: Any) -> None:
 
 
 @compiled
-def unite(lanes: Any, i: int, k: int, u: Any) -> None:
+def write_path(lanes: Any, i: int, k: int, u: Any) -> None:
     """Write the path at the end of an interval."""
-    for c in range(lanes.whole.shape[1]):
+    for c in range(lanes.join.shape[1]):
         total = lanes.still[i, k, c]
-        for r in range(lanes.whole.shape[2]):
-            total += lanes.whole[i, c, r] * u[r // 2, r % 2, 0]
+        for r in range(lanes.join.shape[2]):
+            total += lanes.join[i, c, r] * u[r // 2, r % 2, 0]
         lanes.path[i, k, c] = total
 
 
@@ -353,15 +334,15 @@ def advance(lanes: Any, laws: Any) -> None:
     for i in range(lanes.numbers.shape[0]):
         lane, good = lane_of(lanes, i), True
         for k in range(lanes.phases.shape[0]):
-            part(lanes, i, k, lane.u)
+            write_deviation(lanes, i, k, lane.u)
             begin_interval(lane, lanes.begin[k], lanes.phases[k])
             if sampled and k == 0:
                 change_latches(lane, laws, lane.state[D0], lane.state[V0])
                 take_sample(lane, laws, lanes.samples[i, 0])
-            good = march(lane, laws, lanes.span, lanes.sums[i, k], lanes.count[i])
+            good = march(lane, laws, lanes.span, lanes.sums[i, k])
             if not good:
                 break
-            unite(lanes, i, k + 1, lane.u)
+            write_path(lanes, i, k + 1, lane.u)
             if sampled:
                 take_sample(lane, laws, lanes.samples[i, k + 1])
         if not good:

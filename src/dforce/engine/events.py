@@ -26,15 +26,15 @@ def place_between(lane: Any, side: int) -> None:
 
 
 @compiled
-def root(lane: Any, h: float, moved: float, fast: float, level: float, wanted: int, last: float) -> float:
+def root(lane: Any, h: float, bent_x: float, bent_v: float, level: float, wanted: int, last: float) -> float:
     """Return when in the step that was tried the tip passes a deflection (KINK) or turns (TURN), before the time `last`."""
     mode, turn, u = lane.mode, lane.turn, lane.u
     low, high = 0.0, last
-    x, v = inside(mode, turn, u, moved, fast, h, last)
+    x, v = inside(mode, turn, u, bent_x, bent_v, h, last)
     above = (x > level) if wanted == KINK else (v > 0.0)
     s = 0.5 * last
     for _ in range(40):
-        x, v = inside(mode, turn, u, moved, fast, h, s)
+        x, v = inside(mode, turn, u, bent_x, bent_v, h, s)
         if ((x > level) if wanted == KINK else (v > 0.0)) == above:
             high = s
         else:
@@ -42,7 +42,7 @@ def root(lane: Any, h: float, moved: float, fast: float, level: float, wanted: i
         if wanted == KINK:
             new = s - (x - level) / v if v != 0.0 else 0.5 * (low + high)
         else:
-            slope = (inside(mode, turn, u, moved, fast, h, min(s + 1e-4 * h, h))[1] - v) / (1e-4 * h)
+            slope = (inside(mode, turn, u, bent_x, bent_v, h, min(s + 1e-4 * h, h))[1] - v) / (1e-4 * h)
             new = s - v / slope if slope != 0.0 else 0.5 * (low + high)
         if not low < new < high:
             new = 0.5 * (low + high)
@@ -57,14 +57,14 @@ def event_in(lane: Any, h: float, turned: bool) -> Any:
     """Return what comes first in a step that leaves its interval of kinks or turns: KINK or TURN, the kink, and when."""
     low, high, d1, last, level = lane.state[LOW], lane.state[HIGH], lane.state[D1], h, 0.0
     zc, length = lane.numbers[ZC], lane.numbers[LENGTH]
-    moved, fast, _, _ = bend(lane, h)
+    bent_x, bent_v, _, _ = bend(lane, h)
     if turned:
-        last = root(lane, h, moved, fast, 0.0, TURN, h)
-        d1 = zc + length * inside(lane.mode, lane.turn, lane.u, moved, fast, h, last)[0]
+        last = root(lane, h, bent_x, bent_v, 0.0, TURN, h)
+        d1 = zc + length * inside(lane.mode, lane.turn, lane.u, bent_x, bent_v, h, last)[0]
         if low <= d1 <= high:
             return TURN, level, last
     level = low if d1 < low else high
-    return KINK, level, root(lane, h, moved, fast, (level - zc) / length, KINK, last)
+    return KINK, level, root(lane, h, bent_x, bent_v, (level - zc) / length, KINK, last)
 
 
 @compiled

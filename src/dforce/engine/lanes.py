@@ -17,9 +17,11 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "arcp", "nsz"}}
 ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_LAW = range(6)  # places in a lane's numbers
 # places of a lane's state: time in the interval; distance (m) and velocity at both ends of the step; force (N) at its end;
-# the kinks (m) around it, and the number of the upper one; time at which the interval begins; sign of the next velocity
-T, D0, V0, D1, V1, F1, LOW, HIGH, SIDE, BEGIN, HEADING, STATES = range(12)
-# places of the sums: force, times deflection, times velocity, contact; extremes; then the force's Fourier sums
+# the kinks (m) around it, and the number of the upper one; time at which the interval begins; sign of the next velocity;
+# attempts at steps
+T, D0, V0, D1, V1, F1, LOW, HIGH, SIDE, BEGIN, HEADING, ATTEMPTS, STATES = range(13)
+# places of the sums: force, times deflection, times velocity, contact, and extremes, in the order of ``observables.measure``;
+# then the force's Fourier sums
 SUM_F, SUM_Z, SUM_V, TOUCHED, Z_MIN, Z_MAX, F_MIN, F_MAX, D_MIN, V_MAX, FIRST_PAIR = range(11)
 
 
@@ -40,7 +42,7 @@ class Lanes(NamedTuple):
     ----------
     numbers
         Distance and units, and the numbers of the laws behind, (lanes, numbers).
-    parts, split, whole
+    parts, split, join
         The parts of the modes, see :class:`dforce.engine.parts.Parts`.
     tones
         Frequency ratio of each tone, free motion of the tip and motion of the base (real, imaginary), (lanes, tones, 5).
@@ -66,14 +68,12 @@ class Lanes(NamedTuple):
     samples
         Memory, branches and force (N) at the start and at the end of each interval, (lanes, intervals + 1, states + latches +
         1); or nothing, (lanes, 0, 0).
-    count
-        Attempts, and steps taken; negative where the motion was given up, (lanes, 2).
     """
 
     numbers: Any
     parts: Any
     split: Any
-    whole: Any
+    join: Any
     tones: Any
     span: float
     begin: Any
@@ -90,7 +90,6 @@ class Lanes(NamedTuple):
     still: Any
     path: Any
     samples: Any
-    count: Any
 
 
 class Lane(NamedTuple):
@@ -165,13 +164,8 @@ def carved(room: Any, at: int, shape: Any) -> Any:
 @compiled
 def lane_of(lanes: Any, i: int) -> Lane:
     """Return one motion with room to advance it."""
-    numbers, tones, modes, states = (
-        unowned(lanes.numbers[i]),
-        lanes.tones[i],
-        lanes.deviation.shape[1],
-        lanes.scale.shape[0],
-    )
-    q, pairs = lanes.deviation.shape[3], unowned(lanes.pairs)
+    numbers, tones, pairs = unowned(lanes.numbers[i]), lanes.tones[i], unowned(lanes.pairs)
+    modes, states, q = lanes.deviation.shape[1], lanes.scale.shape[0], lanes.deviation.shape[3]
     tones_count, pair_count = tones.shape[0], pairs.shape[0]
     room = np.zeros(  # as many numbers as all parts below have
         modes * (2 * q + 2 * q + 6 * WIDTH + 2 * q * WIDTH)

@@ -9,22 +9,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from dforce.core.arrays import Array, Complexes
-from dforce.engine.compiled import engine
-from dforce.engine.lanes import (
-    D_MIN,
-    F_MAX,
-    F_MIN,
-    FIRST_PAIR,
-    SUM_F,
-    SUM_V,
-    SUM_Z,
-    TOUCHED,
-    V_MAX,
-    Z_MAX,
-    Z_MIN,
-    Lanes,
-)
+from dforce.engine.lanes import FIRST_PAIR, SUM_F, Lanes
 from dforce.engine.laws import Laws, laws_of
+from dforce.engine.on_disk import ENGINE, entry
 from dforce.engine.parts import Parts, parts_of
 from dforce.kernel import base_of, drive_of, fluid_amplitudes, stiffness_of
 from dforce.kernel.codegen import FIRST_MODE, OMEGA, parameter_count
@@ -109,7 +96,7 @@ class Marcher:
         limits: tuple[float, float, float] | Array,
         *,
         harmonics: int | None = None,
-        parts: int = 1,
+        per_period: int = 1,
         sampled: bool = False,
         unit: Array | None = None,
     ) -> Marched:
@@ -122,7 +109,7 @@ class Marcher:
             each motion.
         harmonics
             Given: each period is measured, with so many harmonics.
-        parts
+        per_period
             Intervals in a period.
         sampled
             Whether the forces' memory, their branches and the force are wanted at the ends of the intervals.
@@ -130,16 +117,16 @@ class Marcher:
             Given: columns are wanted, and this is the unit of the distance (m), (motions,).
         """
         count, size = start.x.shape
-        example, intervals, ratios = self.example, periods * parts, start.tones[0, :, 0]
+        example, intervals, ratios = self.example, periods * per_period, start.tones[0, :, 0]
         modes, late = len(example.modes), example.late_fluid
         omega = np.broadcast_to(ratios[:, None], (count, len(ratios), modes))
         free = drive_of(start.tones, modes) / stiffness_of(start.numbers[:, None], modes, late, omega)
         tip, base, part_of = free.sum(axis=2), base_of(start.tones), parts_of(start.numbers, modes, late)
         table = np.stack(np.broadcast_arrays(ratios, tip.real, tip.imag, base.real, base.imag), axis=2)
         fluid = fluid_amplitudes(start.numbers, example, ratios, 1j * omega * free)
-        whole, part = np.divmod(np.arange(intervals + 1), parts)
+        whole, part = np.divmod(np.arange(intervals + 1), per_period)
         turns = np.outer(start.period + whole, ratios)
-        phases = start.tones[0, :, 1] + TAU * (turns - np.floor(turns)) + TAU / parts * np.outer(part, ratios)
+        phases = start.tones[0, :, 1] + TAU * (turns - np.floor(turns)) + TAU / per_period * np.outer(part, ratios)
         still = np.stack([_motion(free, fluid, ratios, phase) for phase in phases], axis=1)
         path: Array = np.full(still.shape, np.nan)
         path[:, 0] = start.x
@@ -154,8 +141,8 @@ class Marcher:
             np.concatenate([start.numbers[:, :FIRST_MODE], start.numbers[:, parameter_count(modes, late) :]], axis=1),
             *part_of,
             table,
-            TAU / parts,
-            TAU * (start.period + whole[:-1] + part[:-1] / parts),
+            TAU / per_period,
+            TAU * (start.period + whole[:-1] + part[:-1] / per_period),
             np.ascontiguousarray(phases[:-1]),
             np.ascontiguousarray(start.kinks),
             self._limits(start.numbers, limits),
@@ -169,13 +156,12 @@ class Marcher:
             still,
             path,
             np.empty((count, intervals + 1 if sampled else 0, states + latches + 1 if sampled else 0)),
-            np.zeros((count, 2), np.int64),
         )
-        engine()(lanes, self.laws)
+        entry("advance", "the engine", ENGINE)(lanes, self.laws)
         rows = np.empty((count, intervals, 0))
         if harmonics is not None:
             rows = measured(part_of, free, ratios, phases, path - still, harmonics, lanes.sums)
-        derived = part_of.whole @ deviation[..., 1:].reshape(count, part_of.whole.shape[2], columns)
+        derived = part_of.join @ deviation[..., 1:].reshape(count, part_of.join.shape[2], columns)
         return Marched(path, lanes.memory, lanes.latched, derived, rows, lanes.samples)
 
     def _limits(self, numbers: Array, limits: tuple[float, float, float] | Array) -> Array:
@@ -225,17 +211,8 @@ def measured(
     rows = np.empty((*sums.shape[:2], measure.FIRST + 2 * pairs.shape[2]))
     rows[..., measure.FIRST :: 2], rows[..., measure.FIRST + 1 :: 2] = pairs.real, pairs.imag
     rows[..., measure.Z] = moved(0.0, sums[..., SUM_F]).sum(axis=-1).real / TAU
-    for place, mean in ((measure.F, SUM_F), (measure.F_Z, SUM_Z), (measure.F_V, SUM_V), (measure.CONTACT, TOUCHED)):
-        rows[..., place] = sums[..., mean] / TAU
-    for place, extreme in (
-        (measure.Z_MIN, Z_MIN),
-        (measure.Z_MAX, Z_MAX),
-        (measure.F_MIN, F_MIN),
-        (measure.F_MAX, F_MAX),
-        (measure.D_MIN, D_MIN),
-        (measure.V_MAX, V_MAX),
-    ):
-        rows[..., place] = sums[..., extreme]
+    rows[..., measure.F : measure.FIRST] = sums[..., :FIRST_PAIR]  # in the same order
+    rows[..., measure.F : measure.Z_MIN] /= TAU  # the means; behind them are extremes
     return rows
 
 

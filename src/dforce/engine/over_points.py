@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import hashlib
-from pathlib import Path
 from typing import Any
 
 import numba
@@ -12,9 +9,7 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.engine.laws import Laws, call_block
-from dforce.kernel import Kernel, cache
-
-SOURCES = ("over_points", "laws")
+from dforce.engine.on_disk import entry
 
 
 @numba.njit(nogil=True)
@@ -28,13 +23,6 @@ def add_laws(address: Any, place: Any, zc: float, numbers: Any, d: Any, rate: An
         )
 
 
-@functools.cache
-def _compiled() -> Any:
-    texts = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in SOURCES]
-    stamp = hashlib.sha256(b"\0".join(texts)).hexdigest()
-    return Kernel(cache.load(f"# {stamp}\n{texts[0].decode()}"), "the sum of force laws").entry("add_laws")
-
-
 def force_over(laws: Laws, numbers: Array, zc: float, d: Array, rate: Array) -> Array:
     """Return the force (N) at points of a motion about an average distance `zc` (m), of the shape of `d`.
 
@@ -46,5 +34,6 @@ def force_over(laws: Laws, numbers: Array, zc: float, d: Array, rate: Array) -> 
         Distances (m) and their rates of change (m/s), contiguous.
     """
     out = np.zeros(d.size)
-    _compiled()(laws.address, laws.place, float(zc), numbers, d.ravel(), rate.ravel(), out)
+    compiled = entry("add_laws", "the sum of force laws", ("laws", "over_points"))
+    compiled(laws.address, laws.place, float(zc), numbers, d.ravel(), rate.ravel(), out)
     return out.reshape(d.shape)

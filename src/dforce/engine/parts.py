@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dforce.core.arrays import Array
+from dforce.kernel import modes_of
 from dforce.kernel.codegen import FIRST_MODE, PER_MODE
 
 NUMBERS = 5  # of a part: half damping, square of the damped frequency, stiffness, gains of velocity and of deflection
@@ -27,19 +28,18 @@ class Parts(NamedTuple):
     ----------
     numbers
         Of each part, (motions, parts, NUMBERS).
-    split, whole
+    split, join
         What makes parts (x, v, x, v, ...) of a deviation from the free motion, (motions, 2 parts, size), and back.
     """
 
     numbers: Array
     split: Array
-    whole: Array
+    join: Array
 
 
 def parts_of(numbers: Array, modes: int, late: int) -> Parts:
     """Return the parts of modes whose fluid has so many states each; `numbers` are the kernel's parameters, a row a motion."""
-    count, fluid = len(numbers), FIRST_MODE + PER_MODE * modes
-    lever = numbers[:, FIRST_MODE:fluid].reshape(count, modes, PER_MODE)
+    count, fluid, lever = len(numbers), FIRST_MODE + PER_MODE * modes, modes_of(numbers, modes)
     if not late:
         stiff, drag, gain = np.moveaxis(lever, 2, 0)
         parts = np.stack([0.5 * drag, stiff - 0.25 * drag**2, stiff, gain, np.zeros(stiff.shape)], axis=2)
@@ -48,16 +48,16 @@ def parts_of(numbers: Array, modes: int, late: int) -> Parts:
     memory = numbers[:, fluid : fluid + 2 * late * modes].reshape(count, modes, 2, late)
     each = 1 + (late + 1) // 2  # parts of a mode
     parts, split = np.empty((count, modes, each, NUMBERS)), np.zeros((count, modes, 2 * each, (2 + late) * modes))
-    whole = np.zeros((count, (2 + late) * modes, modes, 2 * each))
+    join = np.zeros((count, (2 + late) * modes, modes, 2 * each))
     for i in range(count):
         for n in range(modes):
             first = 2 * modes + late * n
             own = [2 * n, 2 * n + 1, *range(first, first + late)]
-            parts[i, n], split[i, n][:, own], whole[i, own, n] = _with_memory(lever[i, n], memory[i, n], 2 * each)
+            parts[i, n], split[i, n][:, own], join[i, own, n] = _with_memory(lever[i, n], memory[i, n], 2 * each)
     return Parts(
         parts.reshape(count, -1, NUMBERS),
         split.reshape(count, 2 * modes * each, -1),
-        whole.reshape(count, -1, 2 * modes * each),
+        join.reshape(count, -1, 2 * modes * each),
     )
 
 
@@ -75,9 +75,9 @@ def _with_memory(lever: Array, memory: Array, size: int) -> tuple[Array, Array, 
     to, back = np.zeros((size, 2 + len(rates)), complex), np.zeros((2 + len(rates), size), complex)
     to[: len(counts), counts], back[counts, : len(counts)] = np.linalg.inv(vectors), vectors
     a, b = values[::2], values[1::2]
-    split, whole = np.empty(to.shape), np.empty(back.shape)
+    split, join = np.empty(to.shape), np.empty(back.shape)
     split[::2], split[1::2] = (to[::2] + to[1::2]).real, (a[:, None] * to[::2] + b[:, None] * to[1::2]).real
-    whole[:, ::2] = ((b * back[:, ::2] - a * back[:, 1::2]) / (b - a)).real
-    whole[:, 1::2] = ((back[:, 1::2] - back[:, ::2]) / (b - a)).real
+    join[:, ::2] = ((b * back[:, ::2] - a * back[:, 1::2]) / (b - a)).real
+    join[:, 1::2] = ((back[:, 1::2] - back[:, ::2]) / (b - a)).real
     eta, stiff = -0.5 * (a + b).real, (a * b).real
-    return np.stack([eta, stiff - eta**2, stiff, gain * split[1::2, 1], gain * split[::2, 1]], axis=1), split, whole
+    return np.stack([eta, stiff - eta**2, stiff, gain * split[1::2, 1], gain * split[::2, 1]], axis=1), split, join

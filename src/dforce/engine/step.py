@@ -17,20 +17,9 @@ from dforce.engine.lanes import BEGIN, D0, D1, F1, HIGH, LENGTH, LOW, OMEGA, SPE
 from dforce.engine.laws import call_block
 from dforce.engine.tableau import ARRIVING, FIFTH, LEAVING, PACE, SHARE, STAGES, THIRD, WEIGHTS, A
 
-C1, C2, C3, C4, C5 = -1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0
-C6, C7, C8, C9 = (
-    1.0 / math.factorial(12),
-    -1.0 / math.factorial(14),
-    1.0 / math.factorial(16),
-    -1.0 / math.factorial(18),
-)
-S1, S2, S3, S4, S5 = -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362880.0, -1.0 / 39916800.0
-S6, S7, S8, S9 = (
-    1.0 / math.factorial(13),
-    -1.0 / math.factorial(15),
-    1.0 / math.factorial(17),
-    -1.0 / math.factorial(19),
-)
+# coefficients of the squares of an angle in its cosine, and in its sine over the angle
+C1, C2, C3, C4, C5, C6, C7, C8, C9 = ((-1.0) ** k / math.factorial(2 * k) for k in range(1, 10))
+S1, S2, S3, S4, S5, S6, S7, S8, S9 = ((-1.0) ** k / math.factorial(2 * k + 1) for k in range(1, 10))
 FARTHEST = 4.8  # rad: largest angle for which ``waves`` holds to the last digits
 DISTANCE_STEP, RATE_STEP = 1e-15, 1e-6  # m, and share of the unit of speed: differences of the law
 MEMORY = 1e3  # times the error allowed in the motion: that in a memory, as a share of its scale
@@ -104,7 +93,7 @@ def free_tip(turn: Any, s: float) -> Any:
 
 
 @inlined
-def span(kind: int, c: float, h: float) -> float:
+def time_at(kind: int, c: float, h: float) -> float:
     """Return the time at a share of a step."""
     return c * c * h if kind == LEAVING else (2.0 * c - c * c) * h if kind == ARRIVING else c * h
 
@@ -123,26 +112,9 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
 
     The arrays are taken out of the lane once: each time costs the compiled code a counted reference.
     """
-    u, end, w, push, table, tip, stage, force, moved = (
-        lane.u,
-        lane.end,
-        lane.w,
-        lane.push,
-        lane.table,
-        lane.tip,
-        lane.stage,
-        lane.force,
-        lane.moved,
-    )
-    memory, change, kept, d, rate, t, result = (
-        lane.memory,
-        lane.change,
-        lane.kept,
-        lane.d,
-        lane.rate,
-        lane.t,
-        lane.result,
-    )
+    u, end, moved, w, push, table = lane.u, lane.end, lane.moved, lane.w, lane.push, lane.table
+    tip, stage, force, memory, change, kept = lane.tip, lane.stage, lane.force, lane.memory, lane.change, lane.kept
+    d, rate, t, result = lane.d, lane.rate, lane.t, lane.result
     at, latched, unit, limits, numbers, state = lane.at, lane.latched, lane.unit, lane.limits, lane.numbers, lane.state
     address, place, of_rate = laws.address, laws.place, laws.rate
     modes, q, states, forces = u.shape[0], u.shape[2], memory.shape[1], address.shape[0]
@@ -254,20 +226,20 @@ def swing_error(ratio: float, push: Any, tip: Any, swing: Any) -> float:
 @compiled
 def bend(lane: Any, h: float) -> Any:
     """Return the deflection and velocity due to force at the end of the step tried, and the accelerations at both ends."""
-    mode, u, end, moved, fast, start, last = lane.mode, lane.u, lane.end, 0.0, 0.0, 0.0, 0.0
+    mode, u, end, bent_x, bent_v, start, last = lane.mode, lane.u, lane.end, 0.0, 0.0, 0.0, 0.0
     for n in range(mode.shape[0]):
         xx, xv, vx, vv, _, _ = propagator(mode[n, 0], mode[n, 1], mode[n, 2], h)
         x = end[n, 0, 0] - xx * u[n, 0, 0] - xv * u[n, 1, 0]
         v = end[n, 1, 0] - vx * u[n, 0, 0] - vv * u[n, 1, 0]
-        moved += x
-        fast += v
+        bent_x += x
+        bent_v += v
         start += mode[n, 3] * lane.force[0]
         last += mode[n, 3] * lane.state[F1] - mode[n, 2] * x - 2.0 * mode[n, 0] * v
-    return moved, fast, start, last
+    return bent_x, bent_v, start, last
 
 
 @compiled
-def inside(mode: Any, turn: Any, u: Any, moved: float, fast: float, h: float, s: float) -> Any:
+def inside(mode: Any, turn: Any, u: Any, bent_x: float, bent_v: float, h: float, s: float) -> Any:
     """Return scaled deflection and velocity a time s into the step that was tried, near enough to aim by.
 
     The motion without new forces is exact. A cubic adds the effect of the step's forces, see ``bend``.
@@ -277,7 +249,7 @@ def inside(mode: Any, turn: Any, u: Any, moved: float, fast: float, h: float, s:
         xx, xv, vx, vv, _, _ = propagator(mode[n, 0], mode[n, 1], mode[n, 2], s)
         x += xx * u[n, 0, 0] + xv * u[n, 1, 0]
         v += vx * u[n, 0, 0] + vv * u[n, 1, 0]
-    r, a, b = s / h, 3.0 * moved - h * fast, h * fast - 2.0 * moved
+    r, a, b = s / h, 3.0 * bent_x - h * bent_v, h * bent_v - 2.0 * bent_x
     return x + r * r * (a + b * r), v + r * (2.0 * a + 3.0 * b * r) / h
 
 

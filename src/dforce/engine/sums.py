@@ -98,10 +98,10 @@ def add_sums(lane: Any, h: float, sums: Any) -> None:
 
 
 @compiled
-def deflection(lane: Any, h: float, moved: float, fast: float, s: float) -> Any:
+def deflection(lane: Any, h: float, bent_x: float, bent_v: float, s: float) -> Any:
     """Return the scaled deflection from a base that moves, and its velocity, a time s into the step that was tried."""
     turn = lane.turn
-    z, v = inside(lane.mode, turn, lane.u, moved, fast, h, s)
+    z, v = inside(lane.mode, turn, lane.u, bent_x, bent_v, h, s)
     for j in range(turn.shape[0]):
         ratio, angle = turn[j, 0], turn[j, 5] + turn[j, 0] * (lane.state[T] + s)
         co, si = math.cos(angle), math.sin(angle)
@@ -111,16 +111,16 @@ def deflection(lane: Any, h: float, moved: float, fast: float, s: float) -> Any:
 
 
 @compiled
-def add_deflection(lane: Any, h: float, moved: float, fast: float, sums: Any) -> None:
+def add_deflection(lane: Any, h: float, bent_x: float, bent_v: float, sums: Any) -> None:
     """Take the extremes of the deflection from a base that moves."""
-    z0, v0 = deflection(lane, h, moved, fast, 0.0)
-    z1, v1 = deflection(lane, h, moved, fast, h)
+    z0, v0 = deflection(lane, h, bent_x, bent_v, 0.0)
+    z1, v1 = deflection(lane, h, bent_x, bent_v, h)
     sums[Z_MIN], sums[Z_MAX] = min(sums[Z_MIN], z0, z1), max(sums[Z_MAX], z0, z1)
     if v0 * v1 < 0.0:
         low, high = 0.0, h
         for _ in range(30):
             s = 0.5 * (low + high)
-            z, v = deflection(lane, h, moved, fast, s)
+            z, v = deflection(lane, h, bent_x, bent_v, s)
             if v * v0 > 0.0:
                 low = s
             else:
@@ -131,10 +131,12 @@ def add_deflection(lane: Any, h: float, moved: float, fast: float, sums: Any) ->
 @compiled
 def velocity(lane: Any, h: float, bent: Any, s: float) -> float:
     """Return the scaled velocity a time s into the step that was tried: a quartic adds what its forces do, see ``bend``."""
-    moved, fast, start, last = bent
+    bent_x, bent_v, start, last = bent
     r = s / h
-    rest = 30.0 * (moved / h - 0.5 * fast - h * (start - last) / 12.0)
-    added = r * r * (3.0 - 2.0 * r) * fast + r * (1.0 - r) * (h * ((1.0 - r) * start - r * last) + rest * r * (1.0 - r))
+    rest = 30.0 * (bent_x / h - 0.5 * bent_v - h * (start - last) / 12.0)
+    added = r * r * (3.0 - 2.0 * r) * bent_v + r * (1.0 - r) * (
+        h * ((1.0 - r) * start - r * last) + rest * r * (1.0 - r)
+    )
     return float(inside(lane.mode, lane.turn, lane.u, 0.0, 0.0, 1.0, s)[1] + added)
 
 
@@ -149,11 +151,8 @@ def add_speed_and_turn(lane: Any, h: float, turns: bool, sums: Any) -> None:
     if rise * last < 0.0:
         s = h * rise / (rise - last)
         for _ in range(3):
-            before, here, after = (
-                velocity(lane, h, bent, s - e),
-                velocity(lane, h, bent, s),
-                velocity(lane, h, bent, s + e),
-            )
+            before, here = velocity(lane, h, bent, s - e), velocity(lane, h, bent, s)
+            after = velocity(lane, h, bent, s + e)
             curve = after - 2.0 * here + before
             if curve != 0.0:
                 s = min(max(s - 0.5 * e * (after - before) / curve, e), h - e)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import DOP853
 
-ORDER = 8
 STAGES = 12
 WIDTH = 16  # of a row with a number for each stage and the end of a step: whole vectors of the processor
 FIFTH, THIRD = STAGES + 1, STAGES + 2  # rows of A with the weights of the differences to the embedded methods

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 MOST = 3.0  # times its standard deviation: how far reduced chi2 may be from 1
 POOR = 10.0  # of chi2 for each degree of freedom: the values of a worse model mean nothing
-BY_CHANCE = 1.35e-3  # least probability of the runs test: that of three standard deviations to one side
+BY_CHANCE = 1.35e-3  # least probability of residuals so alike: that of three standard deviations to one side
 AS_EXPECTED, TOO_LARGE, TOO_SMALL = "as expected", "too large", "too small"
 DECEPTIVE, NO_MODEL = "deceptive", "far too large"
 LOWER_BOUNDS = (
@@ -23,7 +23,7 @@ WHY = {
     AS_EXPECTED: "the model describes the data within their noise",
     TOO_LARGE: f"the model does not describe the data within their noise, {LOWER_BOUNDS}",
     TOO_SMALL: "the noise is smaller than assumed. The errors are too large by the square root of chi2",
-    DECEPTIVE: f"neighboring residuals share a sign. They are no noise, {LOWER_BOUNDS}",
+    DECEPTIVE: f"neighboring residuals are alike. They are no noise, {LOWER_BOUNDS}",
     NO_MODEL: (
         "the model does not describe the data. Its values are no answer and have no errors. Check the forces, the lever, "
         "the sensitivity, and the signs of height and phase"
@@ -45,11 +45,11 @@ class JudgedChi2(NamedTuple):
     word: str
 
 
-def judged(chi2: float, freedom: float, noise_points: float = math.inf, runs: float = 1.0) -> JudgedChi2:
+def judged(chi2: float, freedom: float, noise_points: float = math.inf, independence: float = 1.0) -> JudgedChi2:
     r"""Return the judgment on chi2 of a fit.
 
     Reduced chi2 scatters by :math:`\sqrt{2/n}` for n degrees of freedom, and by as much for the noise found in m points.
-    With few of these it shows little, but the order of the residuals shows whether they are noise.
+    With few of these it shows little, but neighboring residuals show whether they are noise.
 
     Parameters
     ----------
@@ -57,15 +57,15 @@ def judged(chi2: float, freedom: float, noise_points: float = math.inf, runs: fl
         Sum of squares and degrees of freedom.
     noise_points
         Number of points that the noise was found in.
-    runs
-        Probability of the runs test.
+    independence
+        Probability of residuals so alike if they were noise.
     """
     reduced, width = chi2 / freedom, math.sqrt(2.0 / freedom + 2.0 / noise_points)
     if reduced > POOR:
         word = NO_MODEL
     elif reduced - 1.0 >= MOST * width:
         word = TOO_LARGE
-    elif runs < BY_CHANCE:
+    elif independence < BY_CHANCE:
         word = DECEPTIVE
     else:
         word = TOO_SMALL if 1.0 - reduced >= MOST * width else AS_EXPECTED
@@ -76,7 +76,12 @@ def judged_fit(fit: xr.Dataset) -> JudgedChi2:
     """Return the judgment on a fit."""
     attrs = fit.attrs
     points = attrs.get("data_noise_points", math.inf)
-    return judged(attrs["chi2"], attrs["degrees_of_freedom"], points, attrs.get("runs_test", 1.0))
+    return judged(attrs["chi2"], attrs["degrees_of_freedom"], points, independent(fit))
+
+
+def independent(fit: xr.Dataset) -> float:
+    """Return the probability that the residuals of a fit are noise; a fit of an older version has its runs test."""
+    return float(fit.attrs.get("independence", fit.attrs.get("runs_test", 1.0)))
 
 
 def verdict(fit: xr.Dataset) -> str:

@@ -20,6 +20,7 @@ from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
 from dforce.results.status import REPEATING, Status
 from dforce.runs import LOOKS_A_SECOND
+from dforce.solvers.accuracy import assured
 from dforce.solvers.doubling import doubled_beside
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, with_amplitudes
 from dforce.solvers.orbit import ParameterRange
@@ -163,7 +164,8 @@ def _orbit(integrator: Integrator, start: Motion, point: xr.Dataset) -> Steady |
     among = ParameterRange(lambda _: problem, zc - A0, zc + A0, settings, integrator.harmonics, points=points)
     repeats, state = _repeats(point, among.common), States.of(start)
     guess = np.append(among.vectors(state), zc / among.span)
-    found = among.find(guess, state.branch, repeats=repeats if MOTION in point.variables else 1)
+    sought = repeats if MOTION in point.variables else 1
+    found = assured(among, lambda finer: finer.find(guess, state.branch, repeats=sought))
     if found is not None and repeats > found.repeats:
         doubled = [among.steady(one) for one in doubled_beside(among, found, repeats)]
         deepest = float(point["min_distance"])

@@ -69,7 +69,8 @@ class Force(Parameters):
             rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale` is the scale of
             tolerances (in the unit of the states). States start at zero, the relaxed sample. `rates` are the rates (1/s) at
             which the states of one element of the sample relax; the memory is one such set of states after the other.
-            Solvers resolve the fastest, and foretell by all where the states come to rest.
+            Solvers resolve the fastest, and foretell by all where the states come to rest. `recovery_time` is the time in
+            which a free surface returns: where it is too long no periodic motion is sought.
         `switch(latched, d, rate, t, *arguments)`
             for a force with two branches (with and without a neck): the branch changes where the value of this function becomes
             positive, also at the start of a motion. The law then takes `latched` (0.0 or 1.0) after `t` (and after `memory`); a
@@ -131,6 +132,11 @@ class Force(Parameters):
     def rates(self) -> tuple[float, ...]:
         """Inverse relaxation times of the states of one element (1/s); none without a memory, or where they are not known."""
         return ()
+
+    @property
+    def recovery_time(self) -> float:
+        """Mean time (s) in which a free surface returns, infinite where it never does; 0 where that is not known."""
+        return 0.0
 
     @property
     def fastest_rate(self) -> float:

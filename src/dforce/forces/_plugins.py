@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
+import pydantic
+
 from dforce.core import log
 from dforce.core.errors import ForceError, ParameterError, checked, shorten
 from dforce.core.files import named, read_input
@@ -124,6 +126,8 @@ def _reason(error: BaseException, file: Path) -> str:
     """Return why a file failed, and in which of its lines."""
     if isinstance(error, ForceError | ParameterError):
         return str(error)
+    if isinstance(error, pydantic.errors.PydanticUserError) and error.code == "model-field-missing-annotation":
+        return f"{str(error).partition(' requires')[0].lower()} has no type; write NAME: float = param(...)"
     text = shorten(str(error), 200)
     if isinstance(error, SyntaxError) and error.filename == str(file):
         return f"it is not Python: {error.msg}" + (f" in line {error.lineno}" if error.lineno else "")

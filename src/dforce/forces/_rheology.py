@@ -22,7 +22,7 @@ Springer (2015).
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, sqrt
 from typing import Any, Self
 
 import pydantic
@@ -42,12 +42,26 @@ class ViscoelasticSphere(Force):
     poisson: float = shared("sample.poisson_ratio")
     a0: float = shared("contact.a0")
 
+    def arms(self) -> tuple[tuple[float, float], ...]:
+        """Return modulus (Pa) and relaxation time (s) of each arm."""
+        raise NotImplementedError
+
+    def equilibrium(self) -> float:
+        """Return the modulus after an infinite time (Pa)."""
+        raise NotImplementedError
+
+    @property
+    def recovery_time(self) -> float:
+        """Mean time (s) in which a free surface returns: viscosity over relaxed modulus."""
+        viscosity = sum(modulus * time for modulus, time in self.arms())
+        return viscosity / self.equilibrium() if self.equilibrium() > 0.0 else inf
+
     def kinks(self) -> tuple[float, ...]:
         return (self.a0,)
 
 
-class StandardSolid(Force):
-    """The parameters of a standard linear solid: a spring in parallel with a spring and a dashpot in series."""
+class StandardSolid(ViscoelasticSphere):
+    """A standard linear solid: a spring in parallel with a spring and a dashpot in series."""
 
     instant_modulus: Number = param("1 GPa", above="0 Pa", symbol="E_0", doc="instantaneous Young's modulus")
     relaxed_modulus: Number = param(
@@ -66,6 +80,13 @@ class StandardSolid(Force):
         """Moduli at once and after an infinite time (Pa), and relaxation time (s)."""
         return self.instant_modulus, self.relaxed_modulus, self.relaxation_time
 
+    def arms(self) -> tuple[tuple[float, float], ...]:
+        instant, relaxed, time = self.numbers_of_solid
+        return ((instant - relaxed, time),)
+
+    def equilibrium(self) -> float:
+        return self.relaxed_modulus
+
 
 class Viscoelastic(ViscoelasticSphere):
     """The common part of contacts with a row of elements: elements, law and arguments."""
@@ -78,14 +99,6 @@ class Viscoelastic(ViscoelasticSphere):
         doc="largest indentation of the elements, beyond it the tip is a cylinder; default: tip radius",
     )
     elements: int = param(48, unit="1", low=4.0, high=1000.0, doc="number of elements along the contact's radius")
-
-    def arms(self) -> tuple[tuple[float, float], ...]:
-        """Return modulus (Pa) and relaxation time (s) of each arm."""
-        raise NotImplementedError
-
-    def equilibrium(self) -> float:
-        """Return the modulus after an infinite time (Pa)."""
-        raise NotImplementedError
 
     @property
     def memory(self) -> int:  # type: ignore[override]

@@ -24,7 +24,9 @@ class Morse(Force):
 
     bond_energy: Number = param("2.15e-19 J", low="0 J", symbol="E_b", doc="depth of the bond's energy")
     decay: Number = param("15.5 1/nm", above="0 1/nm", symbol=r"\kappa", doc="inverse decay length of the attraction")
-    bond_length: Number = param("0.2357 nm", low="0 nm", symbol=r"\sigma", doc="distance at which the force is zero")
+    bond_length: Number = param(
+        "0.2357 nm", low="0 nm", high="10 nm", symbol=r"\sigma", doc="distance at which the force is zero"
+    )
 
     @staticmethod
     def law(d: float, rate: float, t: float, bond_energy: float, decay: float, bond_length: float) -> float:

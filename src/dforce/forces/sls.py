@@ -27,10 +27,3 @@ class SLS(StandardSolid, Viscoelastic):
         "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845 "
         "(1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction, Springer (2015)"
     )
-
-    def arms(self) -> tuple[tuple[float, float], ...]:
-        instant, relaxed, time = self.numbers_of_solid
-        return ((instant - relaxed, time),)
-
-    def equilibrium(self) -> float:
-        return self.numbers_of_solid[1]

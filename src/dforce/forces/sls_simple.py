@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import sqrt
 from typing import Any
 
-from dforce.forces._rheology import StandardSolid, ViscoelasticSphere
+from dforce.forces._rheology import StandardSolid
 
 
-class SLSSimple(StandardSolid, ViscoelasticSphere):
+class SLSSimple(StandardSolid):
     r"""Standard linear solid under a sphere, with the equation of growing contacts at all times.
 
     .. math:: \dot F + \frac{F}{\tau} = \frac{4\sqrt{R}}{3(1 - \nu^2)}

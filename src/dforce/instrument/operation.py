@@ -124,7 +124,7 @@ def free_lock(response: Callable[[float], complex], mode: ModeNumbers, phase: fl
     for share in BESIDE:
         low, high = alone(phase * (1.0 - share)), alone(phase + (math.pi - phase) * share)
         below, above = miss(low), miss(high)
-        if below <= 0.0 < above < below + math.pi:
+        if low > 0.0 and below <= 0.0 < above < below + math.pi:
             return float(brentq(miss, low, high, xtol=1e-13 * mode.f0, rtol=1e-15))
     raise ParameterError(
         f"no frequency near the resonance of its mode has the phase lag phase_set_point = {units.show(phase, 'rad', 4)}; "

@@ -73,10 +73,7 @@ def fit(numbers: Any, tones: Any, modes: int, h: float) -> None:
         fitted = fitted_mode(square, damping, h)
         numbers[place], numbers[place + 1] = fitted
         for k in range(tones.shape[0]):
-            share, real, imaginary = (
-                fitted_drive(square, damping, fitted, tones[k, 0], h),
-                tones[k, cosine],
-                tones[k, sine],
-            )
+            share = fitted_drive(square, damping, fitted, tones[k, 0], h)
+            real, imaginary = tones[k, cosine], tones[k, sine]
             tones[k, cosine] = share.real * real - share.imag * imaginary
             tones[k, sine] = share.real * imaginary + share.imag * real

@@ -52,20 +52,6 @@ def sample(state: Any, t: float, latched: Any, p: Any, block: Any, i: int) -> in
     return risen(y, t, latched, p)
 
 
-def make_integrator(
-    entry: Any, arguments: tuple[Any, ...], state: Any, tau: float, tolerance: float, most: float
-) -> Any:
-    """Return a SciPy integrator that starts from a state at the scaled time tau."""
-    from scipy.integrate import ode
-
-    def rates(tau: float, state: Any) -> Any:  # older versions of SciPy cannot call a compiled function
-        return entry(tau, state, *arguments)
-
-    solver = ode(rates).set_integrator("lsoda", rtol=tolerance, atol=tolerance * 1e-3, nsteps=100_000, max_step=most)
-    solver.set_initial_value(state.copy(), tau)  # SciPy works in place
-    return solver
-
-
 class Flow:
     """The motion from one state on, at the scaled time zero; keeps LSODA's history from sample to sample.
 
@@ -92,7 +78,16 @@ class Flow:
         self.solver = self._begin()
 
     def _begin(self) -> Any:
-        return make_integrator(self.rates, self.equation, self.state, self.tau, self.tolerance, self.most)
+        """Return SciPy's integrator at the state and time reached."""
+        from scipy.integrate import ode
+
+        def rates(tau: float, state: Any) -> Any:  # older versions of SciPy cannot call a compiled function
+            return self.rates(tau, state, *self.equation)
+
+        limits = {"rtol": self.tolerance, "atol": self.tolerance * 1e-3, "nsteps": 100_000, "max_step": self.most}
+        solver = ode(rates).set_integrator("lsoda", **limits)
+        solver.set_initial_value(self.state.copy(), self.tau)  # SciPy works in place
+        return solver
 
     def sample(self, block: Any, row: int) -> int:
         """Write the state as a sample; return which latch must switch, or -1."""

@@ -286,11 +286,8 @@ def in_parts(y: Any, mesh: Any, u: Any, h: float, t: float, forces: Any, p: Any)
     for k in range(1, parts + 1):
         end = 1.0 - node(steps, parts - k, parts) if mirrored else node(steps, k, parts)
         f = force(held(distance(y, p), limits), rate_of(y, p), t + seconds(share * h, p), now, latched, p)
-        driven = (
-            drive_between(u0, u1, u2, share),
-            drive_between(u0, u1, u2, 0.5 * (share + end)),
-            drive_between(u0, u1, u2, end),
-        )
+        middle = drive_between(u0, u1, u2, 0.5 * (share + end))
+        driven = drive_between(u0, u1, u2, share), middle, drive_between(u0, u1, u2, end)
         y = whole_step(y, f, driven, (end - share) * h, t + seconds(share * h, p), inside, limits, p)
         remember(inside)
         share = end

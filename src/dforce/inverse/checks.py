@@ -20,6 +20,8 @@ WIDE, FAR = 3.0, 5.0  # errors
 BY_CHANCE = 0.005  # of the points may be below by more, as noise makes it
 REPULSIVE = 5.0  # degrees below 90 at which a point is counted as net repulsive
 FEWEST = 5  # points of a slope
+SHALLOW = 0.01  # slope of the amplitude over a sample too soft to be felt
+TURN, FALL = 4.0, 0.8  # degrees, and of the free amplitude: where it falls so far, the phase turns by more
 CLEAR = 4.0  # errors of a loss that is seen
 DOUBT = "doubt: "  # begins a sentence of the history of a curve that says what may be wrong with it
 
@@ -66,6 +68,19 @@ def check_passive(work: Work, case: Case | None) -> None:
     )
 
 
+def check_turn(work: Work) -> None:
+    """Doubt phases that hardly turn while the amplitude falls: radians taken for degrees, or a phase that was held."""
+    if "phase" not in work.data or "free_amplitude" not in work.data.attrs or "frequency_shift" in work.data:
+        return
+    share = float(work.values("amplitude").min()) / float(work.data.attrs["free_amplitude"])
+    turn = float(np.ptp(work.values("phase")))
+    if share < FALL and turn < TURN:
+        work.history.append(
+            f"{DOUBT}the phase turns by only {turn:.2g}° while the amplitude falls to {100.0 * share:.2g} %; the file may have "
+            "radians"
+        )
+
+
 def check_slope(work: Work) -> None:
     """Say how steep the amplitude falls over the repulsive part: over a stiff sample as the height."""
     if "phase" not in work.data:
@@ -82,7 +97,9 @@ def check_slope(work: Work) -> None:
         rest = y - y.mean() - slope * (x - x.mean())
         error = float(np.sqrt((rest**2).sum() / (len(near) - 2)) / spread)
         text = f"slope: the amplitude changes by {shown(slope, error, '1')} of the height along the repulsive {word}"
-        if slope > 1.0 + WIDE * error:
+        if slope < SHALLOW - WIDE * error:
+            text = f"doubt: {text}; no sample is so soft. The unit of the heights or of the amplitudes may be wrong"
+        elif slope > 1.0 + WIDE * error:
             text = f"doubt: {text}; this is impossible, so the sensitivity or the height is off by {slope - 1.0:.1%} or more"
         work.history.append(text)
 

@@ -118,7 +118,9 @@ def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
         _check_orientation(values, known, name, history)
     unsure = height_error(values["height"], walk.directions)
     if unsure:
-        history.append(f"height: turns back within the noise of the sensor, about {units.show(unsure, 'm', 2)}")
+        history.append(
+            f"height: repeats or turns back within the noise of the sensor, about {units.show(unsure, 'm', 2)}"
+        )
     convention = asked.phase_convention or table.notes.get("phase_convention")
     if "phase" in values:
         convention = _turn_phases(values, convention, walk.directions, name, history)
@@ -157,6 +159,7 @@ def _values(
             history.append(f"left out: the deflection, in {column.unit}")
             continue
         placing.refuse_gaps(quantity, values[quantity], table, name)
+        placing.refuse_size(quantity, values[quantity], str(unit or column.unit), name)
         if quantity in placing.AMPLITUDES:
             scale, sentence = placing.amplitude_scale(column, asked.amplitude_is, table.reader, name)
             values[quantity] = scale * values[quantity]

@@ -34,14 +34,21 @@ def sensor_noise(height: Array) -> float:
 
 
 def height_error(height: Array, directions: Texts) -> float:
-    """Return the noise (m) of heights that stand still or turn back within a direction; 0 where none do."""
+    """Return the noise (m) of heights that stand still or turn back within a direction; 0 where none do.
+
+    A stop at either end is a pause. Of heights that only repeat, the steps between them are those of the sensor's numbers.
+    """
     found = 0.0
     for word, way in WAYS.items():
         own = height[directions == word]
+        moves = np.flatnonzero(np.diff(own))
+        if not len(moves):
+            continue
+        own = own[moves[0] : moves[-1] + 2]
         step = way * np.diff(own)
-        if (step <= 0.0).any() and (step != 0.0).any():
+        if (step <= 0.0).any():
             quantum = float(np.abs(step[step != 0.0]).min()) / np.sqrt(12.0)
-            found = max(found, sensor_noise(own), quantum)
+            found = max(found, quantum, sensor_noise(own) if (step < 0.0).any() else 0.0)
     return found
 
 

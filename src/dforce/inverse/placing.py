@@ -18,6 +18,7 @@ NEEDED = ("height", "amplitude", "phase")
 AMPLITUDES = ("amplitude", "amplitude_2")
 NUMBERS = ("1", "")  # units of quantities that need none
 FEWEST = 8  # points of a curve
+LARGEST = 1e-3  # m: longer than any range of a piezo
 
 
 def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, name: str) -> dict[str, Column]:
@@ -112,6 +113,17 @@ def refuse_missing(found: Mapping[str, Column], table: MeasuredTable, name: str)
         raise ParameterError(
             f"{name} has no column for the {' or the '.join(missing)}; "
             f"name it with columns = {{'{missing[0]}': ...}}; its columns: {there}"
+        )
+
+
+def refuse_size(quantity: str, values: Array, unit: str, name: str) -> None:
+    """Raise ResultError for lengths that no microscope moves over, as a wrong unit makes them."""
+    span = float(np.ptp(values)) if quantity == "height" else float(np.abs(values).max())
+    if MEANINGS[quantity].unit == "m" and span > LARGEST:
+        says = "range of heights" if quantity == "height" else f"largest {quantity.replace('_', ' ')}"
+        raise ResultError(
+            f"{name} has a {says} of {known_units.show(span, 'm', 3)}; '{unit}' is a wrong unit, so write: "
+            f"units = {{'{quantity}': ...}}"
         )
 
 

@@ -96,12 +96,17 @@ def tone_table(problem: Problem) -> Array:
     return table
 
 
+def modes_of(numbers: Array, modes: int) -> Array:
+    """Return scaled stiffness, damping and gain of each mode from parameters (..., parameters), (..., modes, 3)."""
+    return numbers[..., FIRST_MODE : FIRST_MODE + PER_MODE * modes].reshape(*numbers.shape[:-1], modes, PER_MODE)
+
+
 def stiffness_of(numbers: Array, modes: int, late: int, omega: Array) -> Complexes:
     """Return the scaled force over deflection of each mode at scaled angular frequencies, (..., modes).
 
     `numbers` are parameters (..., parameters), `late` the states of the fluid's memory of each mode, `omega` (..., modes).
     """
-    lever = numbers[..., FIRST_MODE : FIRST_MODE + PER_MODE * modes].reshape(*numbers.shape[:-1], modes, PER_MODE)
+    lever = modes_of(numbers, modes)
     fluid = numbers[..., FIRST_MODE + PER_MODE * modes : parameter_count(modes, late)]
     fluid = fluid.reshape(*numbers.shape[:-1], modes, 2, late)
     rates, weights = fluid[..., 0, :], fluid[..., 1, :]

@@ -22,7 +22,7 @@ import tempfile
 import threading
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType, ModuleType
@@ -168,7 +168,8 @@ def place(text: str) -> Path:
         if not path.is_file() or path.read_bytes() != text.encode():
             make_folder(path.parent)
             path.write_bytes(text.encode())
-            _forget_oldest(base)
+            for folder in oldest(_kernels(base), MOST_KERNELS):
+                shutil.rmtree(folder, ignore_errors=True)
     return path
 
 
@@ -197,14 +198,11 @@ def _say_not_used(folder: Path, why: str) -> None:
     log.announce(f"Compiled code in '{name}' is not used, because {why}, so each start compiles it again; {remedy}.")
 
 
-def _forget_oldest(base: Path) -> None:
-    folders = _kernels(base)
-    if len(folders) <= MOST_KERNELS:
-        return
-    with contextlib.suppress(OSError):  # another process may forget the same ones
-        by_age = sorted(folders, key=lambda folder: folder.stat().st_mtime)
-        for folder in by_age[: len(folders) - MOST_KERNELS]:
-            shutil.rmtree(folder, ignore_errors=True)
+def oldest(paths: Sequence[Path], most: int) -> list[Path]:
+    """Return the files or folders written first, where there are too many."""
+    with contextlib.suppress(OSError):  # another process may remove some of them
+        return sorted(paths, key=lambda path: path.stat().st_mtime)[: max(0, len(paths) - most)]
+    return []
 
 
 def load(text: str) -> ModuleType:
@@ -233,7 +231,9 @@ def load(text: str) -> ModuleType:
             raise
         dispatchers: dict[str, Any] = {name: f for name, f in vars(module).items() if isinstance(f, Dispatcher)}
         for function, dispatcher in dispatchers.items():
-            dispatcher._cache = KeptCode(function, path.parent, functools.partial(_tell, path.parent.parent))
+            dispatcher._cache = KeptCode(
+                function, path.parent, lambda error: _say_not_kept(path.parent.parent, reason(error))
+            )
         return module
 
 
@@ -255,10 +255,6 @@ def _code(text: str, path: Path) -> CodeType:
 @functools.lru_cache(maxsize=16)  # said once
 def _say_not_kept(folder: Path, why: str) -> None:
     log.announce(f"Compiled code cannot be kept in '{shorten(str(folder))}' ({why}), so each start compiles it again.")
-
-
-def _tell(folder: Path, error: OSError) -> None:
-    _say_not_kept(folder, reason(error))
 
 
 @contextlib.contextmanager

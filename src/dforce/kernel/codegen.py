@@ -32,7 +32,7 @@ entry = njit(**OPTIONS)
 
 # Columns of a tone's row: frequency ratio, phase, then real and imaginary part of the drive on each mode, and of the base,
 # and what is added to the detector's phase.
-RATIO, PHASE, FIRST_DRIVE = 0, 1, 2
+FIRST_DRIVE = 2
 
 # Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain); then come the rates
 # and weights of the fluid's memory of one mode after the other, if it has one, and the forces'.
@@ -85,9 +85,9 @@ def compose_solvers(
     linker.emit("def pointer(context, at):\n    return pointer_to(at)", "intrinsic")
     places, addresses = range(size), [f"p[{first + i}]" for i in range(count)]
     for text in (  # these return arrays, to which references are counted
-        "def of_case(p, table, j, zc, others):\n"
+        "def of_case(p, table, j, others):\n"
         f"    for k in range(others.shape[0]):\n        others[k] = table[{OTHERS} + k, j]\n"
-        f"    return {tuple_of(['zc', *(f'table[{k}, j]' for k in range(1, OTHERS)), 'others', *addresses])}",
+        f"    return {tuple_of([*(f'table[{k}, j]' for k in range(OTHERS)), 'others', *addresses])}",
         # reshape brings code for the words of its errors, which takes a tenth of the time to compile all
         "def shaped(room, rows, columns, lanes):\n"
         "    return carray(pointer(room.ctypes.data), (rows, columns, lanes), np.float64)",

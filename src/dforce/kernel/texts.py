@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from dforce.forces import Force
-from dforce.kernel.cache import TEXTS, cache_folder, make_folder
+from dforce.kernel.cache import TEXTS, cache_folder, make_folder, oldest
 from dforce.kernel.cache_files import keep, kept
 
 MOST_TEXTS = 200  # kept; the least recently written go first
@@ -66,13 +66,6 @@ def remembered(parts: Iterable[object], forces: Iterable[Force], compose: Callab
     with contextlib.suppress(OSError):  # that nothing can be kept there is told where compiled code is
         make_folder(file.parent)
         keep(file, text.encode())
-        forget_oldest(file.parent)
-    return text
-
-
-def forget_oldest(folder: Path) -> None:
-    """Remove the texts written first, where there are too many."""
-    found = list(folder.glob("*.text"))
-    with contextlib.suppress(OSError):  # another process may forget the same ones
-        for path in sorted(found, key=lambda path: path.stat().st_mtime)[: max(0, len(found) - MOST_TEXTS)]:
+        for path in oldest(list(file.parent.glob("*.text")), MOST_TEXTS):
             path.unlink(missing_ok=True)
+    return text

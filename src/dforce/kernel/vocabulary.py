@@ -148,8 +148,8 @@ def parameters_of(table: Any, j: int) -> Any:
     raise NotImplementedError
 
 
-def of_case(p: Any, table: Any, j: int, zc: float, others: Any) -> Any:
-    """Return the tip equation of lane j at a distance (m); `p` is that of another lane, and `others` gets its numbers."""
+def of_case(p: Any, table: Any, j: int, others: Any) -> Any:
+    """Return the tip equation of lane j; `p` is that of another lane, and `others` gets its numbers."""
     raise NotImplementedError
 
 

@@ -23,7 +23,7 @@ from dforce.kernel import TWO_PI
 from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.maps.axes import Axis, dims_of
 from dforce.problem import Problem
-from dforce.solvers.blocks import laws_of
+from dforce.solvers.blocks import composition_of
 from dforce.solvers.problem_batch import ProblemBatch
 
 MODES, TONES, CONTACT = "modes", "tones", "contact"
@@ -96,7 +96,7 @@ class ProblemGrid:
                 for i, value in zip(of_piece, index, strict=True):
                     where[i] = value
                 problem = self._problem(where)
-                self.alike = self.alike and laws_of(problem) == laws_of(self.example)
+                self.alike = self.alike and composition_of(problem) == composition_of(self.example)
                 for name in names:
                     rows[name].append(_piece(problem, name))
             for name in names:

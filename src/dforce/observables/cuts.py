@@ -111,7 +111,7 @@ def force_beside(y: Any, share: float, side: Any, piece: Any, record: Any, p: An
 
 
 @inlined
-def whole_step(i: int, path: Any, piece: Any) -> None:
+def whole_piece(i: int, path: Any, piece: Any) -> None:
     """Write step i as a piece; `path` holds distance, velocity, force and acceleration at the samples."""
     d, v, _, a, _, _ = path
     piece[FROM], piece[D0], piece[V0], piece[A0] = 0.0, d[i], v[i], a[i]
@@ -129,13 +129,13 @@ def add_pieces(piece: Any, rooted: bool, record: Any, drive: Any, phasor: Any, c
     d0, v0, d1, v1, a1 = piece[D0], piece[V0], piece[D1], piece[V1], piece[A1]
     top = turning(h, d0, v0, d1, v1) if v0 * v1 < 0.0 else 0.0
     turns = insert(cuts, 0, top, TURN)
-    count, level, contact_is_kink, ends = turns, 0.0, False, (h, d0, v0, d1, v1)
+    count, event, contact_is_kink, ends = turns, 0.0, False, (h, d0, v0, d1, v1)
     for kink in kinks:
-        count = cut_at(cuts, count, kink, level, top, ends)
+        count = cut_at(cuts, count, kink, event, top, ends)
         contact_is_kink = contact_is_kink or kink == p[4]
-        level += 1.0
+        event += 1.0
     if not contact_is_kink:
-        count = cut_at(cuts, count, p[4], level, top, ends)
+        count = cut_at(cuts, count, p[4], event, top, ends)
     if latch_count():
         for which in range(latch_count()):
             count = insert(cuts, count, switching_share(which, i, record, p), SWITCH - which)

@@ -10,12 +10,13 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.quantity import Scale
-from dforce.kernel import drive_of, stiffness_of
-from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA, PER_MODE
+from dforce.kernel import drive_of, modes_of, stiffness_of
+from dforce.kernel.codegen import LENGTH, OMEGA
 from dforce.observables.complex_numbers import modulus
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
 
+FAINT = 1e-4  # of the drive: a weaker force hardly moves the lever, and where the tip just touches it is none
 DEVIATIONS = tuple(name for name, row in OBSERVABLES.items() if row.scale != Scale.NONE)
 
 
@@ -33,8 +34,7 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     """
     count = len(numbers)
     length, omega = numbers[:, LENGTH], numbers[:, OMEGA]
-    modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * len(example.modes)].reshape(count, -1, PER_MODE)
-    square, damping, gain = modes[:, :, 0], modes[:, :, 1], modes[:, :, 2]
+    square, damping, gain = np.moveaxis(modes_of(numbers, len(example.modes)), 2, 0)
     driven = [tone.mode for tone in example.tones]
     at = np.repeat(tones[:, :, :1], len(example.modes), axis=2)
     every = stiffness_of(numbers[:, None], len(example.modes), example.late_fluid, at)
@@ -43,7 +43,8 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     free = length[:, None] * modulus(drive / response)
     of_modes = free[:, [driving_tone(example, n) for n in range(len(example.modes))]]
     energy = square / (gain * length[:, None]) * of_modes**2 * np.minimum(1.0, damping / np.sqrt(square))
-    largest = np.maximum(np.abs(a["peak_force"]), np.abs(a["min_force"]))
+    drives = np.abs(drive_of(tones, len(example.modes)) / gain[:, None]).max(axis=(1, 2))  # of the driving forces (N)
+    largest = np.maximum.reduce([np.abs(a["peak_force"]), np.abs(a["min_force"]), FAINT * drives])
     # of observables over tones, over modes, and of all others
     lengths = {"tone": free, "mode": of_modes}
     energies = {"tone": energy[:, example.own_modes], "mode": energy}

@@ -8,22 +8,21 @@ import numpy as np
 
 from dforce import kernel
 from dforce.core.arrays import Array, Complexes
-from dforce.kernel import Scales
-from dforce.kernel.codegen import CONTACT, FIRST_MODE, LENGTH, OMEGA, PER_MODE
+from dforce.kernel.codegen import CONTACT, LENGTH, OMEGA
 from dforce.observables import measure as m
 from dforce.observables.complex_numbers import angle, modulus, phase_lag, product
 from dforce.problem import Problem
 
 
 def finish(
-    problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array, added: Complexes | None = None
+    problem: Problem, harmonics: int, rows: Array, weights: Array, added: Complexes | None = None
 ) -> dict[str, Any]:
     """Return every scalar observable of a settled motion.
 
     Parameters
     ----------
-    problem, scales
-        What was solved, and the units it was solved in.
+    problem
+        What was solved.
     harmonics
         Number of harmonics that were measured.
     rows
@@ -40,15 +39,9 @@ def finish(
         harmonics.
     """
     numbers, tones = np.array([kernel.parameters(problem, 0.0)]), kernel.tone_table(problem)[None]
-    more = None if added is None else added / scales.length
+    more = None if added is None else added / kernel.scales(problem).length
     found = finish_each(problem, harmonics, rows[None], weights, numbers, tones, more)
     return {name: value[0] for name, value in found.items()}
-
-
-def finish_all(problem: Problem, scales: Scales, harmonics: int, rows: Array, weights: Array) -> dict[str, Array]:
-    """Return the same for many motions at once: `rows` of shape (motions, periods, columns), results (motions, ...)."""
-    numbers, tones = np.array([kernel.parameters(problem, 0.0)]), kernel.tone_table(problem)[None]
-    return finish_each(problem, harmonics, rows, weights, numbers, tones)
 
 
 def finish_each(
@@ -60,10 +53,10 @@ def finish_each(
     tables: Array,
     added: Complexes | None = None,
 ) -> dict[str, Array]:
-    """Return the same for motions of different problems with as many modes and tones as `problem`.
+    """Return the same for motions of different problems with as many modes and tones as `problem`, (motions, ...).
 
-    `numbers` are the kernel's parameters (motions, parameters), `tables` its tone tables (motions, tones, columns), `added` is
-    in scaled units.
+    `rows` have the shape (motions, periods, columns), `numbers` are the kernel's parameters (motions, parameters), `tables` its
+    tone tables (motions, tones, columns), `added` is in scaled units.
     """
     modes, tones = len(problem.modes), len(problem.tones)
     length, a0, period = numbers[:, LENGTH], numbers[:, CONTACT], 2.0 * np.pi / numbers[:, OMEGA]
@@ -127,10 +120,11 @@ def finish_each(
     }
 
 
-def first_amplitudes(problem: Problem, scales: Scales, rows: Array, weights: Array) -> Array:
-    """Return the amplitude (m) at the first tone alone, for many motions as in :func:`finish_all`."""
-    mean, base = np.einsum("k,ikc->ic", weights, rows), problem.base[0] / scales.length
-    return modulus(held_signals(problem, mean, np.full((len(mean), 1), base), of_mode=False)[:, 0]) * scales.length
+def first_amplitude(problem: Problem, rows: Array, weights: Array) -> float:
+    """Return the amplitude (m) at the first tone alone, as :func:`finish` does."""
+    mean, length = np.einsum("k,ikc->ic", weights, rows[None]), kernel.scales(problem).length
+    signal = held_signals(problem, mean, np.full((1, 1), problem.base[0] / length), of_mode=False)
+    return float((modulus(signal[:, 0]) * length)[0])
 
 
 def held_signals(problem: Problem, mean: Array, base: Complexes, of_mode: Any) -> Complexes:
@@ -170,8 +164,7 @@ def apparent_energy(problem: Problem, total: Complexes, numbers: Array, tables: 
     """
     own, each = problem.own_modes, range(len(problem.tones))
     count, length = len(problem.modes), numbers[:, LENGTH, None]
-    modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)[:, own]
-    gain, w = modes[:, :, 2], tables[:, :, 0]
+    gain, w = kernel.modes_of(numbers, count)[:, own, 2], tables[:, :, 0]
     stiffness = kernel.stiffness_of(
         numbers[:, None], count, problem.late_fluid, np.repeat(w[:, :, None], count, axis=2)
     )

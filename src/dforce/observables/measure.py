@@ -54,7 +54,7 @@ from dforce.observables.cuts import (
     add_pieces,
     force_at,
     refine,
-    whole_step,
+    whole_piece,
 )
 from dforce.observables.interpolant import MOST_CUTS, bends, cubic, cubic_rate, fastest, quintic, quintic_rate, turning
 from dforce.observables.lockin import TAU, add_lock_in, dot, lock_in_at, total
@@ -157,11 +157,8 @@ def measure_force(block: Any, waves: Any, drive: Any, kinks: Any, p: Any, room: 
     for i in range(points + 1):
         y = motion_of(block, i)
         d[i], v[i], f[i] = distance(y, p), rate_of(y, p), block[i, last]
-    stage, rates = (
-        np.zeros(max(memory_size(), 1)),
-        np.empty((points + 1 if memory_size() else 1, max(memory_size(), 1))),
-    )
-    place = motion_size()
+    place, states = motion_size(), max(memory_size(), 1)
+    stage, rates = np.zeros(states), np.empty((points + 1 if memory_size() else 1, states))
     if memory_size():
         for i in range(points + 1):
             memory = block[i, place : place + memory_size()]
@@ -187,7 +184,7 @@ def measure_force(block: Any, waves: Any, drive: Any, kinks: Any, p: Any, room: 
                 c, s = math.cos(bases[j]), math.sin(bases[j])
                 phasor[0, j] = cosine[j, i] * c - sine[j, i] * s
                 phasor[1, j] = sine[j, i] * c + cosine[j, i] * s
-            whole_step(i, path, piece)
+            whole_piece(i, path, piece)
             events = add_pieces(piece, kind[i] == BESIDE, record, drive, phasor, cuts, result, p)
             kind[i] = BROKEN if events else CUTS
     out[F_MAX] = highest(1.0, path, kind, piece, record, result, p)
@@ -205,7 +202,7 @@ def highest(sign: float, path: Any, kind: Any, piece: Any, record: Any, result: 
         return refine(sign, best, tops[top], record, p)
     for i in (max(int(at) - 1, 0), int(at)):
         if kind[i] != BROKEN:
-            whole_step(i, path, piece)
+            whole_piece(i, path, piece)
             best = refine(sign, best, piece, record, p)
     return best
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.core.arrays import Array, Bools
-from dforce.kernel.codegen import FIRST_MODE, LENGTH, PER_MODE
+from dforce.kernel.codegen import LENGTH
 from dforce.observables import measure as m
 from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
@@ -35,9 +35,10 @@ PERIODS = 100  # that a motion which never repeats is measured over, at least
 def misfit(problem: Problem, values: Mapping[str, Any]) -> Array:
     """Return the force that the error acts like, in units of each mode's drive: the largest over the modes, (points,).
 
-    `values` are observables by name, with the points first, as :func:`dforce.observables.finish.finish_all` gives them.
+    `values` are observables by name, with the points first, as :func:`dforce.observables.finish.finish_each` gives them.
     """
-    return misfit_each(problem, values, *_tables(problem))
+    tables = np.array([kernel.parameters(problem, 0.0)]), kernel.tone_table(problem)[None]
+    return misfit_each(problem, values, *tables)
 
 
 def misfit_each(example: Problem, values: Mapping[str, Any], numbers: Array, tones: Array) -> Array:
@@ -67,14 +68,9 @@ def misfit_of_rows(problem: Problem, rows: Array, weights: Array, numbers: Array
     return _misfit(problem, c * length[:, None], f, mean[:, m.Z] * length, mean[:, m.F], numbers, tones)
 
 
-def _tables(problem: Problem) -> tuple[Array, Array]:
-    return np.array([kernel.parameters(problem, 0.0)]), kernel.tone_table(problem)[None]
-
-
 def _misfit(example: Problem, c: Any, f: Any, mean_z: Array, mean_f: Array, numbers: Array, tones: Array) -> Array:
     count, length = len(example.modes), numbers[:, LENGTH, None]
-    modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)
-    square, gain = modes[:, :, 0], modes[:, :, 2]
+    square, _, gain = np.moveaxis(kernel.modes_of(numbers, count), 2, 0)
     driver = [driving_tone(example, n) for n in range(count)]
     drives = kernel.drive_of(tones, count)
     omega, drive = tones[:, driver, 0], drives[:, driver, np.arange(count)]

@@ -46,7 +46,8 @@ def fit(result: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
         grid[3, tone].set_xlabel(axis_text(result["zc"], unit))
     grid[0, 0].legend(framealpha=0.85, fontsize="small", loc="best")
     freedom = int(result.attrs["degrees_of_freedom"])
-    words = f"chi2 = {result.attrs['chi2']:.1f} for {freedom}, runs test p = {result.attrs['runs_test']:.2g}"
+    independent = result.attrs.get("independence", result.attrs.get("runs_test", 1.0))  # of an older version
+    words = f"chi2 = {result.attrs['chi2']:.1f} for {freedom}, p = {independent:.2g} for independent residuals"
     head(grid[0, 0], result, words)
     return list(grid.ravel())
 

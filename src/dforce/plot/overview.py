@@ -13,7 +13,7 @@ from dforce.plot.distances import amplitude_phase, curves
 from dforce.plot.forces import force_curve, force_distance
 from dforce.plot.motion import at_distance, main_frequency, phase_portrait, spectrum, traces
 from dforce.results.kinds import AMPLITUDE_AND_PHASE, NO_RESULT, known_kind, measured
-from dforce.results.status import check_computed
+from dforce.results.status import WITHOUT_RESULT, check_computed, count_status
 
 LONG_RECORD = 20  # periods beyond which the whole record is shown: the transient was asked for
 FORCES = ("peak_force", "min_force")
@@ -82,10 +82,13 @@ def dwell(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
     Raises
     ------
     ParameterError
-        When the motion was not recorded.
+        When the motion was not recorded, or has no result.
     """
     if "time" not in dataset.dims:
         check_computed(dataset)
+        for status in count_status(dataset):
+            if status in WITHOUT_RESULT:
+                raise ParameterError(f"no motion can be drawn: {status.sentence}")
         raise ParameterError(NO_RESULT)
     figure = new_figure(figure, 11.0, 7.0)
     upper, lower = figure.subfigures(2, 1, squeeze=False)[:, 0]

@@ -23,6 +23,7 @@ from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.statuses import statuses
 from dforce.results.status import REPEATING, Status
 from dforce.solvers import SolverSettings
+from dforce.solvers.accuracy import assure
 from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import Integrator, Motion, free_amplitudes, load_kernels, with_amplitudes
 from dforce.solvers.problem_batch import ProblemBatch
@@ -140,6 +141,7 @@ class Starts:
         values = np.full((len(which), 1), self.zc)
         solver = make_protocol(QUASI_STATIC, block, values, [motions[i] for i in which], report_done)
         solver.run()
+        assure(block, values, solver.points)
         columns, status = solver.points.columns(block, values), statuses(solver.points, block, values)[:, 0]
         self.status[which] = status
         for place in np.flatnonzero(np.isin(status, (*REPEATING, Status.NOT_REPEATING))).tolist():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -26,6 +27,7 @@ from dforce.procedures.found import Found, Layout, dataset, tabled, with_levers
 from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, states_of
 from dforce.procedures.varied import VariedParameter, varied_by
 from dforce.solvers import locked_search
+from dforce.solvers.accuracy import assured
 from dforce.solvers.continuation import Curve
 from dforce.solvers.doubling import doublings
 from dforce.solvers.escape import UnstableStates, escape
@@ -83,6 +85,8 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
             return search(known, check_cancelled, locked_search.candidates if is_locked else candidates)
         return doublings(among, curves, plan.largest_step, check_cancelled)
 
+    orbits: list[Orbit] = []
+
     with until_stopped() as stopped:
         first = among.free_orbit(start / among.span) if under_way[0] == 0 else None
         if first is not None:
@@ -94,12 +98,16 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
                     break
             while kept and grow(kept[0]):  # a search on another machine may miss what the first one has found
                 pass
+        for point in (point for curve in curves for point in curve.points):
+            check_cancelled()
+            orbits.append(_assured(among, point))
         report_progress(total, total, "")
     if isinstance(among, LockedRange):
         among.locked.block.check_cancelled = never_cancelled  # what was found is measured, whether stopped or not
-    if stopped.came:
+    if stopped.came:  # a run goes on from the orbits as they were followed
         curves += kept
-    data = _dataset(plan, among, curves, path, quantity, searched)
+        orbits = [point for curve in curves for point in curve.points]
+    data = _dataset(plan, among, curves, orbits, path, quantity, searched)
     if stopped.came:
         begun = np.array([curve.begun for curve in curves], dtype=int)
         data.attrs |= {"interrupted": 1, UNDER_WAY: np.array(under_way), BEGUN: begun}
@@ -136,7 +144,7 @@ def at_value(
     found: list[dict[str, Any] | None] = []
     for i, repeats in enumerate(np.nan_to_num(near[REPEATS]).round().astype(int)):
         ends = [_unknowns(among, *end) for end in zip(near[ENDS][i].tolist(), near[MOTIONS][i], strict=True)]
-        orbit = _meeting(among, name, value, ends, int(repeats) // among.common)
+        orbit = assured(among, partial(_meeting, name, value, ends, int(repeats) // among.common))
         found.append(None if orbit is None else {**among.steady(orbit).values, parameter: orbit.value})
     return tabled(found)
 
@@ -148,8 +156,15 @@ def _unknowns(among: ParameterRange, value: float, motion: Array) -> tuple[Array
     return np.append(among.vectors(state), value / among.span), np.round(state.branch)
 
 
+def _assured(among: ParameterRange, orbit: Orbit) -> Orbit:
+    """Return an orbit of a curve as accurate as asked for, with its estimated error; locked states have one already."""
+    if isinstance(among, LockedRange):
+        return orbit
+    return assured(among, lambda finer: finer.found_again(orbit), orbit) or orbit
+
+
 def _meeting(
-    among: ParameterRange, name: str, value: float, ends: Sequence[tuple[Array, Array]], repeats: int
+    name: str, value: float, ends: Sequence[tuple[Array, Array]], repeats: int, among: ParameterRange
 ) -> Orbit | None:
     """Return the orbit between two of a branch on which a quantity has a value, each sought in a plane across their chord."""
     from scipy.optimize import brentq
@@ -217,14 +232,16 @@ def _dataset(
     plan: Branches,
     among: ParameterRange,
     curves: list[Curve],
+    points: list[Orbit],
     path: VariedParameter,
     quantity: ParameterQuantity,
     searched: Array,
 ) -> xr.Dataset:
-    orbits = [(number, orbit) for number, curve in enumerate(curves, start=1) for orbit in curve.points]
+    numbers = [number for number, curve in enumerate(curves, start=1) for _ in curve.points]
+    orbits = list(zip(numbers, points, strict=True))
     problems = [among.problem_of(orbit) for _, orbit in orbits]
     values = np.array([orbit.value for _, orbit in orbits], dtype=float)
-    points = CurvePlan("point", values, [(i,) for i in range(len(orbits))])
+    places = CurvePlan("point", values, [(i,) for i in range(len(orbits))])
     if orbits and isinstance(among, LockedRange):
         found, values = locked.on_curve(among.locked, [orbit for _, orbit in orbits])
     else:
@@ -235,7 +252,7 @@ def _dataset(
             rows_of(one.kept, np.ones(1), base, among.problem) for (_, one), base in zip(orbits, bases, strict=True)
         ]
         found.arrays[MOTION] = np.concatenate(rows)[None]
-    data = dataset(Layout([points], {"point": np.arange(1, len(orbits) + 1)}), [found], among.problem)
+    data = dataset(Layout([places], {"point": np.arange(1, len(orbits) + 1)}), [found], among.problem)
     if among.has_changing_lever:
         data = with_levers(data, "point", problems)
     unstable = UnstableStates(curves, among)

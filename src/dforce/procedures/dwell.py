@@ -20,7 +20,7 @@ from dforce.procedures import locked
 from dforce.procedures.found import Found, Layout, dataset
 from dforce.procedures.motion import in_si
 from dforce.procedures.recording import check_length, record_spectrum, record_traces
-from dforce.results.status import Status
+from dforce.results.status import WITHOUT_RESULT, Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import Engine, Integrator, Motion
@@ -32,8 +32,6 @@ from dforce.solvers.transient import LATE, CancelCheck, Steady, decay_periods, m
 
 if TYPE_CHECKING:
     from dforce.solvers.controlled import ControlledMotion
-
-NOT_RECORDED = (Status.FAILED, Status.UNRESOLVED, Status.NO_STATE)
 
 
 class Reached(NamedTuple):
@@ -66,7 +64,7 @@ def dwell(case: Case, plan: Dwell, report_progress: Progress, _earlier: xr.Datas
     data = dataset(layout, [found], problem).assign_attrs(samples_per_period=integrator.points)
     if loops is not None:
         with_loops(data, loops, problem.tones[0].frequency)
-    if found.status not in NOT_RECORDED:
+    if found.status not in WITHOUT_RESULT:
         count = plan.recorded_periods
         if plan.is_whole:
             motion, count = start, count + int(found.arrays["settling_periods"][0, 0])
@@ -89,7 +87,7 @@ def _settled(plan: Dwell, problem: Problem, settings: SolverSettings, check_canc
         found = Found.of([steady], [problem])
         if found.status != Status.UNRESOLVED:
             break
-    if found.status not in NOT_RECORDED:
+    if found.status not in WITHOUT_RESULT:
         found.arrays[MOTION] = in_si(States.of(steady.motion), problem)[None]
     return Reached(block.integrator(0, plan.zc), start, steady.motion, found)
 
@@ -119,7 +117,7 @@ def _controlled(plan: Dwell, problem: Problem, settings: SolverSettings, check_c
     motion, rows = observe(engine, followed.motion, settings.measured_periods, check_cancelled)
     steady = measured(problem, engine, followed._replace(motion=motion), followed.ratio[-1], rows)
     found = Found.of([steady], [engine.problem])
-    if found.status not in NOT_RECORDED:
+    if found.status not in WITHOUT_RESULT:
         found.arrays[MOTION] = in_si(States.of(steady.motion), engine.problem)[None]
     return Reached(engine, start, steady.motion, found, followed)
 
@@ -153,7 +151,7 @@ def _noisy(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancel
     added = detector_readings(
         problem.noise, problem.noise.seed, problem.tones[0].frequency, len(rows), len(problem.tones)
     )
-    values = finish(problem, integrator.scales, plan.harmonics, rows, even, even @ added)
+    values = finish(problem, plan.harmonics, rows, even, even @ added)
     values |= {"settling_periods": float(periods), "drift": np.nan}
     # the balances of a steady motion hold on long means only
     found = Found.of([Steady(values, motion, settled=False, repeats=False)], [problem])

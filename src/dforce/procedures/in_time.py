@@ -74,7 +74,7 @@ def measured(problem: Problem, integrator: Integrator, followed: ControlledMotio
     """Return the observables of rows measured in the end; `ratio` are the drives as multiples of the free lock's."""
     frequency = followed.frequency[-1:]
     even = weights(frequency[0].tolist(), len(rows))
-    values = finish(integrator.problem, integrator.scales, integrator.harmonics, rows, even)
+    values = finish(integrator.problem, integrator.harmonics, rows, even)
     each = {name: np.asarray(value)[None] for name, value in values.items()}
     values |= {name: value[0] for name, value in of_locks(problem, frequency, ratio[None], each).items()}
     values["settling_periods"] = float(followed.periods)

@@ -11,6 +11,7 @@ from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked, nearest, shorten
 from dforce.core.quantities import AMOUNTS
 from dforce.core.quantity import Amount
+from dforce.observables.deviation import FAINT
 from dforce.observables.finish import driving_tone
 from dforce.results.dataset import COLUMN_DIMS
 from dforce.solvers.settings import SolverSettings
@@ -31,7 +32,7 @@ def with_scales(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     """Write into each amount of a result the scale of its error, and return the result.
 
     The scales are those of :mod:`dforce.observables.deviation`. That of forces is the largest force of each motion, which
-    the result itself holds.
+    the result itself holds, and at least this one.
     """
     first = problem.tones[0]
     of_modes = np.array([_energy(problem, n) for n in range(len(problem.modes))])
@@ -42,6 +43,7 @@ def with_scales(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
         "power": of_modes[0] * first.frequency,
         "period": 1.0 / first.frequency,
         "share": 1.0,
+        "force": FAINT * float(np.abs(problem.tip_drive).max()),
     }
     of_each = {"mode": of_modes, "tone": of_tones}  # energies
     for name, amount in _scaled_by_case(dataset):
@@ -60,7 +62,7 @@ def scaled(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
 
 def _scaled_by_case(dataset: xr.Dataset) -> list[tuple[str, Amount]]:
     """Return the amounts of a result whose errors have scales that follow from the case."""
-    return [pair for pair in AMOUNTS.items() if pair[0] in dataset.variables and pair[1].scale not in ("force", "work")]
+    return [pair for pair in AMOUNTS.items() if pair[0] in dataset.variables and pair[1].scale != "work"]
 
 
 def _energy(problem: Problem, n: int) -> float:
@@ -97,7 +99,8 @@ def error_of(dataset: xr.Dataset, name: str) -> Array:
     scale: Any = _alike(dataset, variable)
     if SCALE in variable.attrs:
         inner = [dim for dim in variable.dims if dim in COLUMN_DIMS]
-        scale = _spread(np.reshape(variable.attrs[SCALE], [-1] if inner else []), inner, variable.dims)
+        of_case = _spread(np.reshape(variable.attrs[SCALE], [-1] if inner else []), inner, variable.dims)
+        scale = np.fmax(scale, of_case) if AMOUNTS[name].scale == "force" else of_case
     return np.asarray(np.broadcast_to(share * scale, variable.shape))
 
 

@@ -46,6 +46,7 @@ class Status(enum.IntEnum):
 
 
 WORTHLESS = 1e-2  # of a quantity's scale: with a larger error a point has no numbers
+WITHOUT_RESULT = (Status.FAILED, Status.UNRESOLVED, Status.NO_STATE)
 REPEATING = (Status.OK, Status.INACCURATE)  # of motions that settled and repeat from period to period
 
 

@@ -187,12 +187,13 @@ def advance(y: Any, forces: Any, keys: Any, period: int, lever: Any, steady: Any
         if share > 0.0:
             # the step again, with the impulse of its whole way: else how disturbances pass the kink has an error of order 1
             mean = mean_force(before, after, share, t, forces, p)
-            take_back(block, i, y)
+            for k in range(motion_size()):
+                y[k] = block[i, k]
             push(y, 0.5 * h * mean, gains)
             drift(y, i, steady, lever, random, ahead)
             after = from_vector(y)
         if memory_size():
-            remember(before, after, h, t, forces, p)
+            advance_memory(before, after, h, t, forces, p)
         for _ in range(latch_count()):
             which = risen(after, t + dt, branch, p)
             if which >= 0:
@@ -254,12 +255,6 @@ def mean_force(before: Any, after: Any, share: float, t: float, forces: Any, p: 
     return total
 
 
-def take_back(block: Any, i: int, y: Any) -> None:
-    """Take the motion back to sample i of a period."""
-    for k in range(motion_size()):
-        y[k] = block[i, k]
-
-
 def kick(y: Any, h: float, t: float, forces: Any, gain: float, p: Any) -> float:
     """Return the mean force (N) of a kick of a scaled duration at one place: that in its middle, for the velocity changes."""
     now, (memory, branch, _, _) = from_vector(y), forces
@@ -274,7 +269,7 @@ def push(y: Any, impulse: float, gains: Any) -> None:
         y[2 * n + 1] += gains[n] * impulse
 
 
-def remember(before: Any, after: Any, h: float, t: float, forces: Any, p: Any) -> None:
+def advance_memory(before: Any, after: Any, h: float, t: float, forces: Any, p: Any) -> None:
     """Advance the forces' memory over a step by the midpoint rule."""
     memory, branch, _, change = forces
     d0, v0, d1, v1 = distance(before, p), rate_of(before, p), distance(after, p), rate_of(after, p)

@@ -11,6 +11,7 @@ with the orbit that Newton's method finds near it with twice the samples, so tha
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -22,9 +23,11 @@ from dforce.observables.averaging import weights
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
 from dforce.observables.misfit import misfit_each
+from dforce.problem import Problem
 from dforce.solvers.block import DISTANCE, Block
 from dforce.solvers.crests import passed_by
 from dforce.solvers.integrator import load_kernels
+from dforce.solvers.orbit import Orbit, ParameterRange
 from dforce.solvers.points import Points
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
@@ -75,7 +78,9 @@ class _Orbits:
         )  # at once: a call costs a hundred orbits
         halves = slice(len(some)), slice(len(some), None)
         own, other = ({name: values[half] for name, values in measured.items()} for half in halves)
-        self.error[some] = _error(self.block, self.at[some], tuple(table[some] for table in self.tables), own, other)
+        numbers, tones = (table[some] for table in self.tables)
+        zc = self.at[some] if self.block.parameter == DISTANCE else numbers[:, ZC]
+        self.error[some] = _error(self.block.batch.example, (numbers, tones), zc, own, other)
 
     def _step_on(self, some: Indices, states: States, times: int) -> Array:
         """Return what is measured with so many times the block's samples, where one Newton step leads; note it."""
@@ -108,11 +113,13 @@ class _Orbits:
         return np.sort(np.concatenate([known, some]))
 
 
-def _error(block: Block, at: Array, tables: tuple[Array, ...], own: dict[str, Array], finer: dict[str, Array]) -> Array:
-    """Return the estimated error of motions at values of the parameter, (points,), from a measurement with more samples."""
-    example, (numbers, tones) = block.batch.example, tables
+def _error(
+    example: Problem, tables: tuple[Array, Array], zc: Array, own: dict[str, Array], finer: dict[str, Array]
+) -> Array:
+    """Return the estimated error of motions at average distances (m), (points,), from a measurement with more samples."""
+    numbers, tones = tables
     changed = deviations(example, numbers, tones, own, finer).max(axis=1) / (1.0 - TWICE**-ORDER)
-    passed = passed_by(example, numbers, at if block.parameter == DISTANCE else numbers[:, ZC], own)
+    passed = passed_by(example, numbers, zc, own)
     left = misfit_each(example, own, numbers, tones) / CHANCE
     return np.asarray(np.nan_to_num(np.maximum.reduce([changed, passed, left]), nan=np.inf, posinf=np.inf))
 
@@ -148,8 +155,10 @@ def assure_settled(block: Block, value: float, found: Steady) -> Steady:
     periods, and of integrators that choose their own steps, only the orbit becomes more accurate.
     """
     accuracy, case, at = block.settings.accuracy, np.array([0]), np.array([value])
-    is_timed = any(force.timed for force in block.batch.example.forces)  # then no motion repeats with the tones
-    if is_timed or not (found.settled and found.repeats and block.repeats_together):
+    problem, _ = block.problem(0, value)
+    # no motion repeats with the tones, or none but after hours
+    is_free = any(force.timed for force in problem.forces) or problem.late_surface is not None
+    if is_free or not (found.settled and found.repeats and block.repeats_together):
         return found
     goes_on = block.settings.integrator == "rk4" and block.settings.settle == "converged"
     tables, even = block.tables_of(case, at), weights(block.frequencies, block.common)
@@ -167,11 +176,51 @@ def assure_settled(block: Block, value: float, found: Steady) -> Steady:
         orbit = polished(block.finer(TWICE * times * block.points), case, state, at)
         if orbit.done[0] == 1 and apart(orbit.last_x, state.x)[0] < NEAR:
             exact = finish_each(block.batch.example, block.harmonics, orbit.rows[0], even, *tables)
-            (error,) = _error(block, at, tables, found.columns, exact).tolist()
+            zc = at if block.parameter == DISTANCE else tables[0][:, ZC]
+            (error,) = _error(block.batch.example, tables, zc, found.columns, exact).tolist()
             found = replace(found, values={**found.values, "error_estimate": error})
         if accuracy is None or found.values.get("error_estimate", np.inf) <= SURE * accuracy:
             break
     return found
+
+
+def assured(
+    among: ParameterRange, find: Callable[[ParameterRange], Orbit | None], first: Orbit | None = None
+) -> Orbit | None:
+    """Return the orbit of a curve that is found with enough samples for the accuracy asked for, with its estimated error.
+
+    Parameters
+    ----------
+    find
+        Finds it in a range with more samples; None where it does not.
+    first
+        The orbit with the range's samples; left out: it is found, too.
+    """
+    accuracy, found = among.settings.accuracy, None
+    for times in (1, *FINER):
+        if times * among.points > MOST_SAMPLES:
+            break
+        finer = among.finer(times)
+        orbit = first if first is not None and times == 1 else find(finer)
+        if orbit is None or (found is not None and np.abs(orbit.u - found.u).max() > NEAR):
+            break
+        found = replace(orbit, error=_error_on_curve(finer, orbit))
+        if accuracy is None or found.error <= SURE * accuracy:
+            break
+    return found
+
+
+def _error_on_curve(among: ParameterRange, orbit: Orbit) -> float:
+    """Return the estimated error of an orbit: how far it lies from the curve that twice the samples lead to."""
+    block, zc = among.block(orbit.value), among.distance(orbit.value)
+    u, rows = among.finer(TWICE).remeasured(orbit)
+    tables = block.tables_of(np.zeros(2, np.int64), np.full(2, zc))
+    even = weights(block.frequencies, len(rows))
+    both = finish_each(block.batch.example, block.harmonics, np.stack([orbit.rows, rows]), even, *tables)
+    own, other = ({name: values[place : place + 1] for name, values in both.items()} for place in (0, 1))
+    numbers, tones = (table[:1] for table in tables)
+    (error,) = _error(block.batch.example, (numbers, tones), np.array([zc]), own, other).tolist()
+    return max(float(error), float(among.unit * abs(u[-1] - orbit.u[-1])))
 
 
 def assure_in_grace(block: Block, values: Array, points: Points) -> int:

@@ -120,7 +120,9 @@ class Block(TipEquations):
         """Return the block of some of the problems."""
         zc = self.numbers[which, 0] if self.parameter == FREQUENCY else None
         batch = self.batch.take(which)
-        return type(self)(batch, problem, self.settings, self.harmonics, points, self.check_cancelled, zc)
+        block = type(self)(batch, problem, self.settings, self.harmonics, points, self.check_cancelled, zc)
+        block.unit = self.unit[which]
+        return block
 
     @property
     def repeats_together(self) -> bool:

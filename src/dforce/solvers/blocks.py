@@ -28,8 +28,8 @@ def block_type(settings: SolverSettings) -> type[Block]:
     return EngineBlock
 
 
-def laws_of(problem: Problem) -> tuple[Any, ...]:
-    """Return what decides how a problem is computed, beside its numbers."""
+def composition_of(problem: Problem) -> tuple[Any, ...]:
+    """Return all that decides how a problem is computed but its numbers."""
     heights = 0 if problem.heights is None else len(problem.heights.zc)
     laws = [(signature(force), force.timed) for force in problem.forces]
     return len(problem.modes), problem.lagging, problem.late_fluid, heights, *laws
@@ -43,7 +43,7 @@ def side_by_side(
     for number, problem in enumerate(problems):
         first = problem.tones[0].frequency
         tones = tuple((round(tone.frequency / first, 12), tone.phase) for tone in problem.tones)
-        groups.setdefault((sample_count(problem, settings), tones, laws_of(problem)), []).append(number)
+        groups.setdefault((sample_count(problem, settings), tones, composition_of(problem)), []).append(number)
     for (samples, *_), numbers in groups.items():
         some = [problems[number] for number in numbers]
 

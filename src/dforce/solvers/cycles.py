@@ -38,7 +38,7 @@ def repeated(block: Block, case: int, value: float, found: Branch, place: tuple[
     """Return an orbit found at a value of the parameter, as it was measured over all its periods."""
     integrator, rows = block.integrator(case, value), found.rows[place]
     shares = weights(block.frequencies, len(rows))
-    values = finish(integrator.problem, integrator.scales, block.harmonics, rows, shares)
+    values = finish(integrator.problem, block.harmonics, rows, shares)
     modulus, angle = multipliers(found.monodromy[place][None])
     values |= {
         "settling_periods": 0.0,

@@ -10,7 +10,8 @@ import numpy as np
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError
 from dforce.engine.marching import Marched, Marcher, Start
-from dforce.kernel.codegen import CONTACT, FIRST_MODE, PER_MODE
+from dforce.kernel import modes_of
+from dforce.kernel.codegen import CONTACT
 from dforce.solvers.block import DISTANCE, Block
 from dforce.solvers.engine_follow import follow
 from dforce.solvers.engine_relax import relaxed
@@ -23,9 +24,7 @@ MOTION, COLUMNS, HARMONIC = 0.03, 0.003, 0.1  # of the accuracy times a mode's d
 ROUNDING = 1e-15  # of the free amplitude: steps cannot have smaller errors
 ACCURACY = 1e-4  # where none is promised
 NEARBY = 1e-5  # of the free amplitude: Newton step behind which the next one is smaller than rounding
-STRAY = (
-    1e-3  # of the free amplitude: longest Newton step where the derivatives are kept: marches that are measured differ
-)
+STRAY = 1e-3  # of the free amplitude: longest Newton step with the derivatives from before, as marches that are measured differ
 ACCEPTED = 3e-3  # of the accuracy: Newton step, in free amplitudes, with which an orbit is accepted as it was marched
 LONG, CONTRACTS = 0.3, 0.5  # of the free amplitude: longest Newton step; of the step before: the next one
 MOST_STEPS, MOST_PASSES = 10, 6
@@ -98,17 +97,10 @@ class EngineBlock(Block):
 
     def limits(self, numbers: Array, share: float = 1.0) -> Array:
         """Return the errors of steps that motions may have: errors add up over as many periods as the slowest mode rings."""
-        modes = numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * self.modes].reshape(len(numbers), -1, PER_MODE)
-        damping = np.minimum(modes[:, :, 1].min(axis=1), 1.0)
+        damping = np.minimum(modes_of(numbers, self.modes)[:, :, 1].min(axis=1), 1.0)
         accuracy = share * self.accuracy
-        return np.stack(
-            [
-                np.maximum(MOTION * accuracy * damping, ROUNDING),
-                COLUMNS * share * damping,
-                np.full(len(damping), HARMONIC * accuracy),
-            ],
-            axis=1,
-        )
+        motion, harmonic = np.maximum(MOTION * accuracy * damping, ROUNDING), np.full(len(damping), HARMONIC * accuracy)
+        return np.stack([motion, COLUMNS * share * damping, harmonic], axis=1)
 
     def marched(
         self, which: Indices, states: States, at: Array, periods: int, *, share: float = 1.0, **wanted: Any

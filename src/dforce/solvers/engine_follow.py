@@ -184,11 +184,8 @@ class _Walk:
         found, begun = self.found, float(self.found.last_value[case])
         slopes = float(np.abs(orbits.slope[i]).max()), float(np.abs(found.last_slope[case]).max())
         found.fold[case] = fold_ahead(float(orbits.value[i]), slopes[0], begun, slopes[1])
-        self.before_value[case], self.before_x[case], self.before_slope[case] = (
-            begun,
-            found.last_x[case],
-            found.last_slope[case],
-        )
+        self.before_value[case], self.before_x[case] = begun, found.last_x[case]
+        self.before_slope[case] = found.last_slope[case]
         found.last_value[case], found.last_x[case] = orbits.value[i], orbits.x[i]
         found.last_memory[case], found.last_branch[case] = orbits.memory[i], orbits.branch[i]
         found.last_slope[case], found.last_monodromy[case] = orbits.slope[i], orbits.monodromy[i]

@@ -51,7 +51,7 @@ LEAST_SAMPLES = 32  # per period of a mode or tone
 PHASE_ERROR = 1e-4  # rad that RK4's own error may turn the slowest-damped mode by, at most
 FOLLOWED = 1.2  # of the shortest time in which a fluid follows: longest step; its errors count for little
 RELAXED = 0.5  # of the shortest relaxation time: longest step; at 2.8 RK4 is unstable, here it errs by 3e-4
-MOST_POINTS = 1_000_000  # samples per period that a force's relaxation may ask for
+MOST_POINTS = 1_000_000  # samples per period
 ROUND = 16  # sample counts are multiples of this
 SLACK = 1e-9  # of the samples needed: one so few more is rounding
 HARMONIC = 100.0  # times the tolerance: error of a step of the engine in the fastest harmonic of the force
@@ -84,7 +84,7 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
     Raises
     ------
     ParameterError
-        When a force relaxes so fast that more than :data:`MOST_POINTS` samples are needed.
+        When more than :data:`MOST_POINTS` samples are needed; of a force that relaxes too fast, with its name.
     """
     first, modes = problem.tones[0].frequency, problem.at_height(math.inf).modes
     needs = [LEAST_SAMPLES * tone.frequency / first for tone in problem.tones]
@@ -109,7 +109,17 @@ def enough_samples(needs: Array, settings: SolverSettings) -> Any:
     """Return the samples per period asked for, or, where more are needed, the next multiple of :data:`ROUND`.
 
     Ratios of frequencies fall on such multiples: rounding does not decide between them.
+
+    Raises
+    ------
+    ParameterError
+        When more than :data:`MOST_POINTS` are needed.
     """
+    if (most := np.max(needs)) > MOST_POINTS:
+        raise ParameterError(
+            f"the fastest mode, tone or memory needs {most:.2g} samples per period of the drive, and {MOST_POINTS} are the "
+            "limit; use a higher drive frequency"
+        )
     needed = needs * (1.0 - SLACK)
     raised = ROUND * np.ceil(needed / ROUND).astype(np.int64)
     return np.where(needed <= settings.points_per_period, settings.points_per_period, raised)
@@ -151,13 +161,14 @@ class Integrator(ABC):
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
         self._tip = TipFunctions(self.kernel, problem, CALLED, SHARED)
-        self._turns: dict[int, lockin.Turns] = {}
+        self._turns: lockin.Turns | None = None
 
-    def turns(self, points: int) -> lockin.Turns:
-        """Return the tones' turns over so many samples a period."""
-        if points not in self._turns:
-            self._turns[points] = lockin.turns_of(self.tones[:, 0], points, self.harmonics)
-        return self._turns[points]
+    @property
+    def turns(self) -> lockin.Turns:
+        """The tones' turns over the samples of a period."""
+        if self._turns is None:
+            self._turns = lockin.turns_of(self.tones[:, 0], self.points, self.harmonics)
+        return self._turns
 
     def place(self, zc: float) -> None:
         """Go to an average distance (m)."""
@@ -167,11 +178,16 @@ class Integrator(ABC):
         """Return the tip equation at the distance as the solvers take it, which call these functions."""
         return self._tip.at(self.p, names)
 
-    def measure(self, period: int, bases: Array, row: Array) -> None:
-        """Measure the period whose samples are kept, into a row; `bases` are the tones' phases at its start."""
-        tip, turns = self.tip("measure_force"), self.turns(self.points)
-        drive = self.tones, bases, period, self.points
-        self.solvers.entry("measure")(self.block, turns, drive, self.kinks, tip, row)
+    def phases(self, period: int) -> Array:
+        """Return the tones' phases at the start of a period."""
+        bases = np.empty(len(self.tones))
+        self.kernel.entry("phases")(self.tones, period, bases)
+        return bases
+
+    def measure(self, period: int, row: Array) -> None:
+        """Measure the period whose samples are kept, into a row."""
+        drive = self.tones, self.phases(period), period, self.points
+        self.solvers.entry("measure")(self.block, self.turns, drive, self.kinks, self.tip("measure_force"), row)
 
     def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, Complexes]:
         """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""
@@ -233,9 +249,11 @@ class RK4(Integrator):
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         memory, latched = motion.memory.copy(), motion.latched.copy()
-        forces, turns = (memory, latched, self.kinks, self.work), self.turns(self.points)
+        forces = memory, latched, self.kinks, self.work
         tip = self.tip("advance", *(["measure_force"] if every else []))
-        y = self.solvers.entry("march_rk4")(motion.y, forces, motion.period, self.tones, turns, self.block, tip, out)
+        y = self.solvers.entry("march_rk4")(
+            motion.y, forces, motion.period, self.tones, self.turns, self.block, tip, out
+        )
         return Motion(y, memory, latched, motion.period + periods)
 
 
@@ -257,7 +275,7 @@ class Engine(Integrator):
 
     def record(self, motion: Motion) -> tuple[Motion, Array]:
         """Advance one period; return the motion and its samples, both ends included."""
-        found = self._marched(motion, 1, parts=self.points, sampled=True)
+        found = self._marched(motion, 1, per_period=self.points, sampled=True)
         return self._end(found, motion.period + 1), np.concatenate([found.path[0], found.samples[0]], axis=1)
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
@@ -307,8 +325,7 @@ class LSODA(Integrator):
         """Return a flow that stands at a motion: the last one if it does, so that results depend on no chunk size."""
         if self._flow is not None and motion is self._left:
             return self._flow
-        latched, bases = motion.latched.copy(), np.empty(len(self.tones))
-        self.kernel.entry("phases")(self.tones, motion.period, bases)
+        latched, bases = motion.latched.copy(), self.phases(motion.period)
         fastest = max(1.0, *(mode.f0 / self.problem.tones[0].frequency for mode in self.problem.modes))
         self._first = motion.period
         return lsoda.Flow(
@@ -321,8 +338,7 @@ class LSODA(Integrator):
         )
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
-        phases, lock_in = self.kernel.entry("phases"), self.kernel.entry("lock_in")
-        flow, bases, turns = self._flow_from(motion), np.empty(len(self.tones)), self.turns(self.points)
+        flow, lock_in = self._flow_from(motion), self.kernel.entry("lock_in")
         out.fill(np.nan)
         for row in range(periods):
             period = motion.period + row
@@ -333,11 +349,10 @@ class LSODA(Integrator):
                     flow.advance(start + i * loops.TAU / self.points, self.block, i)
             if not np.isfinite(flow.state).all():
                 break
-            phases(self.tones, period, bases)
             if every:
-                self.measure(period, bases, out[row])
+                self.measure(period, out[row])
             else:
-                lock_in(self.block, turns, bases, out[row])
+                lock_in(self.block, self.turns, self.phases(period), out[row])
         size = len(motion.y)
         y = tuple(map(float, flow.state[:size]))
         left = Motion(y, flow.state[size:].copy(), flow.latched.copy(), motion.period + periods)

@@ -31,7 +31,7 @@ from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.philox import WORD
 from dforce.solvers.settings import SolverSettings
 
-__all__ = ["Langevin", "NoisyLanes", "free_motion", "linear_step", "noise_root", "step_noise"]
+__all__ = ["Langevin", "NoisyLanes", "free_motion", "linear_step", "noise_root"]
 
 ENTRIES: dict[str, Callable[..., Any]] = {"march_noisy": loops.march, "steepest": loops.steepest}
 STEEP, GRID = 2e-9, 512  # m above the least distance where the force's slope is looked for, and in how many places
@@ -80,23 +80,16 @@ def linear_step(mode: ModeNumbers, h: float) -> Array:
     return np.asarray(np.linalg.matrix_power(part, 4) * unit[:, None] / unit)
 
 
-def step_noise(mode: ModeNumbers, h: float, kT: float) -> Array:
-    r"""Return the covariance of what noise adds to a free mode over a time (s), for a thermal energy (J).
+def noise_root(mode: ModeNumbers, h: float, kT: float) -> Array:
+    r"""Return the lower triangular root of the covariance that noise adds to a free mode over a time (s), at an energy kT (J).
+
+    Normal numbers times this root are that noise. Its covariance is
 
     .. math:: \Sigma = \int_0^h e^{A s} B B^T e^{A^T s} ds = P - M P M^T
 
     with the matrices of :func:`free_motion` and the covariance P in equilibrium, by quadrature: the difference is rounding
-    where a step is short and Q is high.
-    """
-    root = noise_root(mode, h, kT)
-    return np.asarray(root @ root.T)
-
-
-def noise_root(mode: ModeNumbers, h: float, kT: float) -> Array:
-    """Return the lower triangular root of `step_noise`, from which normal numbers make that noise.
-
-    It is taken from the terms of the quadrature, not from their sum: where noises of a lever and its fluid are nearly one, the
-    sum is singular by rounding.
+    where a step is short and Q is high. The root is taken from the terms of the quadrature, not from their sum: where noises
+    of a lever and its fluid are nearly one, the sum is singular by rounding.
     """
     from scipy.linalg import expm
 
@@ -185,7 +178,7 @@ class Langevin(Integrator):
         """
         out = np.empty((len(lanes.y), periods, 2 * len(self.problem.tones)))
         after = lanes.copy()
-        reading = loops.Reading(self.turns(self.points), np.array(self.problem.readout.weights), self._decay)
+        reading = loops.Reading(self.turns, np.array(self.problem.readout.weights), self._decay)
         march = self.noisy.entry("march_noisy")
         march(after, periods, self._lever, reading, self.kinks, self.block, self.p, out)
         self._check_step(float(after.lowest.min()))
@@ -196,18 +189,12 @@ class Langevin(Integrator):
         if every:
             for i in range(periods):
                 lanes, _ = self.run(lanes, 1)
-                self._measure(motion.period + i, out[i])
+                self.measure(motion.period + i, out[i])
         else:
             lanes, c = self.run(lanes, periods)
             out[:, ::2], out[:, 1::2] = c[0].real, c[0].imag
         y = tuple(map(float, lanes.y[0]))
         return replace(motion, y=y, memory=lanes.memory[0], latched=lanes.latched[0], period=lanes.period)
-
-    def _measure(self, period: int, row: Array) -> None:
-        """Write what is measured over the period that was computed last."""
-        bases = np.empty(len(self.tones))
-        self.kernel.entry("phases")(self.tones, period, bases)
-        self.measure(period, bases, row)
 
     def turn_rate(self, low: float) -> float:
         r"""Return the largest :math:`\omega_c h`, step times the tip's angular frequency in contact, down to a distance (m)."""

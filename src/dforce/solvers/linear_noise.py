@@ -13,7 +13,7 @@ each is the one of the Runge–Kutta step itself, kinks, jumps and memory of the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,14 +23,13 @@ from dforce import kernel
 from dforce.core.arrays import Array, Complexes
 from dforce.instrument.history import FluidMemory
 from dforce.instrument.noise import time_constant
-from dforce.integrators import loops
 from dforce.problem import Problem
 from dforce.solvers._tangents import tangents
 from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.stability import STABLE, stability
 
 DOUBLINGS = 60  # of the periods that are summed: with a multiplier below 1 by rounding they are still enough
-ENTRIES: dict[str, Callable[..., Any]] = {"tangents": tangents, "phases": loops.phases}
+ENTRIES: dict[str, Callable[..., Any]] = {"tangents": tangents}
 
 
 @dataclass(frozen=True)
@@ -113,40 +112,34 @@ def _stationary(whole: Array, added: Array) -> Array:
     return total
 
 
-def _periods(integrator: Integrator, motion: Motion, periods: int) -> Sequence[tuple[Array, Array, float]]:
-    """Return the tangents of all steps of each period, the phases of the tones at its start, and the step."""
+def _periods(integrator: Integrator, motion: Motion, periods: int) -> list[tuple[Array, Array]]:
+    """Return the tangents of all steps of each period, and the phases of the tones at its start."""
     problem = integrator.problem
-    compiled = kernel.load(problem, ENTRIES)
+    tangents_of = kernel.load(problem, ENTRIES).entry("tangents")
     size, states = kernel.size_of(problem), integrator.memory_size
     rows = []
     for _ in range(periods):
-        bases, change = np.empty(len(problem.tones)), np.empty((integrator.points, size + states, size + states))
-        compiled.entry("phases")(integrator.tones, motion.period, bases)
-        period = motion.period
+        bases, change = integrator.phases(motion.period), np.empty((integrator.points, size + states, size + states))
+        drive = integrator.tones, bases, motion.period, integrator.points
         motion, block = integrator.record(motion)
-        compiled.entry("tangents")(
-            block,
-            (integrator.tones, bases, period, integrator.points),
-            integrator.kinks,
+        scale, work, ends = (
             np.maximum(integrator.sizes, 1e-300),
-            integrator.p,
-            change,
-            np.zeros((8, max(states, 1))),
+            np.zeros_like(integrator.work),
             np.empty((2, size + states)),
         )
-        rows.append((change, bases, 2.0 * math.pi / integrator.points))
+        tangents_of(block, drive, integrator.kinks, scale, integrator.p, change, work, ends)
+        rows.append((change, bases))
     return rows
 
 
-def _augmented(
-    problem: Problem, change: Array, bases: Array, h: float, decay: float, poles: int
-) -> list[tuple[Array, Array]]:
+def _augmented(problem: Problem, change: Array, bases: Array, decay: float, poles: int) -> list[tuple[Array, Array]]:
     """Return map and added covariance of each step, of motion, memory and lock-in together.
 
     The lock-in's poles follow the motion, tone after tone, real and imaginary part; `decay` is the step over their time
     constant. Between the ends of a step the deflection is a cubic.
     """
     points, inner, _ = change.shape
+    h = 2.0 * math.pi / points
     tones, modes = len(problem.tones), len(problem.modes)
     outer = 2 * tones * poles
     kept, half = math.exp(-decay), math.exp(-0.5 * decay)

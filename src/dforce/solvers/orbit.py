@@ -8,10 +8,11 @@ than those of the motion alone. What is known of an orbit follows from its state
 
 from __future__ import annotations
 
+import copy
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +34,9 @@ from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
 ROUNDING = 1e-12  # of the range: values nearer to its ends are these
+STEEP = (
+    10.0  # change of the motion by the parameter: of free amplitudes by free amplitudes of distance, or by the range
+)
 MOST_REPEATS = 4  # common periods: motions that repeat only after more are not sought
 
 END, FOLD, PERIOD_DOUBLING, TORUS, GRAZING = "end", "fold", "period_doubling", "torus", "grazing"
@@ -62,6 +66,8 @@ class Orbit:
         What is special about it: ``""``, ``fold``, ``period_doubling``, ``torus``, ``grazing`` or ``end``.
     repeats
         After how many common periods the motion repeats.
+    error
+        Estimated error, see `accuracy`; NaN where it is unknown.
     """
 
     u: Array
@@ -76,6 +82,7 @@ class Orbit:
     steps: float
     special: str = ""
     repeats: int = 1
+    error: float = math.nan
 
     @property
     def x(self) -> Array:
@@ -132,6 +139,11 @@ class ParameterRange:
     points
         Samples per period; left out: as many as the range needs.
 
+    Attributes
+    ----------
+    unit
+        The range in free amplitudes, where the distance is the parameter; else 1.
+
     Raises
     ------
     ParameterError
@@ -166,7 +178,9 @@ class ParameterRange:
         self._ends = min(start, stop), max(start, stop)
         self.span = self._ends[1] - self._ends[0]
         self.low, self.high = self._ends[0] / self.span, self._ends[1] / self.span
+        self.unit = 1.0 if zc is not None else self.span / among[0].tones[0].A0
         self._block = functools.lru_cache(maxsize=4)(self._new_block)
+        self._finer: dict[int, ParameterRange] = {}
         self.problem, self.has_changing_lever = among[0], zc is None and problem_at(start).heights is not None
         block = self.block(start)
         self._motion, self._memory_scale, self.is_smooth = block.size, block.memory_scale, block.is_smooth
@@ -187,6 +201,20 @@ class ParameterRange:
         return block_type(self.settings).of_one(
             problem, self.settings, self.harmonics, points=self.points, unit=self.span
         )
+
+    def finer(self, times: int) -> ParameterRange:
+        """Return the same range with so many times the samples; of RK4, where an integrator chooses its own steps."""
+        if times == 1:
+            return self
+        if times not in self._finer:
+            finer, points, settings = copy.copy(self), times * self.points, self.settings
+            finer.points, finer._finer = points, {}
+            make = lambda value: self._block(value).finer(points)  # noqa: E731
+            if settings.method == "transient" and settings.integrator != "rk4":
+                finer.settings, make = settings.replace(integrator="rk4", accuracy=None), finer._new_block
+            finer._block = functools.lru_cache(maxsize=4)(make)
+            self._finer[times] = finer
+        return self._finer[times]
 
     def block(self, value: float) -> Block:
         """Return the problem at a value (SI), as a block along the distance."""
@@ -252,6 +280,31 @@ class ParameterRange:
             return self.orbit(value, kept, float(orbits.steps[0]), repeats)
         except ParameterError:  # the parameter has left what is allowed
             return None
+
+    def across(self, orbit: Orbit) -> Array:
+        """Return the normal of the plane in which an orbit is found with other samples.
+
+        The value stays, but where the curve is steep: at a fold no orbit may be left there. Then the plane is across the curve.
+        """
+        *motion, ahead = np.abs(orbit.tangent)
+        stays = orbit.value in self._ends or max(motion) < STEEP * self.unit * ahead
+        return np.eye(1, self.size + 1, self.size)[0] if stays else orbit.tangent
+
+    def found_again(self, orbit: Orbit) -> Orbit | None:
+        """Return an orbit that was found with other samples, in that plane; None where it is not found."""
+        found = self.find(orbit.u, orbit.kept.branch, self.across(orbit), orbit.repeats)
+        return None if found is None else replace(found, special=orbit.special, steps=orbit.steps)
+
+    def remeasured(self, orbit: Orbit) -> tuple[Array, Array]:
+        """Return what one Newton step in that plane leads to: the unknowns, and what is measured over each period there."""
+        u, rows = orbit.u.copy(), np.full(orbit.rows.shape, np.nan)
+        ends, _ = self._march(orbit.x[None], orbit.value, orbit.kept.branch, orbit.repeats)
+        if np.isfinite(ends).all():
+            equations, miss = np.vstack([orbit.equations, self.across(orbit)]), np.append(orbit.x - ends[0], 0.0)
+            u += np.linalg.lstsq(equations, miss)[0]  # which has a solution where curves cross, too
+            _, slots = self._march(u[None, :-1], self.value_of(u[-1]), orbit.kept.branch, orbit.repeats, True)
+            rows = slots.rows[0]
+        return u, rows
 
     def scales_of(self, value: float) -> Array:
         """Return the units (m, m/s) of the numbers of a motion at a value (SI)."""
@@ -335,7 +388,7 @@ class ParameterRange:
         """
         integrator = self.integrator(orbit.value / self.span)
         even = weights([tone.frequency for tone in integrator.problem.tones], len(orbit.rows))
-        values = finish(integrator.problem, integrator.scales, self.harmonics, orbit.rows, even)
+        values = finish(integrator.problem, self.harmonics, orbit.rows, even)
         found = orbit.multipliers[: self._motion]
         modulus = np.abs(found)
         if not orbit.is_stable:
@@ -346,7 +399,9 @@ class ParameterRange:
             "multiplier_modulus": modulus,
             "multiplier_angle": angle(found),
         }
-        return Steady(values, orbit.state.motion(0), True, orbit.repeats == 1)
+        if not math.isnan(orbit.error):
+            values["error_estimate"] = orbit.error
+        return Steady(values, orbit.state.motion(0), True, orbit.repeats == 1, self.settings.accuracy)
 
     def free_orbit(self, scaled: float) -> Orbit | None:
         """Return the orbit at a scaled value that Newton's method finds from the motion without forces."""

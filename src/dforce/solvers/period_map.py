@@ -179,7 +179,7 @@ def march_columns(slots: Any, chosen: Any, measured: bool, model: Any, drive: An
         for k in range(states):
             memory[k] += side * apart[k]
         branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
-        p = of_case(model.tip, numbers, j, numbers[ZC, j], others)
+        p = of_case(model.tip, numbers, j, others)
         y, last, settled = start, np.zeros((2, states)), False
         for attempt in range(MEMORY_PASSES if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
@@ -278,7 +278,7 @@ def take_measure(slots: Any, s: int, period: int, model: Any, drive: Any, column
             rows[k] = 0.0
         measure_motion(record, drive.turns, drive.phases[period], room, rows)
         return
-    p = of_case(model.tip, numbers, j, numbers[ZC, j], others)
+    p = of_case(model.tip, numbers, j, others)
     for k in range(kinks.shape[0]):
         kinks_here[k] = kinks[k, j]
     driven = tones[j], drive.phases[period], period, drive.points

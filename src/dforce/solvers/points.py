@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.observables.averaging import weights
-from dforce.observables.finish import finish, finish_each, first_amplitudes, multipliers
+from dforce.observables.finish import finish, finish_each, first_amplitude, multipliers
 from dforce.solvers.block import Block
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
-# what motions that settled in time do not have, or seldom
-OF_ORBITS = ("corrections", "multiplier_modulus", "multiplier_angle", "error_estimate")
+OF_ORBIT = ("rows", "monodromy", "residual", "steps", "settling", "error")  # arrays of `Points`
+# observables that motions which settled in time do not have, or seldom
+ONLY_OF_ORBITS = ("corrections", "multiplier_modulus", "multiplier_angle", "error_estimate")
 
 
 @dataclass(frozen=True)
@@ -67,21 +68,13 @@ class Points:
     def __getitem__(self, which: slice) -> Points:
         """Return some values of all problems."""
         first, last, _ = which.indices(self.cycles.shape[1])
-        return Points(
-            self.rows[:, which],
-            self.monodromy[:, which],
-            self.residual[:, which],
-            self.steps[:, which],
-            self.settling[:, which],
-            self.error[:, which],
-            self.states.take((slice(None), which)),
-            self.cycles[:, which],
-            {(case, at - first): one for (case, at), one in self.others.items() if first <= at < last},
-        )
+        arrays = {name: getattr(self, name)[:, which] for name in (*OF_ORBIT, "cycles")}
+        others = {(case, at - first): one for (case, at), one in self.others.items() if first <= at < last}
+        return replace(self, **arrays, states=self.states.take((slice(None), which)), others=others)
 
     def put(self, case: int, place: int, one: Points) -> None:
         """Take over the only point of others."""
-        for name in ("rows", "monodromy", "residual", "steps", "settling", "error", "cycles"):
+        for name in (*OF_ORBIT, "cycles"):
             getattr(self, name)[case, place] = getattr(one, name)[0, 0]
         self.states.put((case, place), one.states.take((0, 0)))
         if (0, 0) in one.others:
@@ -119,13 +112,8 @@ class Points:
         if found is not None:
             return found
         integrator = block.integrator(case, value)
-        values = finish(
-            integrator.problem,
-            integrator.scales,
-            block.harmonics,
-            self.rows[case, place],
-            weights(block.frequencies, block.common),
-        )
+        even = weights(block.frequencies, block.common)
+        values = finish(integrator.problem, block.harmonics, self.rows[case, place], even)
         modulus, angle = multipliers(self.monodromy[case, place][None])
         values |= {
             "settling_periods": float(self.settling[case, place]),
@@ -164,11 +152,9 @@ class Points:
             for name, value in found.values.items():
                 out[name][where] = value
         known = np.isfinite(out["corrections"]).any()
-        return {name: column for name, column in out.items() if known or name not in OF_ORBITS}
+        return {name: column for name, column in out.items() if known or name not in ONLY_OF_ORBITS}
 
 
 def amplitude_of(block: Block, case: int, value: float, rows: Array) -> float:
     """Return the amplitude (m) at the first tone of an orbit from what was measured over its periods."""
-    integrator = block.integrator(case, value)
-    even = weights(block.frequencies, len(rows))
-    return float(first_amplitudes(integrator.problem, integrator.scales, rows[None], even)[0])
+    return first_amplitude(block.integrator(case, value).problem, rows, weights(block.frequencies, len(rows)))

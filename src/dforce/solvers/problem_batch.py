@@ -160,15 +160,14 @@ class ProblemBatch:
     @functools.cached_property
     def decay(self) -> Indices:
         """Decay times of the slowest mode, in periods of the drive."""
-        modes = self._modes()
-        own = np.sqrt(modes[:, :, 0])
-        drag = kernel.stiffness_of(self.numbers, modes.shape[1], self.example.late_fluid, own).imag / own
+        own = np.sqrt(self._modes[:, :, 0])
+        drag = kernel.stiffness_of(self.numbers, own.shape[1], self.example.late_fluid, own).imag / own
         slowest = drag.min(1)  # ratio / Q
         return np.asarray(np.maximum(1, np.ceil(1.0 / (math.pi * slowest))), dtype=np.int64)
 
     def samples(self, settings: SolverSettings) -> Indices:
         """Return the samples per period of each, as :func:`dforce.solvers.integrator.sample_count` does."""
-        fastest = np.sqrt(self._modes()[:, :, 0].max(axis=1))
+        fastest = np.sqrt(self._modes[:, :, 0].max(axis=1))
         return np.asarray(enough_samples(LEAST_SAMPLES * np.maximum(fastest, 1.0), settings))
 
     def moving(self, mode: int, amplitude: float, phase: float) -> Array:
@@ -181,10 +180,9 @@ class ProblemBatch:
 
     def free(self) -> Array:
         """Return the scaled motions without tip–sample forces at the start of a period."""
-        modes = self._modes()
-        drive = kernel.drive_of(self.tones[:, 0], modes.shape[1]) * np.exp(1j * self.tones[:, :1, 1])
-        ones = np.ones(modes.shape[:2])
-        motion = drive / kernel.stiffness_of(self.numbers, modes.shape[1], self.example.late_fluid, ones)
+        modes = len(self.example.modes)
+        drive = kernel.drive_of(self.tones[:, 0], modes) * np.exp(1j * self.tones[:, :1, 1])
+        motion = drive / kernel.stiffness_of(self.numbers, modes, self.example.late_fluid, np.ones(drive.shape))
         moves = np.stack([motion.real, -motion.imag], axis=2).reshape(len(self), -1)
         room = np.zeros((len(self), kernel.size_of(self.example) - moves.shape[1]))
         return self._with_fluid(np.concatenate([moves, room], axis=1))
@@ -196,7 +194,7 @@ class ProblemBatch:
         behind = kernel.steady_fluid_memory(self.numbers, self.example, np.ones((len(self), 1)), speeds[:, None])
         return np.concatenate([motions[:, :count], behind], axis=1)
 
+    @property
     def _modes(self) -> Array:
-        """Return stiffness, damping and gain of each mode, (problems, modes, 3)."""
-        count = len(self.example.modes)
-        return self.numbers[:, FIRST_MODE : FIRST_MODE + PER_MODE * count].reshape(-1, count, PER_MODE)
+        """Stiffness, damping and gain of each mode, (problems, modes, 3)."""
+        return kernel.modes_of(self.numbers, len(self.example.modes))

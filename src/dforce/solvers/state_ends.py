@@ -11,7 +11,7 @@ from dforce.solvers.integrator import Motion
 from dforce.solvers.quasi_static import Branch
 
 NEARER = 0.2  # times the distance of the next multiplier from the unit circle: that of a state close to a fold
-CRITICAL = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
+STILL_INSIDE = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
 
 
 class End(NamedTuple):
@@ -52,7 +52,7 @@ def directions(ends: Branch, way: Array) -> tuple[Any, Any, Array]:
             continue
         values, vectors = np.linalg.eig(ends.last_monodromy[i])
         *_, second, largest = np.argsort(np.abs(values)).tolist()
-        if abs(values[largest]) < 1.0 - CRITICAL:
+        if abs(values[largest]) < 1.0 - STILL_INSIDE:
             continue
         vector = vectors[:, largest].real
         if abs(values[largest].imag) < 1e-9 and values[largest].real > 0.0:

@@ -59,11 +59,8 @@ class TipEquations:
             self.numbers[:, 0] = zc
             self.responses = np.repeat(kernel.responses(example)[None], len(batch), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
-        self._kernel, self._solvers = load_kernels(example)
-        self._tip, self._parameters = (
-            TipFunctions(self._kernel, example, CALLED, SHARED),
-            kernel.parameters(example, 0.0),
-        )
+        own, self._solvers = load_kernels(example)
+        self._tip = TipFunctions(own, example, CALLED, SHARED)
         self._drives: dict[int, SharedDrive] = {}
 
     @property
@@ -166,7 +163,7 @@ class TipEquations:
     def _compiled(self) -> tuple[Array, tuple[Any, ...]]:
         """The numbers of all problems, and the tip equation of one, as the compiled solvers take them."""
         names = [*(["advance_lanes", "cut_lanes"] if self.is_smooth else ["advance"]), "measure_force"]
-        tip = self._tip.at(self._parameters, names)
+        tip = self._tip.at(kernel.parameters(self.batch.example, 0.0), names)
         return self._tip.numbers(self.numbers), tip
 
     def model(self, which: Indices) -> Model:

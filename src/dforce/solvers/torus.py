@@ -268,12 +268,13 @@ class TorusBalance:
 
 
 def _largest(lever: TwoToneLever, torus: Torus) -> tuple[AnyArray, AnyArray]:
-    """Return the multiples of both frequencies with the largest answers; of p, q and -p, -q one."""
+    """Return both tones and the multiples of their frequencies with the largest answers; of p, q and -p, -q one."""
     along, across = (min(most, phases // 4) for most, phases in zip(FARTHEST, torus.grid, strict=True))
     p, q = np.meshgrid(np.arange(-along, along + 1), np.arange(across + 1), indexing="ij")
     p, q = (one[(q > 0) | (p >= 0)] for one in (p, q))
     answer = np.abs(lever.responses(p * torus.omega[0] + q * torus.omega[1]).sum(axis=0))
-    chosen = np.argsort(-answer / (1.0 + q), kind="stable")[:EXACT]
+    order = np.argsort(-answer / (1.0 + q), kind="stable")
+    chosen = order[(np.arange(len(order)) < EXACT) | (np.abs(p) + q == 1)[order]]
     return np.asarray(p[chosen]), np.asarray(q[chosen])
 
 

@@ -113,9 +113,7 @@ def chunks(periods: float, check_cancelled: CancelCheck, chunk: int = 16) -> Ite
         chunk = max(1, min(4 * chunk, int(count * CHUNK_SECONDS / max(took, 1e-9))))
 
 
-def settle(
-    integrator: Integrator, motion: Motion, check_cancelled: CancelCheck, tolerance: float | None = None
-) -> tuple[Motion, bool, float]:
+def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> tuple[Motion, bool, float]:
     """Integrate until the tones' complex amplitudes stop moving.
 
     Each is compared over a span of one decay time of the slowest mode. From two changes in a row, c1 and c2, what is
@@ -128,7 +126,6 @@ def settle(
         amplitude, infinite for a motion that wanders.
     """
     problem, settings = integrator.problem, integrator.settings
-    tolerance = settings.settle_tolerance if tolerance is None else tolerance
     frequencies = [tone.frequency for tone in problem.tones]
     window = window_length(frequencies)
     decay = max(4, decay_periods(problem))
@@ -150,7 +147,7 @@ def settle(
             change = float(np.max(np.abs(now - before) / size))
             ratio = min(change / change_before, 0.999) if change_before > 0.0 else 0.0
             drift = change * max(1.0, ratio / (1.0 - ratio)) if math.isfinite(change_before) else math.inf
-            if min(drift, 100.0 * change) < tolerance and math.isfinite(change_before):
+            if min(drift, 100.0 * change) < settings.settle_tolerance and math.isfinite(change_before):
                 return motion, True, drift
             change_before = change
         before = now
@@ -178,7 +175,7 @@ def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
     motion, rows = observe(integrator, motion, max(count, long) if lasting else count, check_cancelled)
     if lasting:
         settled, rows, drift = _lasting(integrator, rows, count, window, drift)
-    values = finish(problem, integrator.scales, integrator.harmonics, rows, weights(frequencies, len(rows)))
+    values = finish(problem, integrator.harmonics, rows, weights(frequencies, len(rows)))
     values |= {"settling_periods": float(periods), "drift": drift}
     motion, _ = march(integrator, motion, -motion.period % (common_period(frequencies) or 1), check_cancelled)
     repeats = _repeats(integrator, rows, frequencies)

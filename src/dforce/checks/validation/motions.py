@@ -123,8 +123,8 @@ def averages(
         d, v = zc + amplitude * math.cos(turn[i]), ready.block[i, 1] * ready.scales.speed
         ready.block[i, -1] = sum(f.law_function()(d, v, 0.0, *f.values()) for f in problem.forces)
     row = np.empty((1, ready.columns))
-    ready.measure(0, np.zeros(1), row[0])
-    return finish(problem, ready.scales, 5, row, np.ones(1))
+    ready.measure(0, row[0])
+    return finish(problem, 5, row, np.ones(1))
 
 
 def average(given: Given) -> float:

@@ -1,4 +1,5 @@
 // One field of a form: label with symbol, text and unit, what is wrong with it, and advice about it.
+const ROOM = 14; // letters beside a unit
 export default {
   template: `
     <div class="df-entry" :class="{wrong: error, wide: kind === 'text' && !numeric && !known.length}" :data-path="path" :data-help="help"
@@ -7,7 +8,7 @@ export default {
         <span class="df-name">{{ label }}</span><span v-if="symbol" class="df-symbol" v-html="symbol"></span>
       </label>
       <div class="df-control" :class="{united: units.length > 1 || (units.length && units[0] !== '1')}">
-        <input v-if="kind === 'text'" :id="uid" class="df-box" type="text" :value="draft" :placeholder="placeholder"
+        <input v-if="kind === 'text'" :id="uid" class="df-box" type="text" :value="draft" :placeholder="hint" :title="placeholder"
                autocomplete="off" spellcheck="false" :inputmode="numeric ? 'decimal' : 'text'"
                :class="{number: numeric}" :aria-invalid="error ? 'true' : 'false'" :aria-describedby="uid + '-more'"
                :maxlength="longest" @input="typed($event.target.value)" @focus="focused = true" @blur="left"
@@ -51,6 +52,10 @@ export default {
   computed: {
     now() {
       return this.taken ?? { text: this.text, unit: this.unit };
+    },
+    // words that have no room are read with the help of the field
+    hint() {
+      return this.numeric && this.placeholder.length > ROOM ? "default" : this.placeholder;
     },
   },
   created() {

@@ -284,6 +284,12 @@ def plain(text: str) -> str:
     return KEY.sub(lambda found: _word(found[0]), MODEL.sub(lambda found: name_of(df.forces.REGISTRY[found[0]]), text))
 
 
+def with_models(text: str) -> str:
+    """Return a text with the names of force models in the place of their keys, also of those that are English words."""
+    models = df.forces.REGISTRY
+    return re.sub(r"\w+", lambda found: name_of(models[found[0]]) if found[0] in models else found[0], text)
+
+
 def _word(key: str) -> str:
     return OBSERVABLES[key].label if key in OBSERVABLES else spaced(key)
 

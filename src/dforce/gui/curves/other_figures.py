@@ -9,6 +9,7 @@ import numpy as np
 
 import dforce as df
 from dforce.findings.coexisting import starts_of_states
+from dforce.gui.case.fields import with_models
 from dforce.gui.curves.chart import Chart, label_of, legend, packed, plain, title, unit_of
 from dforce.gui.curves.figures import LIGHT, MARGIN, WIDTH, Drawn, Figure
 from dforce.gui.document.compute import BEHIND, LIVE_CURVES, Overtaken, in_thread
@@ -89,7 +90,7 @@ def force_distance(result: xr.Dataset, parts: xr.Dataset | None = None) -> Figur
         [] if parts is None else [one for one in parts["force_part"] if np.abs(one.values).max() > LEAST_PART * scale]
     )
     for number, one in enumerate(shown if len(shown) > 1 else []):
-        name = str(one["interaction"].values)
+        name = with_models(str(one["interaction"].values))
         data.append(
             {
                 "x": packed(result["distance"].values / x_scale),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
+from dforce.gui.case.entry import QuietElement
 from dforce.gui.curves.figures import Drawn, Layer
 from dforce.gui.window.shown import Said
 from dforce.results.curves import Picture
@@ -86,6 +87,10 @@ class Panel:
 NO_ADVICE = "No advice on this case."
 
 
+class Pieces(QuietElement, component="pieces.js"):
+    """The list of advice."""
+
+
 class AdvicePanel(Panel):
     """The list; each piece stands at its field, too."""
 
@@ -99,8 +104,7 @@ class AdvicePanel(Panel):
 
     def make(self) -> None:
         """Make the list, in the container that is open."""
-        self.list = ui.element("ul").classes("df-pieces")
-        self.told: tuple[str, ...] | None = None
+        self.list = Pieces()
         self.view.on_said.append(self._said)
         self._said(self.view.said)
 
@@ -109,14 +113,7 @@ class AdvicePanel(Panel):
         self._said(self.view.said)
 
     def _said(self, said: Said) -> None:
-        pieces = tuple(dict.fromkeys(text for _, text in said.advice)) or (NO_ADVICE,)
-        if pieces != self.told:
-            self.told = pieces
-            self.list.clear()
-            with self.list:
-                for text in pieces:
-                    with ui.element("li"):
-                        ui.label(text)
+        self.list.show(pieces=list(dict.fromkeys(text for _, text in said.advice)) or [NO_ADVICE])
 
 
 class Pane:

@@ -15,7 +15,7 @@ from nicegui.events import GenericEventArguments
 import dforce as df
 from dforce.core.notation import html_symbol, plain_math
 from dforce.findings.answer import answer_with
-from dforce.gui.case.fields import with_labels
+from dforce.gui.case.fields import with_labels, within_sentence
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart, ring, unit_of
 from dforce.gui.curves.kept import Differences, KeptResults
@@ -130,6 +130,7 @@ class Plots:
         view.compose, view.prepare = self.compose, self.prepare
         view.picture = lambda: self.shown
         for element in (
+            self.answer,
             self.set_point.element,
             self.fit_numbers.sheet,
             self.material.sheet,
@@ -206,7 +207,9 @@ class Plots:
             states = self._all_states() if top.result is self.result else None
             text = with_labels(document, answer_with(top.result, document.set_point, top.states, states))
             if document.measured is not None and fit is not None and fitting.is_of(fit, document):
-                return f"{df.answer(fit)} {text}"
+                if fitting.taken_over(document, fit).same_case(document):
+                    return f"{df.answer(fit)} {text}"
+                return f"{df.answer(fit)} With the values of the form: {within_sentence(text)}"
             return text
         except df.DForceError:  # a run that was stopped before its first result
             return ""

@@ -23,6 +23,7 @@ MOST_PLOTS = 10
 MOST_RESULTS = 50
 MOST_QUANTITIES = 100  # of a picture
 LONGEST_NAME = 120
+LONGEST_FILE = 255  # characters of the name of a file, as file systems have it
 NAMED = ("cantilever", "medium")  # sections that a name alone may stand for
 PLUGINS = "plugins are Python files, not run here; install them as a package"
 COLORS = 6  # that the theme has for series
@@ -135,7 +136,7 @@ class MeasuredData:
     """
 
     id: Name
-    name: Name
+    name: Annotated[str, Bounded(max_length=LONGEST_FILE)]
     settings: Table = field(default_factory=dict)
     shift: Annotated[Number, Bounded(ge=-FARTHEST, le=FARTHEST)] = 0.0
     turn: Annotated[Number, Bounded(ge=-360.0, le=360.0)] = 0.0

@@ -126,7 +126,9 @@ class Saving:
     def write(self) -> None:
         """Write the document as it is now. Blocking."""
         with self._writing:
-            self._store[KEY] = self._current().to_plain()
+            plain = self._current().to_plain()
+            Document.from_plain(plain)  # what cannot be read again must not replace what can
+            self._store[KEY] = plain
 
     def end(self) -> None:
         """Write what waits, and nothing more: the server ends. Blocking."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import dataclasses
 import re
 import tempfile
 import threading
@@ -200,6 +201,9 @@ class FileMenu:
         except reading.MissingAnswer as question:
             self._ask(question, str(question), data, name, settings)
             return
+        if view.session.fresh:  # the first case of a window is that of the curve, and no longer the example
+            titled = view.document.put(("about",), None).put(("title",), Path(name).stem)
+            view.open(dataclasses.replace(titled, opened=titled.table))
         await view.session.take_measured(raw, name, settings)
         self.plots.show_measured()
 

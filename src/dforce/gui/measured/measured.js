@@ -40,17 +40,17 @@ export default {
               @click="$emit('confirm')">Confirm lever and tip</button></div>
           <p class="df-motion-note" id="df-unconfirmed">{{ unconfirmed }}</p>
         </template>
-        <p v-else class="df-text">Confirmed for this curve: {{ lever }}.</p></div>
+        <p v-else class="df-text">Confirmed for this curve: {{ whole(lever) }}.</p></div>
         <div><h3>Fit</h3>
         <p v-if="free.length" class="df-text">Finds {{ free.join(", ") }}, from the values in the form.</p>
         <p v-else class="df-text">Tick <b>fit</b> at the fields of the form: the fit finds these parameters.</p>
         <p v-if="failed" class="df-motion-note wrong" role="alert">{{ failed }}</p>
         <template v-if="report">
           <p v-if="stale" class="df-motion-note">This fit is of another case than the one in the forms.</p>
-          <p v-for="note in notes" :key="note" class="df-motion-note">{{ note }}</p>
+          <p v-for="note in notes" :key="note" class="df-motion-note">{{ whole(note) }}</p>
           <ul class="df-facts df-answers" role="status"><li v-for="one in answers" :key="one">{{ whole(one) }}</li></ul>
-          <p class="df-text">{{ summary }}</p>
-          <ul class="df-facts"><li v-for="one in others" :key="one">{{ one }}</li></ul>
+          <p class="df-text">{{ whole(summary) }}</p>
+          <ul class="df-facts"><li v-for="one in others" :key="one">{{ whole(one) }}</li></ul>
           <div class="df-measured-buttons">
             <button type="button" class="df-plain" @click="$emit('take')">Take over these values</button>
             <button type="button" class="df-plain" @click="$emit('report')">Save the report</button></div>
@@ -64,7 +64,7 @@ export default {
             <button v-else type="button" class="df-plain" @click="$emit('unsafe')">Stop</button>
             <progress v-if="finding" aria-label="progress of the safe settings"></progress></div>
           <p v-if="unsafe" class="df-motion-note wrong" role="alert">{{ unsafe }}</p>
-          <ul v-if="findings.length" class="df-facts df-findings" role="status"><li v-for="one in findings" :key="one">{{ one }}</li></ul></div>
+          <ul v-if="findings.length" class="df-facts df-findings" role="status"><li v-for="one in findings" :key="one">{{ whole(one) }}</li></ul></div>
       </template>
     </aside>`,
   props: {

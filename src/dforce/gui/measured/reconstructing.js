@@ -13,12 +13,13 @@ export default {
         <p v-if="failed" class="df-motion-note wrong" role="alert">{{ failed }}</p>
         <template v-if="done">
           <p v-if="stale" class="df-motion-note">This force is of another curve, shift or lever.</p>
-          <p class="df-text">Force {{ holds_for }}. The band is ±2 standard errors.</p>
-          <ul class="df-facts df-gaps" role="status"><li v-for="one in gaps" :key="one">{{ one }}</li></ul></template></div>
+          <p class="df-text">Force {{ whole(holds_for) }}. The band is ±2 standard errors.</p>
+          <ul class="df-facts df-gaps" role="status"><li v-for="one in gaps" :key="one">{{ whole(one) }}</li></ul></template></div>
       <div v-show="done" class="df-rebuilt-chart" :class="{'df-behind': stale}"><slot></slot></div>
     </section>`,
   props: {
     name: { default: "" }, unconfirmed: { default: "" }, busy: Boolean, share: { default: 0 }, failed: { default: "" },
     done: Boolean, stale: Boolean, holds_for: { default: "" }, gaps: { default: () => [] },
   },
+  methods: { whole: (text) => window.dforceWhole(text) },
 };

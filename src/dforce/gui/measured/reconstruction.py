@@ -107,6 +107,7 @@ def figure_of(result: xr.Dataset) -> Drawn:
     return Drawn({"data": data, "layout": layout, "bar": "hover"}, (None,) * len(data))
 
 
+UNCONFIRMED = "Confirm lever and tip on the tab Fit: the force is proportional to k, and to 1/Q."
 NO_GAP = "No gap: the force is known over the whole range."
 
 
@@ -162,7 +163,7 @@ class Reconstruction(Panel):
         result = None if job is None else job.result
         self.element.show(
             name=document.measured.name,
-            unconfirmed=fitting.unconfirmed(document, fitting.lever_of(document)),
+            unconfirmed=UNCONFIRMED if fitting.unconfirmed(document, fitting.lever_of(document)) else "",
             busy=job is not None and job.busy,
             share=job.share if job is not None else 0.0,
             failed=as_sentence(job.error) if job is not None and job.error else "",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import dforce as df
 from dforce.core.progress import duration
 from dforce.gui.document.compute import Job
-from dforce.gui.document.document import LONGEST_NAME, Document, MeasuredData
+from dforce.gui.document.document import LONGEST_FILE, Document, MeasuredData
 from dforce.gui.document.store import ResultStore
 from dforce.gui.measured.reading import CALIBRATED, calibrated
 from dforce.inverse.fitting.result import data_of
@@ -92,7 +92,8 @@ class MeasuredSession:
         """
         identifier = await asyncio.to_thread(self.results.keep, raw)
         offset = calibrated(raw, settings, None).attrs.get("height_offset", 0.0)
-        return dataclasses.replace(document, measured=MeasuredData(identifier, name, dict(settings), float(offset)))
+        measured = MeasuredData(identifier, name[-LONGEST_FILE:], dict(settings), float(offset))
+        return dataclasses.replace(document, measured=measured)
 
     async def keep_fit(self, document: Document, fit: xr.Dataset) -> Document:
         """Keep a fit of the document's curve, and return the document with it.
@@ -156,4 +157,4 @@ def curve_in(fit: xr.Dataset) -> tuple[xr.Dataset, str, dict[str, Any]]:
     if "direction" not in curve.coords:
         curve = curve.assign_coords(direction=("point", ["approach"] * curve.sizes["point"]))
     curve = curve.assign_attrs(provenance("", "") | {"phase_convention": "lag", CALIBRATED: 0.0} | curve.attrs)
-    return curve, str(curve.attrs.get("source", "the fitted curve"))[:LONGEST_NAME], {}
+    return curve, str(curve.attrs.get("source", "the fitted curve")), {}

@@ -9,25 +9,25 @@ export default {
       <div class="df-motion-head"><h2>{{ title || "Against a parameter, at the set point" }}</h2></div>
       <details class="df-folded df-vary-fold" :open="!title || here"><summary>Compute against parameters</summary>
       <form class="df-vary" @submit.prevent="compute">
-        <label>Vary <select class="df-box" v-model="path" :disabled="busy" @change="$emit('suggest', path)">
+        <span class="df-together"><label>Vary <select class="df-box" v-model="path" :disabled="busy" @change="$emit('suggest', path)">
           <option v-for="row in rows" :key="row.name" :value="row.name">{{ row.label }}</option></select></label>
         <label>from <input class="df-box" v-model="low" maxlength="40" /></label>
         <label>to <input class="df-box" v-model="high" maxlength="40" /></label>
-        <label>in <input class="df-box number df-few" type="number" min="2" :max="most" v-model="points" /> values</label>
-        <label>and <select class="df-box" v-model="path2" aria-label="second parameter" :disabled="busy" @change="$emit('second', path2)">
+        <label>in <input class="df-box number df-few" type="number" min="2" :max="most" v-model="points" /> values</label></span>
+        <span class="df-together"><label>and <select class="df-box" v-model="path2" aria-label="second parameter" :disabled="busy" @change="$emit('second', path2)">
           <option value="">nothing else</option>
           <option v-for="row in rows.filter((one) => one.name !== path)" :key="row.name" :value="row.name">{{ row.label }}</option></select></label>
         <template v-if="path2">
           <label>from <input class="df-box" v-model="low2" maxlength="40" aria-label="second from" /></label>
           <label>to <input class="df-box" v-model="high2" maxlength="40" aria-label="second to" /></label>
           <label>in <input class="df-box number df-few" type="number" min="2" :max="most" v-model="points2" aria-label="second values" /> values</label>
-        </template>
-        <label>Keep <select class="df-box" v-model="limited_" aria-label="quantity to keep within a limit">
+        </template></span>
+        <span class="df-together"><label>Keep <select class="df-box" v-model="limited_" aria-label="quantity to keep within a limit">
           <option value="">no limit</option>
           <option v-for="one in limitable" :key="one.name" :value="one.name">{{ one.label }}</option></select></label>
         <template v-if="limited_"><select class="df-box" v-model="above_" aria-label="side of the limit">
             <option :value="false">below</option><option :value="true">above</option></select>
-          <input class="df-box" v-model="limit_" aria-label="limit to keep" placeholder="100 pN" maxlength="40" /></template>
+          <input class="df-box" v-model="limit_" aria-label="limit to keep" placeholder="100 pN" maxlength="40" /></template></span>
         <label>in <select class="df-box" v-model="regime" aria-label="regime to keep">
           <option value="">any regime</option><option value="attractive">the attractive regime</option>
           <option value="repulsive">the repulsive regime</option></select></label>
@@ -38,7 +38,7 @@ export default {
         <span class="df-text" role="status">{{ words }}</span>
       </form></details>
       <p v-if="failed" class="df-motion-note wrong" role="alert">{{ failed }}</p>
-      <p v-if="note" class="df-motion-note">{{ note }}</p>
+      <p v-if="note" class="df-motion-note">{{ unbroken(note) }}</p>
       <div v-if="quantities.length" class="df-vary">
         <label>Show <select class="df-box" :value="quantity" @change="show($event.target)">
           <option v-for="one in offered" :key="one.name" :value="one.name">{{ one.label }}</option>
@@ -58,8 +58,8 @@ export default {
             <option value="below">at most</option><option value="above">at least</option></select>
           <input class="df-box" :value="limit" aria-label="limit" maxlength="40" @change="$emit('limit', {text: $event.target.value})" /></template></template>
       </div>
-      <p v-if="allowed" class="df-text" role="status">{{ allowed }}</p>
-      <p v-for="one in found" :key="one" class="df-text">{{ one }}</p>
+      <p v-if="allowed" class="df-text" role="status">{{ unbroken(allowed) }}</p>
+      <p v-for="one in found" :key="one" class="df-text">{{ unbroken(one) }}</p>
       <div v-if="quantities.length" class="df-measured-buttons df-picked"><span>{{ picked || "Click on a point to take over its settings." }}</span>
         <button v-if="picked" type="button" class="df-plain" @click="$emit('take')">Take over these settings</button></div>
     </aside>`,
@@ -106,6 +106,7 @@ export default {
     this.$watch(typed, (text) => this.before ?? sessionStorage.setItem(KEPT, text));
   },
   methods: {
+    unbroken: (text) => window.dforceWhole(text),
     // in two steps: a second parameter suggests numbers of values
     takeUp(typed) {
       Object.assign(this, typed);

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
 DIGITS = 6
 MEANT = "Drawn are {}. “All states” adds states that no approach meets."
+NO_RANGE = {"path": "", "low": "", "high": ""}
 ENDS = {"low": "50 %", "high": "95 %"}  # of the set point, as suggested
 
 
@@ -63,7 +64,8 @@ class Explorer(Panel):
         self.limit: explore.DrawnLimit | None = None
         self.picked: explore.Choice | None = None
         self.suggested: dict[str, Any] = {}
-        self.second: dict[str, Any] = {"path": "", "low": "", "high": ""}
+        self._opened: object = None  # the case for which ranges were suggested
+        self.second = dict(NO_RANGE)
         self.seen = 0
         self._looked_at: xr.Dataset | None = None
         self.on_stage: Callable[[], None] = lambda: None  # called when its chart may take the stage, or leave it
@@ -97,7 +99,9 @@ class Explorer(Panel):
         """Show what there is to choose, and how far a computation is."""
         if not self.in_sight:
             return
-        if not self.suggested:
+        if self._opened is not self.view.document.opened:
+            self._opened = self.view.document.opened
+            self.second = dict(NO_RANGE)
             names = [row.name for row in self._rows()]
             self._suggest(next((name for name in FIRST_AMPLITUDE if name in names), names[0]))
         if self.seen != self.study.number:
@@ -133,7 +137,18 @@ class Explorer(Panel):
         if result is not None:
             wanted = dataclasses.replace(self.choice, x="", y="", places={})
             self.choice = explore.fitting(result, wanted if self._computed() else explore.Choice())
+            self._take_limit(result)
             self.draw()
+
+    def _take_limit(self, result: xr.Dataset) -> None:
+        """Draw the limit that a plan along one parameter keeps."""
+        job = self.study.job
+        limits = job.limits if isinstance(job, PlanJob) and job.result is result else {}
+        name = next((name for name in limits if name in explore.quantities(result)), "")
+        if name and not self.choice.y:
+            self.choice = explore.fitting(result, dataclasses.replace(self.choice, quantity=name))
+            side, text = limits[name].split(maxsplit=1)
+            self.limit = explore.read_limit(result, self.choice, text, side == ">")
 
     def _computed(self) -> bool:
         """Return whether the result was computed here."""
@@ -211,7 +226,7 @@ class Explorer(Panel):
     def _suggest(self, name: str, second: bool = False) -> None:
         """Suggest a range around the value of a parameter."""
         row = next((row for row in self._rows() if row.name == name), None)
-        suggested = {"path": name, "low": "", "high": ""}
+        suggested = NO_RANGE | {"path": name}
         if name == SET_POINT:
             suggested |= ENDS
         elif row is not None:

@@ -19,8 +19,16 @@ UNKNOWN = "An error inside dForce, please report it."
 
 
 def say(sentence: str) -> None:
-    """Show a sentence until it has been read."""
-    ui.notify(sentence, type="negative", multi_line=True, close_button="Close", timeout=60_000)
+    """Show a sentence until it has been read, or another one comes: of a group Quasar shows the last."""
+    ui.notify(
+        sentence,
+        type="negative",
+        multi_line=True,
+        close_button="Close",
+        timeout=60_000,
+        group="sentence",
+        badge_class="hidden",
+    )
 
 
 def as_sentence(words: str) -> str:

@@ -32,8 +32,8 @@ const dforceUnsent = {
   },
 };
 window.dforceUnsent = dforceUnsent;
-// A text in which no line ends between a number and its sign, error or unit.
-window.dforceWhole = (text) => text.replace(/(?<=[\d=±]) (?=\S)|(?<=\S) (?=[±%])|(?<=Pa) (?=s\b)/g, "\u00a0");
+// A text in which no line ends between a symbol, its number, error and unit.
+window.dforceWhole = (text) => text.replace(/(?<=[\d=±]) (?=\S)|(?<=\S) (?=[=±%])|(?<=Pa) (?=s\b)/g, "\u00a0");
 // A page that was left does not come back, unlike one whose connection was cut; one that the browser keeps may.
 window.addEventListener("pagehide", (event) => {
   if (!event.persisted) emitEvent("left");

@@ -50,6 +50,7 @@ SKIPS = {
     "Skip to the tabs": ".df-pane [role=tab][aria-selected=true]",
 }
 SKIP = "(event) => { event.preventDefault(); document.querySelector(PLACE)?.focus(); }"
+TO_TOP = 'document.querySelector(".df-panels").scrollTop = 0'
 SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
 
 
@@ -208,6 +209,8 @@ class Page:
             redo.set_enabled(bool(view.session.undone))
             title.set_value(view.document.title)
 
+        for step in (undo, redo):
+            step.classes("df-step")
         view.on_show.append(show)
         self.run_bar = RunBar(view)
         self.mode = _icon("dark_mode", "Light or dark", self._turn)
@@ -245,6 +248,16 @@ class Page:
 
         banner.set_visibility(False)
         self.view.on_said.append(said)
+        opened = self.view.document.opened
+
+        def show_top(anew: bool) -> None:
+            """Show the first parameters of another case."""
+            nonlocal opened
+            if self.view.document.opened is not opened:
+                opened = self.view.document.opened
+                self.left.client.run_javascript(TO_TOP)
+
+        self.view.on_show.append(show_top)
 
     def _right(self) -> None:
         unkept = ui.label().classes("df-banner wrong").props('role="alert"')

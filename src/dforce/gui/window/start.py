@@ -92,6 +92,7 @@ QUESTIONS = (
     ),
 )
 TIP = "borosilicate_glass"  # for the native oxide of a silicon tip
+SHORT = ("hopg", "ldpe", "pdms", "pmma")  # names of samples that are abbreviations
 NO_LEVER = "Choose a lever, too: the medium decides its Q, and the example has none for this one"
 
 
@@ -107,7 +108,7 @@ def lever_labels(bimodal: bool = False) -> dict[str, str]:
 def sample_labels() -> dict[str, str]:
     """Return the samples of the library by name, as a list shows them."""
     return {
-        name: f"{name.replace('_', ' ')}: {df.show(material.youngs_modulus, 'Pa', 3)}"
+        name: f"{name.upper() if name in SHORT else name.replace('_', ' ')}: {df.show(material.youngs_modulus, 'Pa', 3)}"
         for name, material in df.materials().items()
     }
 
@@ -310,9 +311,10 @@ class StartPage:
         """Ask for Q where nothing gives it, and say where the values of the sample are from."""
         if self.lever.value and not self.medium.value:  # a lever has its Q from the medium
             self.medium.value = "air"
-        self.q.set_visibility(asks_for_q(self.lever.value or "", self.medium.value or ""))
+        self.q.set_visibility(asks := asks_for_q(self.lever.value or "", self.medium.value or ""))
         material = df.materials().get(self.sample.value or "")
-        notes = [TWO_MODES] if self.chosen.key == "bimodal" and self.lever.value else []
+        notes = [NO_Q] if asks and not self.q.value else []
+        notes += [TWO_MODES] if self.chosen.key == "bimodal" and self.lever.value else []
         notes += [KEPT] if self.lever.value or material is not None else []
         if material is not None:
             medium = self.medium.value or "air"
@@ -320,8 +322,8 @@ class StartPage:
             notes.append(f"Nominal values of the sample: {material.source}.")
         self.note.set_text(" ".join(notes))
 
-    def _start(self) -> None:
-        """Open the case of the question."""
+    async def _start(self) -> None:
+        """Open the case of the question without the results and the curve of another; a curve to explain stays."""
         asks = self.q.visible
         if asks and not self.q.value:
             say(NO_Q)
@@ -337,7 +339,11 @@ class StartPage:
         except df.DForceError as error:
             say(as_sentence(in_words(self.view.document, str(error))))
             return
+        session = self.view.session
+        if self.chosen.tab != "Fit":
+            await session.drop_measured()
         self.view.open(Document.first() if case == df.example(FIRST) else Document.of(case))
+        session.hide_kept()
         self.hide()
         self.open_tab(self.chosen.tab)
         if self.chosen.key == "class":

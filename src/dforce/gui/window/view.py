@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from nicegui import background_tasks
 
 import dforce as df
-from dforce.gui.case.fields import in_words, with_labels
+from dforce.gui.case.fields import in_words, with_labels, with_models
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.other_figures import ForceChart
@@ -367,7 +367,7 @@ class View:
         loop = asyncio.get_running_loop()
 
         def say(text: str) -> None:
-            loop.call_soon_threadsafe(self._status, text)
+            loop.call_soon_threadsafe(self._status, with_models(text))
 
         return say
 

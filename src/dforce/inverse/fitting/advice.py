@@ -29,12 +29,12 @@ STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
 SPEC = "numbers of this fit"
 
 
-def advice_on(found: Fitted, runs: float) -> list[Advice]:
-    """Return the advice on a fit, with the probability of its runs test; of a stopped one without its minimum."""
+def advice_on(found: Fitted, independence: float) -> list[Advice]:
+    """Return the advice on a fit, with the probability that its residuals are noise; of a stopped one without its minimum."""
     if found.interrupted and bool(np.isnan(found.certain.covariance).all()):
         return [one for one in (_doubts(found),) if one is not None]
     pieces = (_minima, _bounds, _unseen, _products, _untold, _together, _sampling)
-    every = [_doubts(found), _lost(found), _chi2(found, runs), *(piece(found) for piece in pieces)]
+    every = [_doubts(found), _lost(found), _chi2(found, independence), *(piece(found) for piece in pieces)]
     return [one for one in every if one is not None]
 
 
@@ -59,8 +59,8 @@ def _lost(found: Fitted) -> Advice | None:
     return Advice("lost_points", float(lost), 0.0, text, SPEC, ("fit.margin",))
 
 
-def _chi2(found: Fitted, runs: float) -> Advice | None:
-    chi2 = judged(found.best.chi2, found.degrees_of_freedom, found.data.noise_points, runs)
+def _chi2(found: Fitted, independence: float) -> Advice | None:
+    chi2 = judged(found.best.chi2, found.degrees_of_freedom, found.data.noise_points, independence)
     if chi2.word == AS_EXPECTED:
         return None
     text = f"chi2 is {chi2.reduced:.3g} for each degree of freedom: {WHY[chi2.word]}."

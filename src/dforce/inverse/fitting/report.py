@@ -11,7 +11,7 @@ import numpy as np
 from dforce.core.errors import ParameterError, checked
 from dforce.core.listing import aligned, in_parts
 from dforce.findings.finding import with_error
-from dforce.findings.fits import NO_MODEL, VERDICTS, WHY, fitted, judged_fit, verdict, without_error
+from dforce.findings.fits import NO_MODEL, VERDICTS, WHY, fitted, independent, judged_fit, verdict, without_error
 from dforce.inverse.fitting.certainty import CORRELATED
 from dforce.validity import advice_in
 
@@ -113,7 +113,7 @@ def _statistics(result: xr.Dataset) -> list[str]:
         ),
         ("AIC, BIC", f"{attrs['aic']:.2f}, {attrs['bic']:.2f}"),
         ("lost points", str(attrs["lost_points"])),
-        ("residuals", f"runs test p = {attrs['runs_test']:.2g}"),
+        ("residuals", f"p = {independent(result):.2g} for independent neighbors"),
     ]
     return ["  " + line for line in aligned(rows).splitlines()]
 

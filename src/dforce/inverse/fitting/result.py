@@ -21,11 +21,11 @@ from dforce.inverse.fitting.advice import advice_on
 from dforce.inverse.fitting.certainty import known_products
 from dforce.inverse.fitting.curves import wrapped
 from dforce.inverse.fitting.fitted import Fitted
+from dforce.inverse.fitting.independence import independence
 from dforce.inverse.fitting.minimize import Objective
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.typed import with_unit
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
-from dforce.inverse.fitting.wald_wolfowitz import runs_test
 from dforce.inverse.quantities import FITS
 from dforce.results.provenance import provenance
 from dforce.validity import advice_in, attributes
@@ -75,8 +75,8 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         if row is not None and name != "branch":
             variable.attrs.update(row.words)
     out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in found.data.attrs.items()}
-    runs = runs_test(out)
-    out.attrs |= attributes(advice_on(found, runs)) | {"runs_test": runs}
+    noise = independence(out)
+    out.attrs |= attributes(advice_on(found, noise)) | {"independence": noise}
     if found.interrupted:
         out.attrs["interrupted"] = 1
     return out

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, Bools
 from dforce.inverse.checks import doubts
 from dforce.inverse.reconstruction import _formulas
 from dforce.inverse.reconstruction._gaps import Gap
@@ -28,9 +28,10 @@ DETERMINED, BLIND, UNCERTAIN = 0, 1, 2
 SENTENCES = (
     "the curve determines the force",
     "no turning point at this distance: the force is unknown",
-    "the error of the force is above a tenth of its range: behind a gap, or by noise",
+    "the error of the force is above a tenth of its range, behind a gap or by noise, or only noise leads to this distance",
 )
 BY_NODES = 2e-3  # of the range of the force: what nodes leave of kinks, by known laws
+BY_CHANCE = 3.0  # errors of the distance
 AROUND = 9  # distances within an error of one
 UNSURE = 0.1  # of the range of the force
 UNSETTLED = 0.01  # of the largest virial
@@ -61,7 +62,8 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
     span = float(np.ptp(law.force[~blind]))
     shifted = _by_distance(law, inverse.gaps, reading.distance_error)
     total = np.sqrt(noise**2 + smoothing**2 + hidden**2 + shifted**2 + (BY_NODES * span) ** 2)
-    status = np.where(blind, BLIND, np.where(total > UNSURE * span, UNCERTAIN, DETERMINED)).astype(np.int8)
+    unsure = (total > UNSURE * span) | _by_noise(inverse, reading.distance_error)
+    status = np.where(blind, BLIND, np.where(unsure, UNCERTAIN, DETERMINED)).astype(np.int8)
     open_ = np.where(blind, np.nan, 1.0)  # a gap stays a gap
     classic = classic_forces(inverse, reading, case, distance)
     variables: dict[str, Any] = {
@@ -122,6 +124,19 @@ def _by_distance(law: Law, gaps: list[Gap], error: float) -> Array:
     low, high = np.take(edges, place), np.take(edges, place + 1)
     around = law.nodes + error * np.linspace(-1.0, 1.0, AROUND)[:, None]
     return np.asarray(0.5 * np.ptp(force_of(law, law.force, np.clip(around, low, high)), axis=0))
+
+
+def _by_noise(inverse: Inverse, error: float) -> Bools:
+    """Return the nodes so near to the closest distance, or to a gap, that turning points are there by their noise alone.
+
+    The force there is found too flat, and its error too small.
+    """
+    nodes, wide = inverse.law.nodes, BY_CHANCE * error
+    found = np.zeros(len(nodes), dtype=bool)
+    for end in (nodes[0], *(edge for gap in inverse.gaps for edge in gap)):
+        if (np.abs(inverse.rows.closest - end) < wide).sum() > 1:  # farther apart, noise does not set their order
+            found |= np.abs(nodes - end) < wide
+    return found
 
 
 def classic_forces(inverse: Inverse, reading: CurvePoints, case: Case, distance: Array) -> Array:
