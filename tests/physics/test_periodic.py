@@ -255,6 +255,21 @@ def test_an_orbit_has_the_memory_that_hundreds_of_periods_would_bring():
     assert orbit.error_estimate.item() < 1e-4, "only an orbit that Newton's method has found has one"
 
 
+def test_a_motion_from_rest_ends_where_a_slow_memory_has_come_to_rest():
+    """A memory of 9000 periods and more creeps so slowly that the motion seems settled long before it."""
+    case = df.Case(
+        cantilever={"f0": "300 kHz", "k": "40 N/m", "Q": 20}, drive={"A0": "20 nm"}, tip={"radius": "10 nm"},
+        forces=[{"model": "sls_simple", "relaxation_time": "1 ms"}], experiment={"kind": "dwell", "zc": "18 nm"},
+    )  # fmt: skip
+    in_time = df.SolverSettings(method="transient", settle="fixed", periods=15_000)  # 50 relaxation times
+    reference = df.run(case.replace(solver=in_time))
+    for time in (0.03, 1.0):
+        found = df.run(case.replace("forces.sls_simple.relaxation_time", time))
+        assert found.status == df.Status.OK and found.error_estimate < 1e-4
+        assert found.peak_force.item() == pytest.approx(reference.peak_force.item(), rel=1e-3)
+        assert found.settling_periods > 300e3 * time, "its memory needs that long"
+
+
 def test_a_voltage_that_does_not_repeat_with_the_drive_is_left_to_time():
     """The mean force follows from the mean square of the voltage at any frequency, not from the voltage at one instant."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -51,11 +52,14 @@ def settled(block: Block, cases: Indices, start: States, at: Array) -> tuple[Sta
 
 
 def _settled_in_time(block: Block, cases: Indices, start: States, at: Array) -> tuple[States, Branch, Any, Array]:
-    """Return the same by integrating through all periods, as forces with memory or hysteresis need."""
+    """Return the same by integrating through all periods, as forces with memory or hysteresis need.
+
+    Where the motion has settled and a slow memory has not, that is taken from the orbit nearby, and the motion settles on.
+    """
     state, periods = start, np.zeros(len(cases))
     found = polished(block, cases, start, at)
     good = np.zeros(len(cases), dtype=bool)
-    for tolerance in (ROUGH, FINE):
+    for tolerance in (ROUGH, FINE, FINE):
         left = np.flatnonzero(~good)
         if not len(left):
             break
@@ -67,6 +71,10 @@ def _settled_in_time(block: Block, cases: Indices, start: States, at: Array) -> 
         for old, new in zip(found, near, strict=True):
             old[left] = new
         good[left] = sure
+        if tolerance == FINE and len(block.memory_scale):  # which creeps where the motion has come to rest
+            creeping = left[(near.done == 1) & ~sure]
+            state.memory[creeping] = found.last_memory[creeping]
+            periods[creeping] += math.log(1.0 / FINE) * block.common * block.gain[cases[creeping]].max(axis=1)
     return state, found, good, periods
 
 
