@@ -222,7 +222,9 @@ def test_number_and_unit_of_a_field_have_one_frame_while_it_is_typed(window):
 
 
 def test_no_line_of_the_answer_ends_between_a_number_and_its_error_or_unit(window):
-    said = window.page.locator(".df-answer").text_content()
+    answer = window.page.locator(".df-answer")
+    expect(answer).to_contain_text("deep")  # of the state that is found a moment later
+    said = answer.text_content()
     assert "at 80\N{NO-BREAK SPACE}%: " in said and "\N{NO-BREAK SPACE}nm deep" in said
     whole = window.page.evaluate("(text) => dforceWhole(text)", "E of contact = 14.6 ± 5.2 Pa s, R = 8 nm")
     assert whole.split(" ") == [

@@ -11,7 +11,7 @@ from dforce.findings.answer import answer_with
 
 
 def test_a_fit_names_its_parameters_with_errors_and_units_and_for_which_lever_and_tip():
-    fit = fitted_curves.result().assign_attrs(holds_for="cantilever.k = 2.7 N/m, tip.radius = 8 nm")
+    fit = fitted_curves.result().assign_attrs(lost_points=0, holds_for="cantilever.k = 2.7 N/m, tip.radius = 8 nm")
     assert df.answer(fit) == "Young's modulus of the sample = 1.00 ± 0.10 GPa, for k = 2.7 N/m, R = 8 nm."
     assert df.answer(fit.drop_vars("label")).startswith("E_s = 1.00 ± 0.10 GPa")  # of an older version
 
@@ -27,13 +27,14 @@ def test_each_parameter_of_a_fit_has_its_words():
 
 
 def test_an_error_that_is_not_known_is_said():
-    fit = fitted_curves.result()
-    fit["error"][:] = np.inf
-    assert df.answer(fit) == "Young's modulus of the sample = 1 GPa, error unknown."
+    fit = fitted_curves.result().assign_attrs(lost_points=0)
+    for error, words in ((np.nan, "= 1 GPa, error unknown"), (np.inf, "is 1 GPa, constrained only as a product")):
+        fit["error"][:] = error
+        assert df.answer(fit) == f"Young's modulus of the sample {words}."
 
 
 def test_a_parameter_that_the_data_do_not_constrain_has_no_value():
-    fit = fitted_curves.result()
+    fit = fitted_curves.result().assign_attrs(lost_points=0)
     fit["seen"] = ("parameter", np.zeros(fit.sizes["parameter"], dtype=bool))
     assert df.answer(fit) == "Young's modulus of the sample is not constrained by these data."
 

@@ -60,7 +60,8 @@ for (const kind of ["dragover", "drop"]) {
 const dforceFocus = {
   before: null,
   back() {
-    if (document.activeElement === document.body) this.before?.focus();
+    const now = document.activeElement; // in a menu that goes, too, or nowhere
+    if (now === document.body || now.closest(".q-menu")) this.before?.focus();
   },
   // to what is being made, once it is there
   go(place) {
