@@ -60,8 +60,8 @@ for (const kind of ["dragover", "drop"]) {
 const dforceFocus = {
   before: null,
   back() {
-    const now = document.activeElement; // in a menu that goes, too, or nowhere
-    if (now === document.body || now.closest(".q-menu")) this.before?.focus();
+    const now = document.activeElement; // nowhere, in a menu that goes, too, or on a part of the button
+    if (now === document.body || now.closest(".q-menu") || this.before?.contains(now)) this.before?.focus();
   },
   // to what is being made, once it is there
   go(place) {
