@@ -175,6 +175,8 @@ def test_with_everything_open_the_chart_keeps_its_height_and_one_button_is_fille
     page.get_by_role("button", name="Compute").wait_for()
     look("against")
     window.tab("Motion")
+    page.locator(".df-stage.df-over").wait_for(state="detached")
+    window.drawn()
     window.click(2, 0.95)  # of the model, where nothing was measured
     page.locator(".df-tip").wait_for()
     look("motion")
