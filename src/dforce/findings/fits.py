@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 MOST = 3.0  # times its standard deviation: how far reduced chi2 may be from 1
 POOR = 10.0  # of chi2 for each degree of freedom: the values of a worse model mean nothing
-BY_CHANCE = 1.35e-3  # least probability of residuals so alike: that of three standard deviations to one side
+BY_CHANCE = 1.35e-3  # probability of a deviation by three standard deviations to one side: less is no noise
 AS_EXPECTED, TOO_LARGE, TOO_SMALL = "as expected", "too large", "too small"
 DECEPTIVE, NO_MODEL = "deceptive", "far too large"
 LOWER_BOUNDS = (

@@ -83,7 +83,7 @@ class _Orbits:
         self.error[some] = _error(self.block.batch.example, (numbers, tones), zc, own, other)
 
     def _step_on(self, some: Indices, states: States, times: int) -> Array:
-        """Return what is measured with so many times the block's samples, where one Newton step leads; note it."""
+        """Take one Newton step with so many times the block's samples; note and return the measurement there."""
         given = self.cases[some], states, self.at[some], self.monodromy[some]
         rows, states, self.astray[some] = self.block.finer(times * self.block.points).remeasure(*given)
         self.times, self.next_rows[some] = times, rows

@@ -209,9 +209,10 @@ class ParameterRange:
         if times not in self._finer:
             finer, points, settings = copy.copy(self), times * self.points, self.settings
             finer.points, finer._finer = points, {}
-            make = lambda value: self._block(value).finer(points)  # noqa: E731
-            if settings.method == "transient" and settings.integrator != "rk4":
-                finer.settings, make = settings.replace(integrator="rk4", accuracy=None), finer._new_block
+            is_adaptive = settings.method == "transient" and settings.integrator != "rk4"
+            if is_adaptive:
+                finer.settings = settings.replace(integrator="rk4", accuracy=None)
+            make = finer._new_block if is_adaptive else lambda value: self._block(value).finer(points)
             finer._block = functools.lru_cache(maxsize=4)(make)
             self._finer[times] = finer
         return self._finer[times]

@@ -285,7 +285,7 @@ def plain(text: str) -> str:
 
 
 def with_models(text: str) -> str:
-    """Return a text with the names of force models in the place of their keys, also of those that are English words."""
+    """Return a text with the names of all force models in the place of their keys."""
     models = df.forces.REGISTRY
     return re.sub(r"\w+", lambda found: name_of(models[found[0]]) if found[0] in models else found[0], text)
 

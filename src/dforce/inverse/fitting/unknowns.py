@@ -91,7 +91,7 @@ class Unknown:
         return math.log(value) if value > 0.0 else -math.inf
 
     def value(self, varied: float) -> float:
-        """Return the value where what is varied is this, never beyond a bound by rounding."""
+        """Return the value of the parameter from the varied number. Rounding takes it beyond no bound."""
         value = math.exp(varied) if self.is_log else varied * self.scale
         near = ROUNDING * abs(value)
         if self.high < value < self.high + near:
