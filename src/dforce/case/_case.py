@@ -343,11 +343,12 @@ def _built(given: object, tag: str, known: dict[str, Any], path: str, place: str
         return given
     if not isinstance(given, dict):
         raise ParameterError(f"{place} = {shorten(given)} is not a table with a {tag}")
-    name = given.get(tag)
+    name, listed_by = given.get(tag), "dforce models" if tag == "model" else ""
     if name is None:
-        raise ParameterError(f"{place}.{tag} is missing{nearest('', known)}")
+        raise ParameterError(f"{place}.{tag} is missing{nearest('', known, listed_by)}")
     if not isinstance(name, str) or name not in known:
-        raise ParameterError(f"{place}.{tag} = '{shorten(name)}' is not known{nearest(str(name)[:100], known)}")
+        hint = nearest(str(name)[:100], known, listed_by)
+        raise ParameterError(f"{place}.{tag} = '{shorten(name)}' is not known{hint}")
     try:
         return known[name].model_validate(given if keep else {key: given[key] for key in given if key != tag})
     except pydantic.ValidationError as error:
