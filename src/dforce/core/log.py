@@ -33,7 +33,7 @@ class Listening:
 
     def watch(self, work: str, share: float) -> None:
         """Tell the listener how far work is that is done only once, see :func:`watching`."""
-        self.hear(f"{work}: {share:.0%}")
+        self.hear(f"{work}: {100.0 * share:.0f} %")
 
 
 class Heedless:
