@@ -69,7 +69,7 @@ class ProgressBar:
     def _show_once(self, work: str, share: float) -> None:
         """Show how far work is that is done only once."""
         if self._bar is not None:
-            self._bar.update(work, int(100.0 * share), 100, "%")
+            self._bar.update(work, int(100.0 * share), 100, "")
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -110,10 +110,11 @@ class _TerminalBar:
         self.bar.start()
 
     def update(self, title: str, done: int, total: int, note: str) -> None:
-        if title != self.title:  # the time left begins anew
-            self.title = title
-            self.bar.reset(self.task, description=title)
-        self.bar.update(self.task, completed=done, total=total, note=note)
+        if title == self.title:
+            self.bar.update(self.task, completed=done, total=total, note=note)
+            return
+        self.title = title
+        self.bar.reset(self.task, completed=done, total=total, description=title, note=note)  # so does the time left
 
     def stop(self) -> None:
         self.bar.stop()
