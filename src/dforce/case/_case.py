@@ -22,7 +22,8 @@ from dforce.core import units
 from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.core.files import beside, folder
 from dforce.core.marks import file_name, words
-from dforce.core.parameters import ParameterQuantity, Parameters, Part, part
+from dforce.core.parameter_quantity import ParameterQuantity
+from dforce.core.parameters import Parameters, Part, part
 from dforce.core.refusals import refusal
 from dforce.core.toml import read_toml
 from dforce.experiments import EXPERIMENTS, Experiment

@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 from dforce.case._text import tables
 from dforce.core.errors import LONGEST_LIST, ParameterError, shorten
-from dforce.core.parameters import ParameterQuantity, Parameters
+from dforce.core.parameter_quantity import ParameterQuantity
+from dforce.core.parameters import Parameters
 from dforce.forces import Force
 
 LISTS = {"cantilever": "modes", "drive": "tones"}  # whose keys may stand in the section when there is one of them
