@@ -227,6 +227,14 @@ def test_phase_portrait_is_velocity_against_deflection():
     assert texts(plot.phase_portrait(synthetic.dwell())) == ["deflection $z$ (nm)", r"velocity $\dot z$ (mm/s)"]
 
 
+def test_a_motion_far_inside_the_sample_is_drawn_and_saved(tmp_path):
+    motion = synthetic.dwell()
+    deep = motion.assign(distance=motion["distance"] - 5e-6, indentation=motion["indentation"] * 0.0 + 5e-6)
+    deep["distance"].attrs.update(motion["distance"].attrs)
+    axes = plot.force_distance(deep, plot.Sheet())
+    assert plot.save(axes, tmp_path / "deep.png").stat().st_size > 1000
+
+
 def test_force_curve_shades_hysteresis_only_where_there_is_some():
     assert legend(plot.force_curve(synthetic.force_curve())) == ["hysteresis", "← approach", "retract →"]
     assert legend(plot.force_curve(synthetic.force_curve(hysteresis=False))) == ["both directions"]

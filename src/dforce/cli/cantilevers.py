@@ -25,7 +25,9 @@ def cantilevers(
             typer.echo(known.as_text())
         return DONE
     if name not in known:
-        raise df.ParameterError(f"there is no cantilever '{shorten(name)}'{nearest(name, known)}")
+        raise df.ParameterError(
+            f"there is no cantilever '{shorten(name)}'{nearest(name[:100], known, 'dforce cantilevers')}"
+        )
     probe = known[name]
     if json:
         print_json(vars(probe))

@@ -54,6 +54,7 @@ def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axe
             (3, 0),
             xycoords=axes.get_xaxis_transform(),
             textcoords="offset points",
+            annotation_clip=True,  # the frame may be far from the contact
             va="bottom" if low_side else "top",
             color=GRAY,
             fontsize="small",
