@@ -8,7 +8,7 @@ import typer
 
 import dforce as df
 from dforce.cli._options import Json
-from dforce.cli._terminal import DONE, print_json
+from dforce.cli._terminal import DONE, print_json, tell
 from dforce.core.errors import nearest, shorten
 
 
@@ -22,7 +22,7 @@ def cantilevers(
         if json:
             print_json([vars(probe) for probe in known.values()])
         else:
-            typer.echo(known.as_text())
+            tell(known.as_text())
         return DONE
     if name not in known:
         raise df.ParameterError(
@@ -32,5 +32,5 @@ def cantilevers(
     if json:
         print_json(vars(probe))
         return DONE
-    typer.echo(probe.as_text())
+    tell(probe.as_text())
     return DONE

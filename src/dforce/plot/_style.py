@@ -88,6 +88,19 @@ def take(dataset: xr.Dataset, name: str, *dims: str) -> xr.DataArray:
     return dataset[name]
 
 
+def with_numbers(variable: xr.DataArray) -> xr.DataArray:
+    """Return a variable that sets the scale of its picture.
+
+    Raises
+    ------
+    ParameterError
+        Where none of its values is a number.
+    """
+    if not np.isfinite(variable.values).any():
+        raise ParameterError(f"'{variable.name}' has no numbers, so it has no picture")
+    return variable
+
+
 def shown(variable: xr.DataArray) -> tuple[Array, str]:
     """Return values in the unit that reads best, and the text of their axis."""
     scale, unit = reader_unit(variable)
