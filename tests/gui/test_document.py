@@ -27,6 +27,13 @@ def test_a_document_survives_json():
     assert again == document
 
 
+def test_what_a_document_may_hold_is_read_off_its_class_once(monkeypatch):
+    plain = AIR.to_plain()
+    Document.from_plain(plain)
+    monkeypatch.setattr("dforce.gui.document.document.TypeAdapter", None)
+    assert Document.from_plain(plain) == AIR
+
+
 @pytest.mark.parametrize("plain", [None, {}, {"table": 3}, {"table": {}, "sliders": [1]}])
 def test_what_is_no_document_is_refused_in_a_sentence(plain):
     with pytest.raises(df.CaseError, match="cannot be read"):

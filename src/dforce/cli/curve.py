@@ -11,6 +11,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, open_source
 from dforce.cli._options import PICTURE, Json, Settings, option
+from dforce.cli._picture import Picture
 from dforce.cli._report import advice_lines, as_json, print_findings
 from dforce.cli._terminal import DONE, print_json, say, whole_number
 from dforce.core.files import check_target
@@ -47,8 +48,7 @@ def curve(
     source = open_source(case, settings)
     if output is not None:
         check_target(output, spare=[] if source.path is None else [source.path])
-    if plot is not None:
-        check_target(plot, df.plot.FORMATS)
+    picture = Picture(plot)
     far, near = _quantity("--from", distances.start, "m"), _quantity("--to", distances.stop, "m")
     velocity = _quantity("--speed", distances.speed, "m/s")
     count = whole_number("--points", distances.points, 2, MOST_POINTS)
@@ -61,22 +61,21 @@ def curve(
     result = df.force_curve(source.case, distance=np.linspace(far, near, count), speed=velocity)
     if output is not None:
         df.write(result, output)
-    if plot is not None:
-        df.plot.save(df.plot.force_curve(result, df.plot.Sheet()), plot)
-    files = [str(path) for path in (output, plot) if path is not None]
+    picture.draw(lambda sheet: df.plot.force_curve(result, sheet))
+    files = [str(path) for path in (output, picture.file) if path is not None]
     if json:
         print_json({"title": source.case.title, "files": files, **as_json(result)})
-        return DONE
+        return picture.end(DONE)
     print_findings(result)
     if files:
         typer.echo(f"written: {', '.join(files)}")
     for line in advice_lines(result, case):
         say(line)
-    return DONE
+    return picture.end(DONE)
 
 
 def _quantity(option: str, text: str | None, unit: str) -> float | None:
-    from dforce.core.parameters import ParameterQuantity
+    from dforce.core.parameter_quantity import ParameterQuantity
 
     try:
         return None if text is None else ParameterQuantity(unit).read(text)

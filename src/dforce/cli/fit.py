@@ -10,6 +10,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._options import PICTURE, Json, Quiet, Settings, option
+from dforce.cli._picture import Picture
 from dforce.cli._report import advice_as_json, advice_of, quoted
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell
 from dforce.core.files import check_target, named
@@ -51,8 +52,7 @@ def fit(
     files = list(dict.fromkeys(data or []))
     if output is not None:
         check_target(output, spare=[*map(Path, files), *_named(source.case)])
-    if plot is not None:
-        check_target(plot, df.plot.FORMATS)
+    picture = Picture(plot)
     if identify:
         return _identify(source, output, json, quiet)
     inputs = files if files or again else [str(path) for path in _named(source.case)]
@@ -68,20 +68,19 @@ def fit(
                 result = df.fit(source.case, files[0] if files else None, progress=bar)
         if output is not None:
             df.write(result, output)
-    if plot is not None:
-        df.plot.save(df.plot.fit(result, df.plot.Sheet()), plot)
-    written = [str(path) for path in (output, plot) if path is not None]
+    picture.draw(lambda sheet: df.plot.fit(result, sheet))
+    written = [str(path) for path in (output, picture.file) if path is not None]
     stopped = bool(result.attrs.get("interrupted"))
     code = STOPPED if stopped else SOME_POINTS_FAILED if advice_of(result) else DONE
     if json:
-        print_json({**_answer(result), "files": written, "exit_code": code})
+        print_json({**_answer(result), "files": written, "exit_code": picture.code(code)})
     elif not quiet:
         tell(df.fit_report(result))
         if written:
             typer.echo(f"written: {', '.join(written)}")
     if stopped:
         say("dforce: stopped; these are the best values so far")
-    return code
+    return picture.end(code)
 
 
 def _named(case: df.Case) -> list[Path]:

@@ -11,6 +11,7 @@ import typer
 import dforce as df
 from dforce.cli._names import open_source
 from dforce.cli._options import PICTURE, Json, option, repeated
+from dforce.cli._picture import Picture
 from dforce.cli._report import quoted
 from dforce.cli._terminal import (
     DONE,
@@ -133,8 +134,7 @@ def read(
 
     if output is not None:
         check_target(output, spare=[Path(file), *([] if spectrum.thermal is None else [spectrum.thermal])])
-    if plot is not None:
-        check_target(plot, df.plot.FORMATS)
+    picture = Picture(plot)
     number = None if how.curve is None else whole_number("--curve", how.curve, 1, MOST_CURVES)
     source = open_source(case, []).case if case is not None else None
     table = Data() if source is None or source.data is None else source.data
@@ -153,9 +153,8 @@ def read(
             missing = str(error)
     if output is not None:
         df.write(data, output)
-    if plot is not None:
-        df.plot.save(df.plot.measured(data, df.plot.Sheet()), plot)
-    files = [str(path) for path in (output, plot) if path is not None]
+    picture.draw(lambda sheet: df.plot.measured(data, sheet))
+    files = [str(path) for path in (output, picture.file) if path is not None]
     if json:
         print_json(_answer(data, file, files, missing))
     else:
@@ -167,7 +166,7 @@ def read(
                 say(line)
     if missing:
         say(f"not calibrated: {missing}")
-    return SOME_POINTS_FAILED if missing else DONE
+    return picture.end(SOME_POINTS_FAILED if missing else DONE)
 
 
 def named(option: str, given: list[str]) -> dict[str, str]:

@@ -13,6 +13,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._options import PICTURE, Printed, Settings, option
+from dforce.cli._picture import Picture
 from dforce.cli._report import (
     advice_lines,
     as_json,
@@ -82,12 +83,7 @@ def run(
     if output is None and continued:
         output = source.path
     check_target(output or _numbered(source.stem, 1))
-    if plot is not None:
-        check_target(plot, df.plot.FORMATS)
-    if width is not None:
-        if plot is None:
-            raise df.ParameterError("--width needs a picture; also write --plot")
-        df.plot.check_width(width)
+    picture = Picture(plot, width)
     if states:
         _check_states(source.case, plot)
     start = time.monotonic()
@@ -102,14 +98,13 @@ def run(
             say("dforce: stopped before the first point was finished; nothing was written")
             return STOPPED
         written = df.write(result, output) if output is not None else _write_beside(result, source)
+    picture.draw(lambda sheet: df.plot.overview(result, sheet))  # it is kept whatever becomes of the states
     found = None
-    if plot is not None:  # the curve alone at first: it is kept whatever becomes of the states
-        df.plot.save(df.plot.overview(result, df.plot.Sheet()), plot, width=width)
-        found = (
-            _draw_states(source.case, result, plot, width, printed.quiet)
-            if states and not (stopped or late.asked)
-            else None
-        )
+    if states and picture.file is not None and not (stopped or late.asked):
+        with picture.attempt():
+            found = _all_states(source.case, result, printed.quiet)
+        if found is not None and not found.attrs.get("interrupted"):
+            picture.draw(lambda sheet: df.plot.overview(result, sheet, found))
     without = found is not None and bool(found.attrs.get("interrupted"))
     asks = not stopped and (at_set_point is not None or _asks_for_set_points(source))
     if stopped or without or late.asked:
@@ -119,10 +114,10 @@ def run(
     else:
         code = SOME_POINTS_FAILED if _failed(result) else DONE
     if printed.json:
-        print_json(_answer(source, result, written, plot, seconds, code))
+        print_json(_answer(source, result, written, picture.file, seconds, picture.code(code)))
     elif not printed.quiet:
         print_findings(result)
-        typer.echo(f"written: {', '.join(str(path) for path in (written, plot) if path is not None)}")
+        typer.echo(f"written: {', '.join(str(path) for path in (written, picture.file) if path is not None)}")
     if not (printed.json or printed.quiet):
         for line in [
             *status_lines(result),
@@ -140,7 +135,7 @@ def run(
         say("dforce: stopped; the result is complete and kept")
     if without:
         say("dforce: stopped during the search for states; the curve is complete, and drawn without them")
-    return code
+    return picture.end(code)
 
 
 def _at(case: df.Case, settings: list[str], shares: str) -> df.Case:
@@ -194,13 +189,10 @@ def _check_states(case: df.Case, plot: Path | None) -> None:
         raise df.ParameterError("--states needs a range of distances; this approach has only one distance")
 
 
-def _draw_states(case: df.Case, curve: xr.Dataset, plot: Path, width: str | None, quiet: bool) -> xr.Dataset:
-    """Draw a curve anew with all states behind it, unless their computation is stopped; return the states."""
+def _all_states(case: df.Case, curve: xr.Dataset, quiet: bool) -> xr.Dataset:
+    """Return all states over the distances of a curve."""
     with ProgressBar("all states", shown=not quiet) as bar:
-        found = df.branches(case, zc=(float(curve["zc"].max()), float(curve["zc"].min())), progress=bar)
-    if not found.attrs.get("interrupted"):
-        df.plot.save(df.plot.overview(curve, df.plot.Sheet(), found), plot, width=width)
-    return found
+        return df.branches(case, zc=(float(curve["zc"].max()), float(curve["zc"].min())), progress=bar)
 
 
 def _numbered(stem: str, number: int) -> Path:

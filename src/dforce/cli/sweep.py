@@ -13,8 +13,9 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._options import PICTURE, Printed, Settings, option
+from dforce.cli._picture import Picture
 from dforce.cli._report import advice_lines, as_json, counted, quoted, status_lines
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, whole_number
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell, whole_number
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
@@ -86,8 +87,7 @@ def sweep(
     in_blocks = is_store(output)
     if not in_blocks:
         check_target(output)
-    if plot is not None:
-        check_target(plot, df.plot.FORMATS)
+    picture = Picture(plot)
     start = time.monotonic()
     with late_stop_waits() as late:  # until the result is written
         with ProgressBar(source.case.title or source.stem, shown=not printed.quiet) as bar:
@@ -109,17 +109,16 @@ def sweep(
             return STOPPED
         if not in_blocks:
             df.write(result, output)
-    if plot is not None:
-        df.plot.save(df.plot.overview(result, df.plot.Sheet()), plot)
+    picture.draw(lambda sheet: df.plot.overview(result, sheet))
     bad = {df.Status.FAILED, df.Status.UNRESOLVED, df.Status.INACCURATE, df.Status.BROKEN}
     failed = bool(bad & set(counts))
     code = STOPPED if stopped or late.asked else SOME_POINTS_FAILED if failed else DONE
     if printed.json:
-        print_json(_answer(source, result, output, plot, seconds, code))
+        print_json(_answer(source, result, output, picture.file, seconds, picture.code(code)))
     elif not printed.quiet:
         for line in _lines(source, result, "" if resume else f" in {seconds:.3g} s"):
-            typer.echo(line)
-        typer.echo(f"written: {', '.join(str(path) for path in (output, plot) if path is not None)}")
+            tell(line)
+        typer.echo(f"written: {', '.join(str(path) for path in (output, picture.file) if path is not None)}")
         for line in [*status_lines(result), *result.attrs.get("notes", "").splitlines()]:
             say(line)
         for line in advice_lines(result, output):
@@ -131,7 +130,7 @@ def sweep(
         if share and not in_blocks:
             on = "only a store (-o OUT.zarr) could be continued at a set point"
         say(f"dforce: stopped; finished cases are kept; {on}")
-    return code
+    return picture.end(code)
 
 
 def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:

@@ -10,10 +10,10 @@ import typer
 
 import dforce as df
 from dforce.cli._options import PICTURE, Json, option
+from dforce.cli._picture import Picture
 from dforce.cli._report import quoted
 from dforce.cli._terminal import DONE, console, print_json, printable, say, width, wrapped
 from dforce.cli.read import Calibrated, Pairs, named
-from dforce.core.files import check_target
 from dforce.core.units import show
 
 if TYPE_CHECKING:
@@ -71,8 +71,7 @@ def thermal(
 
     The spectrum is text with two columns, or any file that dForce reads. Its last line goes into a case.
     """
-    if plot is not None:
-        check_target(plot, df.plot.FORMATS, spare=[Path(spectrum)])
+    picture = Picture(plot, spare=[Path(spectrum)])
     tune = df.thermal_tune(
         spectrum,
         columns=named("--columns", columns),
@@ -82,18 +81,17 @@ def thermal(
         temperature=calibration.temperature,
         band=None if band is None else [end.strip() for end in band.split(",")],
     )
-    if plot is not None:
-        df.plot.save(df.plot.thermal_spectrum(tune.dataset(), df.plot.Sheet()), plot)
+    picture.draw(lambda sheet: df.plot.thermal_spectrum(tune.dataset(), sheet))
     if json:
-        print_json(_answer(tune, plot))
-        return DONE
+        print_json(_answer(tune, picture.file))
+        return picture.end(DONE)
     _print(tune, spectrum)
-    if plot is not None:
-        typer.echo(f"written: {plot}")
+    if picture.file is not None:
+        typer.echo(f"written: {picture.file}")
     for line in tune.history:
         if line.startswith("doubt: "):
             say(line)
-    return DONE
+    return picture.end(DONE)
 
 
 def _case(tune: ThermalTune) -> str:

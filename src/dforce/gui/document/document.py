@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import functools
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -302,9 +303,14 @@ class Document:
             When the data are none.
         """
         try:
-            return TypeAdapter(cls).validate_python(plain)
+            return cls._reader().validate_python(plain)
         except (TypeError, ValueError):
             raise df.CaseError("the last project cannot be read") from None
+
+    @classmethod
+    @functools.cache  # made anew it takes fifty times as long as reading a document, at every keeping of one
+    def _reader(cls) -> TypeAdapter[Self]:
+        return TypeAdapter(cls)
 
 
 def _first_slider(table: Mapping[str, Any]) -> tuple[Slider, ...]:
