@@ -184,7 +184,7 @@ def test_a_wrong_path_is_refused_with_the_nearest(case, path, message):
         ("cantilever.f0", "1e5 rad/s", "not a frequency in Hz; divide an angular frequency by 2 pi"),
         ("forces.dmt.hamaker", "-1 J", "forces.dmt.hamaker = -1 J is below 0 J"),
         ("forces", [{"model": "dtm"}], "forces.1.model = 'dtm' is not known; did you mean 'dmt'?"),
-        ("forces", [{}], "forces.1.model is missing; known: "),
+        ("forces", [{}], "forces.1.model is missing; dforce models lists all"),
         ("forces", 3, "forces = 3 is not a list of forces"),
         ("forces", [3], "forces.1 = 3 is not a table with a model"),
         ("forces", [{"model": "dmt", "hamakr": 1}], "forces.dmt has no parameter 'hamakr'; did you mean 'hamaker'?"),

@@ -12,7 +12,8 @@ import pytest
 import dforce as df
 from dforce.core import files
 from dforce.core.marks import FileName, Words, file_name, holds_text, words
-from dforce.core.parameters import ParameterQuantity, Parameters, Shared, param
+from dforce.core.parameter_quantity import ParameterQuantity
+from dforce.core.parameters import Parameters, Shared, param
 from dforce.experiments import EXPERIMENTS
 from dforce.forces import REGISTRY
 

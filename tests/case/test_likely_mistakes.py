@@ -8,7 +8,8 @@ from every import every
 
 import dforce as df
 from dforce.core import units
-from dforce.core.parameters import UTMOST, Parameters, param
+from dforce.core.parameter_quantity import UTMOST
+from dforce.core.parameters import Parameters, param
 from dforce.experiments import EXPERIMENTS
 from dforce.forces import REGISTRY
 from dforce.maps.regime_map import shares_of

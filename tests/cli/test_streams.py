@@ -11,6 +11,7 @@ import pytest
 from tiers import some_long
 
 import dforce as df
+from dforce.cli._report import quoted
 
 FULL = Path("/dev/full")
 CODE = "import sys; from dforce.cli import main; sys.argv[0] = 'dforce'; main()"
@@ -64,6 +65,15 @@ def test_a_result_is_kept_wherever_the_words_about_it_go(streams, tmp_path):
     assert df.read(tmp_path / "curve.nc").sizes["zc"] == 3
     assert done.returncode == (2 if ">/dev/full" in streams.split() else 0)
     assert "Traceback" not in done.stderr and "report" not in done.stderr
+
+
+NAMES = ["curve.nc", "my curve.nc", "it's.nc", "a \"b\" 'c'.nc", "$HOME `date`.nc", "a\\b c.nc", "now!! or never.nc"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_name_is_printed_as_a_shell_takes_it(name):
+    shown = subprocess.run(["bash", "-c", f"printf %s {quoted(name)}"], capture_output=True, text=True, check=True)
+    assert shown.stdout == name
 
 
 def test_a_mistake_keeps_its_exit_code_where_it_cannot_be_told():

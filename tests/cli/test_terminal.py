@@ -117,6 +117,9 @@ def test_the_width_is_that_of_the_terminal():
         (["rnu", "figure-3-air"], "there is no command 'rnu'; did you mean 'run'?"),
         (["run", "figure-3-ari"], "there is no file 'figure-3-ari'; did you mean the example 'figure-3-air'?"),
         (["models", "dmmt"], "there is no force model 'dmmt'; did you mean 'dmt'?"),
+        (["models", "zz"], "there is no force model 'zz'; dforce models lists all"),
+        (["cantilevers", "zz"], "there is no cantilever 'zz'; dforce cantilevers lists all"),
+        (["zz"], "there is no command 'zz'; dforce --help lists all"),
         (["run", "figure-3-air", "--plto", "x.png"], "there is no option '--plto'; did you mean '--plot'?"),
         (["--versoin"], "there is no option '--versoin'; did you mean '--version'?"),
         (["run"], "missing argument 'CASE'; see dforce run --help"),
@@ -130,6 +133,11 @@ def test_the_width_is_that_of_the_terminal():
 def test_every_mistake_in_a_command_is_answered_in_one_voice(words, sentence):
     done = invoke(*words)
     assert (done.exit_code, done.stdout, done.stderr) == (2, "", f"dforce: {sentence}\n")
+
+
+@every([("vdw", "van_der_waals"), ("KV", "kelvin_voigt"), ("JKR", "jkr"), ("lj", "lennard_jones")])
+def test_initials_show_the_page_of_a_model(word, name):
+    assert invoke("models", word).stdout == invoke("models", name).stdout != ""
 
 
 def test_the_program_alone_shows_what_there_is():

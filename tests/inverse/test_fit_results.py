@@ -286,6 +286,24 @@ def test_points_beside_jumps_are_left_out_and_branches_found_where_they_are_not_
     assert (found["used"] >= two["used"]).all()
 
 
+def test_a_jump_of_the_retract_that_is_no_larger_than_steep_steps_is_found_by_that_of_the_approach() -> None:
+    height = np.linspace(45e-9, 19e-9, 131)
+    attractive = 90.0 + 8.2 * np.exp((32.2e-9 - height) / 0.7e-9)  # up to 98.2 degrees where it ends
+    repulsive = 88.2 - 2.4 * np.maximum(32.4e-9 - height, 0.0) / 0.2e-9
+    phase = [np.where(height > fold, attractive, repulsive) for fold in (32.1e-9, 32.5e-9)]
+    steps = [np.abs(np.diff(one)) for one in phase]
+    assert steps[0].max() > 12.0 and steps[1].max() < 8.0  # five times the usual step of 2.4 degrees lies between
+    column = fc.dataset(
+        np.tile(height, 2), np.tile(height, 2), np.concatenate(phase), np.ones(262), (0.05e-9, 0.05)
+    ).drop_vars("branch")
+    ways = np.repeat(["approach", "retract"], 131)
+    found = measured(column.assign_coords(direction=("point", ways)), checked_reading("measured", None, None, None, ""))
+    np.testing.assert_array_equal(
+        found.branch, np.where(np.tile(height, 2) > np.repeat([32.1e-9, 32.5e-9], 131), 1, -1)
+    )
+    assert (~found.used).sum() == 4  # one point to each side of both jumps
+
+
 def test_lost_points_are_no_success() -> None:
     case = fc.case_of("stiff")
     fit = df.fit(

@@ -38,6 +38,28 @@ def test_errors_to_both_sides_are_those_of_a_profile(plain: xr.Dataset, profiled
         assert away == pytest.approx(right, rel=0.03, abs=0.0), name
 
 
+def test_intervals_of_offset_and_modulus_are_those_of_a_profile_beside_a_parameter_that_is_hardly_known() -> None:
+    case = fc.case_of("liquid", viscous=False).replace(H, 2e-22)
+    zc = np.linspace(9.2e-9, 2e-9, 91)
+    curve, draw = df.approach(case, zc=zc), np.random.default_rng(3)
+    sigma = fc.SIGMA["liquid"]
+    data = fc.dataset(
+        zc,
+        curve["amplitude"].values[:, 0] + draw.normal(0.0, sigma[0], len(zc)),
+        curve["phase"].values[:, 0] + draw.normal(0.0, sigma[1], len(zc)),
+        np.ones(len(zc)),
+        sigma,
+    )
+    usual = df.fit(case, data, free=[E, H], search=False)
+    there = df.fit(case, data, free=[E, H], search=False, profile=["zc_offset", E])
+    assert float((usual["error"] / usual["value"]).sel(parameter=H)) > 0.5
+    for name in ("zc_offset", E):
+        one, right = usual.sel(parameter=name), there.sel(parameter=name)
+        for end in ("interval_low", "interval_high"):
+            away, known = (float(each[end] - each["value"]) for each in (one, right))
+            assert away == pytest.approx(known, rel=0.02, abs=0.0), (name, end)
+
+
 def test_errors_to_both_sides_are_alike_where_the_model_is_straight(plain: xr.Dataset) -> None:
     for name in ("A0", "phase_offset"):
         one = plain.sel(parameter=name)

@@ -127,6 +127,18 @@ def test_an_entry_by_address_lies_on_disk_with_all_that_it_calls(folder, text):
     assert sum(module.inner.stats.cache_hits.values()) == 1
 
 
+def test_who_watches_a_compilation_sees_its_share_rise_over_all_that_belongs_together(text):
+    two = text + "\n@njit\ndef other(x):\n    return 3.0 * inner(x)\n"
+    loaded, shares = Kernel(started(two), "a test", usual=("outer", "other")), []
+    with log.listening(lambda text: None), log.watching(lambda work, share: shares.append((work, share))):
+        loaded.entry("outer")(1.0)
+        one = shares[-1]
+        loaded.entry("other")(1.0)
+    assert {work for work, _ in shares} == {"Compiling a test, once"}
+    assert 0.0 < shares[0][1] < one[1] < 0.9  # `outer` and what it calls, of three functions
+    assert shares == sorted(shares) and shares[-1][1] == pytest.approx(1.0)
+
+
 def test_functions_that_others_call_become_no_machine_code_of_their_own(folder, text):
     module = started(text)
     outer = Kernel(module, "a test").entry("outer")

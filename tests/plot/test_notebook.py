@@ -15,7 +15,7 @@ from IPython.core.interactiveshell import InteractiveShell
 from IPython.utils.capture import capture_output
 
 import dforce as df
-from dforce.core import progress
+from dforce.core import log, progress
 from dforce.core.progress import ProgressBar
 from dforce.core.units import show
 from dforce.validity import advice_in
@@ -189,6 +189,17 @@ def test_a_bar_appears_by_itself_while_nothing_is_reported(notebook, monkeypatch
     with capture_output() as captured, ProgressBar("compiling"):
         time.sleep(0.3)
     assert any("<progress></progress> compiling" in text for text in updates(captured))
+
+
+def test_a_compilation_has_a_bar_of_its_own_until_points_are_reported_again(notebook):
+    with capture_output() as captured, ProgressBar("a run") as bar:
+        bar._bar.show()
+        log.show_progress("Compiling a law, once", 0.43)
+        bar(1, 4, "zc = 5 nm")
+    log.show_progress("Compiling a law, once", 0.5)  # nobody watches any more
+    *_, compiling, running, last = updates(captured)
+    assert 'value="43" max="100"' in compiling and "Compiling a law, once" in compiling and "a run" not in compiling
+    assert "a run, 1/4" in running and last == ""
 
 
 def test_progress_is_asked_for_by_true(monkeypatch):

@@ -12,6 +12,7 @@ import measured_curve
 import numpy as np
 import pytest
 import synthetic
+import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine, TightLayoutEngine
 
@@ -19,7 +20,7 @@ import dforce as df
 from dforce import plot
 from dforce.core.errors import ParameterError, ResultError
 from dforce.plot._style import figure_of, thin
-from dforce.results.curves import Picture
+from dforce.results.curves import Picture, pictures_of
 from dforce.results.status import Status
 
 
@@ -225,6 +226,38 @@ def test_force_against_distance_shows_where_the_force_is_felt():
 
 def test_phase_portrait_is_velocity_against_deflection():
     assert texts(plot.phase_portrait(synthetic.dwell())) == ["deflection $z$ (nm)", r"velocity $\dot z$ (mm/s)"]
+
+
+def without_numbers(result):
+    """Return a result whose numbers are all unknown."""
+    empty = result.copy(deep=True)
+    for variable in empty.data_vars.values():
+        if variable.dtype.kind == "f":
+            variable.values[...] = np.nan
+    return empty
+
+
+@pytest.mark.parametrize("make", [synthetic.approach, synthetic.dwell, synthetic.force_curve, synthetic.grid])
+def test_a_result_without_numbers_is_summed_up_and_drawn_or_refused_in_a_sentence(make, tmp_path):
+    result = without_numbers(make())
+    assert str(df.report(result))
+    for draw in (plot.overview, *(functools.partial(plot.draw, picture=picture) for picture in pictures_of(result))):
+        try:
+            plot.save(draw(result, figure=plot.Sheet()), tmp_path / "empty.png", dpi=20)
+        except ParameterError as refused:
+            assert "has no numbers, so it has no picture" in str(refused)
+
+
+def test_a_reconstructed_force_that_is_zero_or_unknown_everywhere():
+    distance, zero = np.linspace(0.0, 2e-9, 21), np.zeros(21)
+    found = xr.Dataset(
+        {"force": ("distance", zero, {"units": "N"}), "force_error": ("distance", zero, {"units": "N"})}
+        | {"gap_low": ("gap", []), "gap_high": ("gap", [])},
+        {"distance": ("distance", distance, {"units": "m"})},
+    )
+    assert plot.reconstruction(found, plot.Sheet()).get_xlim()[1] >= 2.0
+    with pytest.raises(ParameterError, match="'force' has no numbers, so it has no picture"):
+        plot.reconstruction(without_numbers(found), plot.Sheet())
 
 
 def test_a_motion_far_inside_the_sample_is_drawn_and_saved(tmp_path):

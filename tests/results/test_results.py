@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pandas
 import pytest
@@ -198,6 +199,11 @@ def _not_written_by_dforce(path):
     xr.Dataset({"a": ("x", [1.0])}).to_netcdf(path, engine="h5netcdf")
 
 
+def _plain_hdf5(path):
+    with h5py.File(path, "w") as file:
+        file["x"] = [1, 2, 3]
+
+
 def _cut(share):
     def make(path):
         write(synthetic.dwell(), path)
@@ -220,6 +226,7 @@ def _cut(share):
         (_cut(0.5), "is damaged or was cut short"),
         (_cut(0.99), "is damaged or was cut short"),
         (_not_written_by_dforce, "is not a file of dForce"),
+        (_plain_hdf5, "is not a file of dForce"),
     ],
 )
 def test_a_file_that_is_no_result_is_one_sentence(tmp_path, make, sentence):

@@ -22,4 +22,29 @@ def test_the_name_that_begins_alike_is_suggested_before_one_of_like_length(name,
 
 
 def test_a_letter_or_two_begin_too_many_names_to_suggest_one():
-    assert nearest("f", df.examples()).startswith("; known: ")
+    assert nearest("f", df.examples(), "dforce examples") == "; dforce examples lists all"
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("vdw", "'van_der_waals'"), ("KV", "'kelvin_voigt'"), ("LJ", "'lennard_jones'"), ("JKR", "'jkr'"),
+        ("kelvin-voigt", "'kelvin_voigt'"), ("md", "'magnetic_dipole' or 'maugis_dugdale'"), ("waals", "'van_der_waals'"),
+    ],
+)  # fmt: skip
+def test_an_abbreviation_of_the_field_finds_its_model(name, meant):
+    assert nearest(name, df.forces.REGISTRY) == f"; did you mean {meant}?"
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "command"),
+    [("edl", df.forces.REGISTRY, "dforce models"), ("AC160", df.cantilevers(), "dforce cantilevers")],
+)
+def test_of_many_names_only_the_nearest_are_listed_and_the_command_that_lists_all(name, known, command):
+    hint = nearest(name, known, command)
+    assert hint.endswith(f"; {command} lists all")
+    assert sum(other in hint for other in known) <= 3 and len(hint) < 120
+
+
+def test_few_names_are_listed_all():
+    assert nearest("zz", ["low", "high"]) == "; known: high, low"

@@ -22,7 +22,8 @@ from dforce.core import units
 from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
 from dforce.core.files import beside, folder
 from dforce.core.marks import file_name, words
-from dforce.core.parameters import ParameterQuantity, Parameters, Part, part
+from dforce.core.parameter_quantity import ParameterQuantity
+from dforce.core.parameters import Parameters, Part, part
 from dforce.core.refusals import refusal
 from dforce.core.toml import read_toml
 from dforce.experiments import EXPERIMENTS, Experiment
@@ -343,11 +344,12 @@ def _built(given: object, tag: str, known: dict[str, Any], path: str, place: str
         return given
     if not isinstance(given, dict):
         raise ParameterError(f"{place} = {shorten(given)} is not a table with a {tag}")
-    name = given.get(tag)
+    name, listed_by = given.get(tag), "dforce models" if tag == "model" else ""
     if name is None:
-        raise ParameterError(f"{place}.{tag} is missing{nearest('', known)}")
+        raise ParameterError(f"{place}.{tag} is missing{nearest('', known, listed_by)}")
     if not isinstance(name, str) or name not in known:
-        raise ParameterError(f"{place}.{tag} = '{shorten(name)}' is not known{nearest(str(name)[:100], known)}")
+        hint = nearest(str(name)[:100], known, listed_by)
+        raise ParameterError(f"{place}.{tag} = '{shorten(name)}' is not known{hint}")
     try:
         return known[name].model_validate(given if keep else {key: given[key] for key in given if key != tag})
     except pydantic.ValidationError as error:

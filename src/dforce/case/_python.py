@@ -8,7 +8,8 @@ from collections.abc import Iterable
 from dforce import forces, instrument
 from dforce.case._text import tables
 from dforce.core import units
-from dforce.core.parameters import ParameterQuantity, Parameters
+from dforce.core.parameter_quantity import ParameterQuantity
+from dforce.core.parameters import Parameters
 from dforce.experiments import Experiment
 from dforce.forces import Force
 

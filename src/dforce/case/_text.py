@@ -8,7 +8,8 @@ from typing import Any
 import tomli_w
 
 from dforce.core import units
-from dforce.core.parameters import ParameterQuantity, Parameters
+from dforce.core.parameter_quantity import ParameterQuantity
+from dforce.core.parameters import Parameters
 from dforce.core.toml import read_toml
 from dforce.experiments import Experiment
 from dforce.forces import Force

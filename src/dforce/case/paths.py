@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator
 from typing import Any, TypeVar
 
 from dforce.case._text import tables
-from dforce.core.errors import ParameterError, shorten
-from dforce.core.parameters import ParameterQuantity, Parameters
+from dforce.core.errors import LONGEST_LIST, ParameterError, shorten
+from dforce.core.parameter_quantity import ParameterQuantity
+from dforce.core.parameters import Parameters
 from dforce.forces import Force
 
 LISTS = {"cantilever": "modes", "drive": "tones"}  # whose keys may stand in the section when there is one of them
@@ -203,4 +204,5 @@ def _hint(case: Parameters, owner: Parameters, step: str, walked: str) -> str:
     elsewhere = [path for path in paths(case) if path.split(".")[-1] == step]
     if elsewhere:
         return "; did you mean " + " or ".join(f"'{path}'" for path in elsewhere[:3]) + "?"
-    return f"; known: {', '.join(sorted(walked + key for key in owner.keys()))}"  # noqa: SIM118
+    listed = ", ".join(sorted(walked + key for key in owner.keys()))  # noqa: SIM118
+    return f"; known: {listed}" if len(listed) <= LONGEST_LIST else "; dforce schema lists all"

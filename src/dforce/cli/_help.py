@@ -44,7 +44,9 @@ class Program(typer.core.TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that is meant; an unknown one is answered with the nearest."""
         if args[0] not in self.commands and not args[0].startswith("-") and not ctx.resilient_parsing:
-            raise df.ParameterError(f"there is no command '{shorten(args[0])}'{nearest(args[0][:100], self.commands)}")
+            raise df.ParameterError(
+                f"there is no command '{shorten(args[0])}'{nearest(args[0][:100], self.commands, 'dforce --help')}"
+            )
         return super().resolve_command(ctx, args)
 
     def main(self, *args: Any, **options: Any) -> Any:
@@ -68,7 +70,8 @@ def _sentence(error: Any) -> str:
     context = error.ctx
     if context is not None and hasattr(error, "possibilities"):
         known = [name for parameter in context.command.params for name in _names(parameter)]
-        return f"there is no option '{shorten(error.option_name)}'{nearest(error.option_name[:100], known)}"
+        hint = nearest(error.option_name[:100], known, f"{context.command_path} --help")
+        return f"there is no option '{shorten(error.option_name)}'{hint}"
     text = error.format_message().rstrip(".")
     more = "" if context is None else f"; see {context.command_path} --help"
     return f"{text[:1].lower()}{text[1:]}{more}"

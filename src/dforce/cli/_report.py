@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import re
+import shlex
 from typing import TYPE_CHECKING, Any
 
 import dforce as df
@@ -105,7 +107,9 @@ def quoted(name: str) -> str:
     """Return a name as it is typed in a shell."""
     if re.fullmatch(r"[\w@%+=:,./\\~-]+", name):
         return name
-    return f"'{name}'" if '"' in name else f'"{name}"'
+    if os.name == "posix" and set(name) & set('"$`!\\'):  # a shell reads these between double quotes, too
+        return shlex.quote(name)
+    return f'"{name}"'
 
 
 def advice_as_json(pieces: list[df.Advice]) -> list[dict[str, Any]]:

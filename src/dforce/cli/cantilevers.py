@@ -8,7 +8,7 @@ import typer
 
 import dforce as df
 from dforce.cli._options import Json
-from dforce.cli._terminal import DONE, print_json
+from dforce.cli._terminal import DONE, print_json, tell
 from dforce.core.errors import nearest, shorten
 
 
@@ -22,13 +22,15 @@ def cantilevers(
         if json:
             print_json([vars(probe) for probe in known.values()])
         else:
-            typer.echo(known.as_text())
+            tell(known.as_text())
         return DONE
     if name not in known:
-        raise df.ParameterError(f"there is no cantilever '{shorten(name)}'{nearest(name, known)}")
+        raise df.ParameterError(
+            f"there is no cantilever '{shorten(name)}'{nearest(name[:100], known, 'dforce cantilevers')}"
+        )
     probe = known[name]
     if json:
         print_json(vars(probe))
         return DONE
-    typer.echo(probe.as_text())
+    tell(probe.as_text())
     return DONE

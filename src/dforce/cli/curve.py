@@ -75,7 +75,7 @@ def curve(
 
 
 def _quantity(option: str, text: str | None, unit: str) -> float | None:
-    from dforce.core.parameters import ParameterQuantity
+    from dforce.core.parameter_quantity import ParameterQuantity
 
     try:
         return None if text is None else ParameterQuantity(unit).read(text)

@@ -19,7 +19,9 @@ def materials(
     """List the samples of the library, or show one: nominal values with their range and source."""
     known = df.materials()
     if name is not None and name not in known:
-        raise df.ParameterError(f"there is no material '{shorten(name)}'{nearest(name, known)}")
+        raise df.ParameterError(
+            f"there is no material '{shorten(name)}'{nearest(name[:100], known, 'dforce materials')}"
+        )
     shown = known if name is None else known[name]
     if json:
         print_json([vars(one) for one in known.values()] if name is None else vars(known[name]))

@@ -16,7 +16,7 @@ from dforce.cli._names import complete_models
 from dforce.cli._options import Json
 from dforce.cli._page import readable
 from dforce.cli._terminal import BAD_INPUT, DONE, columns, console, print_json, width, wrapped
-from dforce.core.errors import nearest, shorten
+from dforce.core.errors import nearest, short_for, shorten
 from dforce.core.notation import first_sentence, plain_math
 
 ZERO = re.compile(r"^0 .*")  # a zero with its unit
@@ -53,10 +53,13 @@ def models(
         else:
             _list(list(registry.values()), long)
         return DONE
-    model = registry.get(name) or registry.get(name.lower())
-    found = [] if model is not None else _mentioning(name.lower())
+    short = short_for(name[:100], registry)
+    model = registry[short[0]] if len(short) == 1 else None
+    found = [registry[one] for one in short] or _mentioning(name.lower())
     if model is None and not found:
-        raise df.ParameterError(f"there is no force model '{shorten(name)}'{nearest(name[:100], registry)}")
+        raise df.ParameterError(
+            f"there is no force model '{shorten(name)}'{nearest(name[:100], registry, 'dforce models')}"
+        )
     if json:
         print_json([_described(one) for one in found] if model is None else _described(model))
     elif model is None:

@@ -15,7 +15,7 @@ from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._options import PICTURE, Printed, Settings, option
 from dforce.cli._picture import Picture
 from dforce.cli._report import advice_lines, as_json, counted, quoted, status_lines
-from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, whole_number
+from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell, whole_number
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
@@ -117,7 +117,7 @@ def sweep(
         print_json(_answer(source, result, output, picture.file, seconds, picture.code(code)))
     elif not printed.quiet:
         for line in _lines(source, result, "" if resume else f" in {seconds:.3g} s"):
-            typer.echo(line)
+            tell(line)
         typer.echo(f"written: {', '.join(str(path) for path in (output, picture.file) if path is not None)}")
         for line in [*status_lines(result), *result.attrs.get("notes", "").splitlines()]:
             say(line)

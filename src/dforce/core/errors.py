@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import re
 import reprlib
 from collections.abc import Callable, Iterable
 from typing import ParamSpec, TypeVar
@@ -14,6 +15,8 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 SAYS_SOMETHING = 3  # letters; fewer begin too many names
+FEW = 3  # names of an answer
+LONGEST_LIST = 150  # characters of names that are listed all
 
 
 class DForceError(Exception):
@@ -65,20 +68,47 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 @checked
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" for the known name nearest to `name`, else the list of known names."""
-    names = sorted(known)
+def nearest(name: str, known: Iterable[str], listed_by: str = "") -> str:
+    """Return "; did you mean 'x'?" for the known name that is meant, else the known names, or the nearest of many.
+
+    Meant is a name that begins so, has these initials (vdw), contains it, or is spelled much like it.
+
+    Parameters
+    ----------
+    name, known
+        The name that was typed, and those that exist.
+    listed_by
+        The command that lists all of them, for many.
+    """
+    names = {other: _bare(other) for other in sorted(known)}
     bare = _bare(name)
     fits = str.startswith if len(bare) >= SAYS_SOMETHING else str.__eq__
-    begun = [other for other in names if fits(_bare(other), bare)]
+    begun = [other for other, letters in names.items() if fits(letters, bare)]
     if begun:  # figure3 for figure-3-air: the first letters say more than the length
         return f"; did you mean '{min(begun, key=len)}'?"
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
-    if close:
-        return f"; did you mean '{close[0]}'?"
+    meant = short_for(name, names)
+    meant = meant or [other for other, letters in names.items() if len(bare) >= SAYS_SOMETHING and bare in letters]
+    meant = meant or difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    if meant:
+        return "; did you mean " + " or ".join(f"'{other}'" for other in meant[:FEW]) + "?"
     if not names:
         return ""
-    return f"; known: {', '.join(names)}"
+    listed = ", ".join(names)
+    if len(listed) <= LONGEST_LIST:
+        return f"; known: {listed}"
+    near = difflib.get_close_matches(name, names, n=FEW, cutoff=0.45)
+    hints = [f"the nearest of {len(names)}: {', '.join(near)}"] if near else []
+    hints += [f"{listed_by} lists all"] if listed_by else []
+    return "".join(f"; {hint}" for hint in hints) or f"; known: {shorten(listed, LONGEST_LIST)}"
+
+
+@checked
+def short_for(name: str, known: Iterable[str]) -> list[str]:
+    """Return the known names that differ by capitals and signs only, else those with these initials: vdw, KV."""
+    bare, every = _bare(name), list(known)
+    same = [other for other in every if _bare(other) == bare]
+    words = {other: re.findall(r"[^\W_]+", other.casefold()) for other in every}
+    return same or [other for other in every if len(bare) > 1 and "".join(word[0] for word in words[other]) == bare]
 
 
 def _bare(name: str) -> str:

@@ -31,6 +31,10 @@ class Listening:
             self._heard = text
             self.listener(text)
 
+    def watch(self, work: str, share: float) -> None:
+        """Tell the listener how far work is that is done only once, see :func:`watching`."""
+        self.hear(f"{work}: {100.0 * share:.0f} %")
+
 
 class Heedless:
     """A stream of text that drops what cannot be written: a full disk and a closed stream are no reason to end a run."""
@@ -55,6 +59,7 @@ class Heedless:
 
 
 _listening: ContextVar[Listening | None] = ContextVar("listening", default=None)
+_watching: ContextVar[Callable[[str, float], None] | None] = ContextVar("watching", default=None)
 
 
 def announce(text: str) -> None:
@@ -76,6 +81,23 @@ def listening(listener: Callable[[str], None]) -> Iterator[Listening]:
         yield one
     finally:
         _listening.reset(token)
+
+
+def show_progress(work: str, share: float) -> None:
+    """Hand the name of work that is done only once, and the share that is done, to who watches (:func:`watching`)."""
+    watcher = _watching.get()
+    if watcher is not None:
+        watcher(work, share)
+
+
+@contextlib.contextmanager
+def watching(watcher: Callable[[str, float], None]) -> Iterator[None]:
+    """Hand to a function, in this thread, how far work is that is done only once, while the context lasts."""
+    token = _watching.set(watcher)
+    try:
+        yield
+    finally:
+        _watching.reset(token)
 
 
 @contextlib.contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import html
 import sys
 import threading
@@ -10,7 +11,7 @@ from types import TracebackType
 from typing import Any, Protocol, Self, TextIO, cast
 
 from dforce.core.errors import shorten
-from dforce.core.log import Heedless
+from dforce.core.log import Heedless, watching
 
 WAIT = 1.0  # s; what is quicker needs no bar
 LONGEST = 40  # characters of a title
@@ -22,8 +23,8 @@ class _Drawn(Protocol):
     def show(self) -> None:
         """Draw it."""
 
-    def update(self, done: int, total: int, note: str) -> None:
-        """Draw how far the work is."""
+    def update(self, title: str, done: int, total: int, note: str) -> None:
+        """Draw how far the work of this title is; another title begins anew."""
 
     def stop(self) -> None:
         """Take it away."""
@@ -47,9 +48,11 @@ class ProgressBar:
         self.title, self.shown = shorten(title, LONGEST), shown
         self._bar: _Drawn | None = None
         self._timer: threading.Timer | None = None
+        self._watching = contextlib.ExitStack()
 
     def __enter__(self) -> Self:
-        """Start to wait; the bar appears on its own, even while nothing is reported (a first compilation)."""
+        """Start to wait; the bar appears on its own. A first compilation has a bar of its own in its place."""
+        self._watching.enter_context(watching(self._show_once))
         if self.shown:
             self._bar = _NotebookBar(self.title) if in_notebook() else _terminal_bar(self.title)
         if self._bar is not None:
@@ -61,12 +64,18 @@ class ProgressBar:
     def __call__(self, done: int, total: int, note: str) -> None:
         """Take note of the points done."""
         if self._bar is not None:
-            self._bar.update(done, total, note)
+            self._bar.update(self.title, done, total, note)
+
+    def _show_once(self, work: str, share: float) -> None:
+        """Show how far work is that is done only once."""
+        if self._bar is not None:
+            self._bar.update(work, int(100.0 * share), 100, "")
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Take the bar away."""
+        self._watching.close()
         if self._timer is not None and self._bar is not None:
             self._timer.cancel()
             self._timer.join()
@@ -94,13 +103,18 @@ class _TerminalBar:
             console=console,
             transient=True,
         )
+        self.title = title
         self.task = self.bar.add_task(title, total=None, note="")
 
     def show(self) -> None:
         self.bar.start()
 
-    def update(self, done: int, total: int, note: str) -> None:
-        self.bar.update(self.task, completed=done, total=total, note=note)
+    def update(self, title: str, done: int, total: int, note: str) -> None:
+        if title == self.title:
+            self.bar.update(self.task, completed=done, total=total, note=note)
+            return
+        self.title = title
+        self.bar.reset(self.task, completed=done, total=total, description=title, note=note)  # so does the time left
 
     def stop(self) -> None:
         self.bar.stop()
@@ -121,17 +135,19 @@ class _NotebookBar:
     def __init__(self, title: str) -> None:
         from IPython.display import HTML, display
 
-        self.title, self.start, self.shown, self.html = title, time.monotonic(), False, HTML
+        self.start, self.shown, self.html = time.monotonic(), False, HTML
         # made in the cell's own thread, so that it stands below this cell whoever draws it later
         self.handle = display(HTML(""), display_id=True)
-        self.last = (0, 0, "")
+        self.last = (title, 0, 0, "")
 
     def show(self) -> None:
         self.shown = True
         self._draw()
 
-    def update(self, done: int, total: int, note: str) -> None:
-        self.last = (done, total, note)
+    def update(self, title: str, done: int, total: int, note: str) -> None:
+        if title != self.last[0]:
+            self.start = time.monotonic()
+        self.last = (title, done, total, note)
         if self.shown:
             self._draw()
 
@@ -139,10 +155,10 @@ class _NotebookBar:
         self.handle.update(self.html(""))
 
     def _draw(self) -> None:
-        done, total, note = self.last
+        title, done, total, note = self.last
         value = f' value="{done}" max="{total}"' if done else ""
         left = (time.monotonic() - self.start) * (total - done) / done if done else 0.0
-        words = [self.title, *([f"{done}/{total}", f"{left:.0f} s left"] if done else []), note]
+        words = [title, *([f"{done}/{total}", f"{left:.0f} s left"] if done else []), note]
         text = html.escape(", ".join(word for word in words if word))
         self.handle.update(self.html(f"<progress{value}></progress> {text}"))
 

@@ -362,8 +362,8 @@ def _force(sweep: xr.Dataset, way: str) -> Iterator[Finding]:
         ("min_force", "lowest force", np.nanargmin),
         ("peak_force", "largest force", np.nanargmax),
     ):
-        index: Any = chosen(force)
-        place = f" at {number(float(distance[index]), 'm', 'distance')}" if force[index] else ""
+        index: Any = chosen(force) if np.isfinite(force).any() else 0
+        place = f" at {number(float(distance[index]), 'm', 'distance')}" if abs(force[index]) > 0.0 else ""
         yield finding(name, label, float(force[index]), "N", way, place)
     if "energy" in sweep and way != "approach":  # it is known once the tip is back
         last = sweep.isel(time=-1) if "time" in sweep.dims else sweep

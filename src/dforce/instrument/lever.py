@@ -156,9 +156,8 @@ class Cantilever(Parameters):
             return self  # it holds what it needs, wherever its file is
         known = cantilevers() if self.library is None else own_cantilevers(named(self.library, "cantilever.library"))
         if self.name not in known:
-            raise ParameterError(
-                f"cantilever = '{shorten(self.name)}' is not known: write f0 and k, or a name{nearest(self.name, known)}"
-            )
+            hint = nearest(self.name[:100], known, "" if self.library else "dforce cantilevers")
+            raise ParameterError(f"cantilever = '{shorten(self.name)}' is not known: write f0 and k, or a name{hint}")
         for field in ("f0", "k", "Q", "tip_radius"):
             value = getattr(known[self.name], field)
             if getattr(self, field) is None and value is not None:

@@ -50,7 +50,7 @@ class Sample(Parameters):
         if self.name not in materials():
             raise ParameterError(
                 f"sample = '{shorten(self.name)}' is not known: write youngs_modulus, "
-                f"or a name{nearest(self.name, materials())}"
+                f"or a name{nearest(self.name[:100], materials(), 'dforce materials')}"
             )
         for field in ("youngs_modulus", "poisson_ratio"):
             value = getattr(materials()[self.name], field)

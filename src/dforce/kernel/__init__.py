@@ -15,7 +15,7 @@ from dforce.core import log
 from dforce.core.arrays import Array, Complexes
 from dforce.core.stopping import unbroken
 from dforce.forces import Force
-from dforce.kernel import any_force, cache, texts
+from dforce.kernel import any_force, cache, compiling, texts
 from dforce.kernel.codegen import (
     FIRST_DRIVE,
     FIRST_MODE,
@@ -203,11 +203,21 @@ class Kernel:
     """A composed module: the tip equation of one combination of modes and forces, or the solvers that call it.
 
     ``solvers.integrator`` names its entry functions.
+
+    Parameters
+    ----------
+    module
+        Holds the functions.
+    what
+        Name of what is compiled, in words; several kernels may be parts of it.
+    usual
+        Entry functions that nearly every use compiles.
     """
 
-    def __init__(self, module: ModuleType, what: str) -> None:
+    def __init__(self, module: ModuleType, what: str, usual: Sequence[str] = ()) -> None:
         self.module = module
         self.what = what
+        self.usual = usual
         self.name = module.__name__
         self._entries: dict[str, Callable[..., Any]] = {}
         self._addresses: dict[str, int] = {}
@@ -256,8 +266,26 @@ class Kernel:
             if self.what not in _ANNOUNCED or log.is_heard():  # printed once, and told to each who waits
                 _ANNOUNCED.add(self.what)
                 log.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
-            with cache.one_at_a_time(self.module, name):
+            with cache.one_at_a_time(self.module, name), self._watched(name):
                 yield
+
+    @contextlib.contextmanager
+    def _watched(self, name: str) -> Iterator[None]:
+        """Tell who watches how far the compilation is, of all that belongs together."""
+        parts = [part for part in _KERNELS.values() if part.what == self.what and part is not self]
+        ahead = sum(compiling.effort(part.module, part._missing()) for part in parts)
+        ahead += compiling.effort(self.module, {name, *self._missing()})
+        before = _COMPILED.get(self.what, 0.0)
+
+        def tell(done: float) -> None:
+            _COMPILED[self.what] = before + done
+            log.show_progress(f"Compiling {self.what}, once", (before + done) / (before + ahead))
+
+        with compiling.counted(self.module, name, tell):
+            yield
+
+    def _missing(self) -> set[str]:
+        return {name for name in self.usual if not self.is_ready(name)}
 
     def _first(self, name: str) -> Callable[..., Any]:
         function = getattr(self.module, name)
@@ -303,7 +331,11 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]], called: Seque
 
 
 def load_solvers(
-    modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]], late: int = 0
+    modes: int,
+    entries: dict[str, Callable[..., Any]],
+    called: Sequence[Callable[..., Any]],
+    late: int = 0,
+    usual: Sequence[str] = (),
 ) -> Kernel:
     """Return the entry functions that are the same for all forces; what they call lies elsewhere, see `Tip`."""
     return _loaded(
@@ -312,6 +344,7 @@ def load_solvers(
             (modes, late, _places(entries), _names(called)), (), lambda: compose_solvers(modes, entries, called, late)
         ),
         _solvers_for(modes),
+        usual,
     )
 
 
@@ -327,6 +360,7 @@ def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel
             lambda: any_force.compose_any(modes, late, forces, entries),
         ),
         _solvers_for(modes),
+        tuple(entries),
     )
 
 
@@ -357,12 +391,13 @@ def _names(functions: Iterable[Callable[..., Any]]) -> list[tuple[str, str]]:
     return [(function.__module__, function.__qualname__) for function in functions]
 
 
-def _loaded(key: tuple[Any, ...], text: Callable[[], str], what: str) -> Kernel:
+def _loaded(key: tuple[Any, ...], text: Callable[[], str], what: str, usual: Sequence[str] = ()) -> Kernel:
     """Return the kernel of this process for a key; its text is made where there is none."""
     if key not in _KERNELS:
-        _KERNELS[key] = Kernel(cache.load(text()), what)
+        _KERNELS[key] = Kernel(cache.load(text()), what, usual)
     return _KERNELS[key]
 
 
 _ANNOUNCED: set[str] = set()  # what this process has said that it compiles
+_COMPILED: dict[str, float] = {}  # the effort so far, by what it compiles
 _KERNELS: dict[tuple[Any, ...], Kernel] = {}  # of this process; the parameters' values are no part of the key

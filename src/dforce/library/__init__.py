@@ -79,7 +79,7 @@ def example_text(name: str) -> str:
     try:
         return examples()[name].text
     except KeyError:
-        hint = nearest(name[:100], examples())
+        hint = nearest(name[:100], examples(), "dforce examples")
         raise ParameterError(f"there is no example '{shorten(name)}'{hint}") from None
 
 

@@ -16,7 +16,7 @@ from dforce.case.paths import place_of, quantity_at, value_at
 from dforce.core import quantities, units
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.files import named
-from dforce.core.parameters import ParameterQuantity
+from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.core.quantity import words
 from dforce.experiments.base import DISTANCE
 from dforce.maps._rows import read_rows

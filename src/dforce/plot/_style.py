@@ -81,11 +81,24 @@ def take(dataset: xr.Dataset, name: str, *dims: str) -> xr.DataArray:
     if name not in dataset.variables:
         check_computed(dataset)
         known = [str(variable) for variable in dataset.data_vars]
-        raise ParameterError(f"this result has no '{name}'{nearest(name, known)}")
+        raise ParameterError(f"this result has no '{name}'{nearest(name, known, 'printing the result')}")
     more = [str(dim) for dim in dataset[name].dims if dim not in {*dims, *COLUMN_DIMS}]
     if more:
         raise ParameterError(f"'{name}' also has the dimension {', '.join(more)}; choose one point with .isel")
     return dataset[name]
+
+
+def with_numbers(variable: xr.DataArray) -> xr.DataArray:
+    """Return a variable that sets the scale of its picture.
+
+    Raises
+    ------
+    ParameterError
+        Where none of its values is a number.
+    """
+    if not np.isfinite(variable.values).any():
+        raise ParameterError(f"'{variable.name}' has no numbers, so it has no picture")
+    return variable
 
 
 def shown(variable: xr.DataArray) -> tuple[Array, str]:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from dforce.core.errors import checked
-from dforce.plot._style import DIRECTIONS, GRAY, LIGHT, head, new_figure, shown, take, tidy
+from dforce.plot._style import DIRECTIONS, GRAY, LIGHT, head, new_figure, shown, take, tidy, with_numbers
 from dforce.plot.distances import sweeps
 from dforce.plot.motion import at_distance
 from dforce.results.dataset import reader_unit
@@ -29,8 +29,8 @@ def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axe
     """
     figure = new_figure(figure, 5.2, 4.0)
     axes = figure.subplots()
-    x, across = shown(take(dataset, "distance", "time"))
-    y, up = shown(take(dataset, "force", "time"))
+    x, across = shown(with_numbers(take(dataset, "distance", "time")))
+    y, up = shown(with_numbers(take(dataset, "force", "time")))
     velocity = take(dataset, "velocity", "time").values
     for direction, half in (("approach", velocity <= 0.0), ("retract", velocity >= 0.0)):
         look = dict(DIRECTIONS[direction])
@@ -62,6 +62,11 @@ def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axe
     _finish(axes, across, up)
     head(axes, dataset, at_distance(dataset))
     return axes
+
+
+def against_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
+    """Draw the force against distance along a path, or along the distances of a slow curve."""
+    return (force_distance if "time" in dataset.dims else force_curve)(dataset, figure)
 
 
 @checked

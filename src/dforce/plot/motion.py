@@ -25,6 +25,7 @@ from dforce.plot._style import (
     take,
     thin,
     tidy,
+    with_numbers,
 )
 
 DYNAMIC_RANGE = 1e-7  # of a spectrum: below it, relative to the largest line, there is rounding only
@@ -136,7 +137,7 @@ def spectrum(
     ParameterError
         When the result has no spectrum, or `up_to` lies below the frequency of the motion.
     """
-    line = take(dataset, "spectrum", "frequency")
+    line = with_numbers(take(dataset, "spectrum", "frequency"))
     figure = new_figure(figure, 6.5, 3.8)
     axes = figure.subplots()
     frequency, amplitude = dataset["frequency"].values, line.values

@@ -67,7 +67,9 @@ def _cases(result: xr.Dataset, picture: Picture) -> dict[str, xr.Dataset]:
     for name in (picture.x, *picture.y):
         if name not in result.variables:
             known = [str(name) for name, variable in result.variables.items() if variable.dtype.kind == "f"]
-            raise ParameterError(f"this result has no '{shorten(name)}' to draw{nearest(name, known)}")
+            raise ParameterError(
+                f"this result has no '{shorten(name)}' to draw{nearest(name, known, 'printing the result')}"
+            )
     along = picture.x if picture.x in result.dims else goes_along(result)
     layers = cases_of(first_state(result), along)
     known = drawable(next(iter(layers.values())), picture.x)

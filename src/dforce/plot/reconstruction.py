@@ -9,7 +9,21 @@ from matplotlib.figure import FigureBase
 
 from dforce.core.arrays import Array
 from dforce.core.errors import checked
-from dforce.plot._style import BLUE, GRAY, GREEN, LIGHT, ORANGE, PURPLE, SKY, head, new_figure, shown, take, tidy
+from dforce.plot._style import (
+    BLUE,
+    GRAY,
+    GREEN,
+    LIGHT,
+    ORANGE,
+    PURPLE,
+    SKY,
+    head,
+    new_figure,
+    shown,
+    take,
+    tidy,
+    with_numbers,
+)
 from dforce.results.dataset import reader_unit
 
 BAND = 2.0  # errors
@@ -45,7 +59,7 @@ def reconstruction(
     x, across = shown(take(dataset, "distance", "distance"))
     force = take(dataset, "force_error", "distance") * 0.0 + take(dataset, "force", "distance")
     force.attrs, force.name = dict(dataset["force"].attrs), "force"
-    scale = reader_unit(force)[0]
+    scale = reader_unit(with_numbers(force))[0]
     y, error = np.asarray(force.values) / scale, np.asarray(dataset["force_error"].values) / scale
     figure = new_figure(figure, 6.0, 4.2)
     axes = figure.subplots()
@@ -73,13 +87,13 @@ def reconstruction(
 
 def _felt(x: Array, y: Array) -> float:
     """Return how far the force is felt, with room."""
-    felt = np.abs(y) > SHOWN * np.nanmax(np.abs(y))
+    felt = np.abs(y) >= SHOWN * np.nanmax(np.abs(y))  # all of it where there is no force
     return float(x[0] + 1.3 * (x[felt].max() - x[0]))
 
 
 def _frame(axes: Axes, y: Array, error: Array) -> None:
     """Show the force whole, and its band where that is no larger."""
-    room = 0.15 * float(np.nanmax(y) - np.nanmin(y))
+    room = 0.15 * float(np.nanmax(y) - np.nanmin(y)) or 1.0  # as around any line without a height
     axes.set_ylim(
         max(float(np.nanmin(y - BAND * error)), float(np.nanmin(y)) - 3.0 * room) - room / 3.0,
         min(float(np.nanmax(y + BAND * error)), float(np.nanmax(y)) + 3.0 * room) + room / 3.0,

@@ -9,7 +9,7 @@ from matplotlib.figure import FigureBase
 
 from dforce.core import units
 from dforce.core.errors import checked
-from dforce.plot._style import BLUE, VERMILLION, axis_text, head, new_figure, shown, take, tidy
+from dforce.plot._style import BLUE, VERMILLION, axis_text, head, new_figure, shown, take, tidy, with_numbers
 from dforce.results.curves import BELOW
 from dforce.results.dataset import reader_unit
 
@@ -30,7 +30,10 @@ def thermal_spectrum(dataset: xr.Dataset, figure: FigureBase | None = None) -> A
     ParameterError
         When the result has no spectral density.
     """
-    density, fitted = take(dataset, "spectral_density", "frequency"), take(dataset, "fitted_density", "frequency")
+    density, fitted = (
+        with_numbers(take(dataset, "spectral_density", "frequency")),
+        take(dataset, "fitted_density", "frequency"),
+    )
     figure = new_figure(figure, 6.5, 4.0)
     axes = figure.subplots()
     across, text = shown(dataset["frequency"])

@@ -14,7 +14,7 @@ from dforce.case import Case
 from dforce.core import units
 from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, UnitError
-from dforce.core.parameters import ParameterQuantity
+from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.core.quantities import ENDS, MOTION, MOTIONS, REPEATS
 from dforce.core.quantity import words
 from dforce.core.stopping import until_stopped

@@ -96,7 +96,9 @@ def drawable(dataset: xr.Dataset, along: str | None = None) -> list[str]:
 def _variable(dataset: xr.Dataset, name: str) -> xr.Variable:
     if name not in dataset.variables:
         check_computed(dataset)
-        raise ParameterError(f"this result has no '{shorten(name)}'{nearest(name, map(str, dataset.variables))}")
+        raise ParameterError(
+            f"this result has no '{shorten(name)}'{nearest(name, map(str, dataset.variables), 'printing the result')}"
+        )
     return dataset.variables[name]
 
 
@@ -164,7 +166,9 @@ def lines_of(dataset: xr.Dataset, x: str, y: str) -> Iterator[Line]:
     """
     for name in (x, y):
         if name not in dataset.variables or not row_of(dataset, name):
-            raise ParameterError(f"this result has no '{name}' to draw{nearest(name, drawable(dataset))}")
+            raise ParameterError(
+                f"this result has no '{name}' to draw{nearest(name, drawable(dataset), 'printing the result')}"
+            )
     row = row_of(dataset, y)
     if row_of(dataset, x) != row:
         raise ParameterError(f"'{y}' cannot be drawn against '{x}': its values lie along {row}")

@@ -167,7 +167,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
 
 
 def _dataset(content: bytes) -> xr.Dataset | None:
-    """Return what a netCDF file holds, None where it is damaged."""
+    """Return what a netCDF file holds, nothing of one that is not from dForce; None where it is damaged."""
     import h5netcdf
     import h5py
     import xarray as xr
@@ -175,7 +175,9 @@ def _dataset(content: bytes) -> xr.Dataset | None:
 
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
-            dict(file.attrs)  # h5netcdf prints a traceback when it cannot read these
+            # h5netcdf prints a traceback when it cannot read these
+            if "dforce_version" not in dict(file.attrs):
+                return xr.Dataset()
         with h5netcdf.File(io.BytesIO(content), "r", decode_vlen_strings=True) as file:
             return xr.load_dataset(H5NetCDFStore(file), decode_times=False).drop_encoding()
     except Exception:  # a damaged file surfaces as any error of h5py, h5netcdf or xarray  # noqa: BLE001

@@ -200,7 +200,7 @@ KINDS = (
     Kind("basins", _marked("reached"), "findings.motions:basins", "plot.basins:basins",
          figure="gui.curves.other_figures:basins"),
     Kind("force_curve", _is_force_curve, "findings.motions:force_curve", "plot.overview:forces", pictures=OF_RECORDS,
-         own=FORCE),
+         own={("force",): "plot.forces:against_distance"}),
     Kind("frequency_sweep", _is_frequency_sweep, "findings.motions:frequency_sweep", "plot.branches:resonance",
          own={AMPLITUDE_AND_PHASE: "plot.branches:resonance"}),
     Kind("dwell", _is_dwell, "findings.motions:dwell", "plot.overview:dwell", pictures=OF_RECORDS, own=RECORD),

@@ -85,7 +85,9 @@ def error_of(dataset: xr.Dataset, name: str) -> Array:
         When the result has no such quantity.
     """
     if name not in dataset.variables:
-        raise ParameterError(f"this result has no '{shorten(name)}'{nearest(name, map(str, dataset.variables))}")
+        raise ParameterError(
+            f"this result has no '{shorten(name)}'{nearest(name, map(str, dataset.variables), 'printing the result')}"
+        )
     variable = dataset.variables[name]
     if name not in AMOUNTS:
         return np.zeros(variable.shape)

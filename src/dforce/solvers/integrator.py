@@ -41,6 +41,7 @@ SOLVERS: dict[str, Callable[..., Any]] = {
     "relax": relaxation.relax,
     "remeasure": newton.remeasure,
 }
+USUAL = ("follow", "relax", "remeasure")  # what a curve compiles of them
 ENTRIES: dict[str, Callable[..., Any]] = OWN | {
     "derivative": lsoda.derivative,
     "sample": lsoda.sample,
@@ -128,7 +129,7 @@ def enough_samples(needs: Array, settings: SolverSettings) -> Any:
 def load_kernels(problem: Problem) -> tuple[kernel.Kernel, kernel.Kernel]:
     """Return the composed tip equation of a problem, and the solvers that call it."""
     return kernel.load(problem, ENTRIES, tuple(CALLED.values())), kernel.load_solvers(
-        len(problem.modes), SOLVERS, tuple(CALLED.values()), problem.late_fluid
+        len(problem.modes), SOLVERS, tuple(CALLED.values()), problem.late_fluid, USUAL
     )
 
 

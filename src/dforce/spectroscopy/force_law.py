@@ -12,7 +12,7 @@ import numpy as np
 from dforce.core import units
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked, shorten
-from dforce.core.parameters import ParameterQuantity
+from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.forces import Force
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance

@@ -12,7 +12,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import dforce as df
 from dforce.core.notation import first_phrase, first_sentence
-from dforce.core.parameters import ParameterQuantity, Parameters
+from dforce.core.parameter_quantity import ParameterQuantity
+from dforce.core.parameters import Parameters
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import show
 from dforce.experiments import EXPERIMENTS

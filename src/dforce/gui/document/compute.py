@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import dforce as df
-from dforce.core.log import listening
+from dforce.core.log import listening, watching
 from dforce.core.progress import duration
 
 if TYPE_CHECKING:
@@ -254,7 +254,7 @@ def live_curve(
         if done < total and (computed > patience or waited > latest or (waited > 0.2 and overtaken())):
             raise KeyboardInterrupt
 
-    with LIVE_CURVES.one_more(), listening(say) as heard:
+    with LIVE_CURVES.one_more(), listening(say) as heard, watching(heard.watch):
         result = df.run(case, progress=report_progress)
     return Live(result, bool(result.attrs.get("interrupted")), heard.seconds > 0.0)
 
@@ -327,7 +327,7 @@ class Job:
         self.state, self.began = "running", time.monotonic()
         self.turn = self.began
         try:
-            with listening(self._hear):
+            with listening(self._hear) as heard, watching(heard.watch):
                 result = self.compute()
         except KeyboardInterrupt:  # stopped before there was anything to keep; it must not end the window
             self.state = "stopped"

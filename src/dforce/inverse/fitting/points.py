@@ -274,19 +274,53 @@ def _branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tu
     margin = FOUND if margin is None else margin
     branch, beside = np.full(len(found.height), FROM_FREE), np.zeros(len(found.height), bool)
     ways = np.asarray(data["direction"].values).astype(str) if "direction" in data.variables else None
+    walks = []
     for way in dict.fromkeys(ways.tolist()) if ways is not None else [None]:
         chosen = np.flatnonzero(ways == way) if way is not None else np.arange(len(found.height))
         order = chosen[np.argsort(-found.height[chosen], kind="stable")]  # from far to near
-        cuts = _jumps(found, order)
-        edges = [0, *cuts, len(order)]
-        for number, (start, stop) in enumerate(itertools.pairwise(edges)):
-            stretch = order[start:stop]
-            nearest = found.phase[stretch[-3:], 0]
-            if number > 0 and np.median(nearest) < RIGHT_ANGLE:
-                branch[stretch] = BEHIND_JUMP
-        for cut in cuts:
-            beside[order[max(0, cut - margin) : cut + margin]] = True
+        walks.append(_Walk(str(way), order, _jumps(found, order)))
+    for walk in _with_hidden_jump(found, walks):
+        for start, stop in itertools.pairwise([0, *walk.cuts, len(walk.order)]):
+            if start > 0 and _is_behind(found, walk.order[start:stop]):
+                branch[walk.order[start:stop]] = BEHIND_JUMP
+        for cut in walk.cuts:
+            beside[walk.order[max(0, cut - margin) : cut + margin]] = True
     return branch, beside
+
+
+@dataclass(frozen=True)
+class _Walk:
+    """One direction of a curve: its points from far to near, and before which of them it jumps."""
+
+    way: str
+    order: Indices
+    cuts: list[int]
+
+
+def _is_behind(found: MeasuredPoints, stretch: Indices) -> bool:
+    """Say whether the nearest points of a stretch are repulsive."""
+    return bool(np.median(found.phase[stretch[-3:], 0]) < RIGHT_ANGLE)
+
+
+def _with_hidden_jump(found: MeasuredPoints, walks: list[_Walk]) -> list[_Walk]:
+    """Return the two directions of a curve, with the jump of the one that hides it in its steep steps.
+
+    Where one direction jumps, a state ends at a fold, so the other one does not lead from state to state smoothly either. The
+    retract jumps farther away than the approach, or as far.
+    """
+    if len(walks) != 2 or bool(walks[0].cuts) == bool(walks[1].cuts):
+        return walks
+    jumping, other = sorted(walks, key=lambda walk: not walk.cuts)
+    if not (_is_behind(found, jumping.order) and _is_behind(found, other.order)):
+        return walks
+    cut = jumping.cuts[-1]
+    edges = found.height[jumping.order[cut - 1 : cut + 1]]
+    middle = 0.5 * (found.height[other.order[1:]] + found.height[other.order[:-1]])
+    there = middle >= edges.min() if other.way == "retract" else middle <= edges.max()
+    if not there.any():
+        return walks
+    falls = np.where(there, np.diff(found.phase[other.order, 0]), np.inf)
+    return [jumping, replace(other, cuts=[int(np.argmin(falls)) + 1])]
 
 
 def _beside_known_jump(height: Array, branch: object, margin: int) -> Any:

@@ -17,8 +17,9 @@ from dforce.inverse.fitting.unknowns import limits
 STEPS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)  # of the error, to each side, until both levels are passed
 ONE, MOST = 1.0, 3.84  # rise of chi2 at one standard deviation, and at 95 %
 MOST_RUNS = 15  # of the model at each value
-TRIES, MOST_STEPS = 5, 10  # values at which an end of an interval is sought, and evaluations at each
-ROUGHLY = 0.03  # of chi2: two steps that lower it by less end the search for an end of an interval
+TRIES, MOST_STEPS = 5, 20  # values at which an end of an interval is sought, and evaluations at each
+ROUGHLY = 0.01  # of chi2: two steps that lower it by less end the search for an end of an interval
+HALFWAY = 0.5
 CLOSE_ENOUGH = 0.15  # of the root of the rise: ends are interpolated from there
 STUCK = 2.0  # times that root: a search that ends so high may not have found the least
 LOWER = 0.05  # of chi2: what is so much lower is another minimum
@@ -111,32 +112,36 @@ class ProfilePoint:
 
 
 def end_of(
-    model: CurveModel, best: Minimum, way: Way, floor: float, on_run: Callable[[Objective], None]
+    model: CurveModel, best: Minimum, way: Way, floor: float, known: ProfilePoint, on_run: Callable[[Objective], None]
 ) -> ProfilePoint | Minimum:
-    """Return how chi2 rises along one unknown up to 3.84 above a floor, or a minimum below the floor where one is met."""
+    """Return how chi2 rises along one unknown up to 3.84 above a floor, or a minimum below the floor where one is met.
+
+    What is known of it beforehand counts. One place lies about halfway: that tells one standard deviation.
+    """
     goal, (low, high) = math.sqrt(MOST), limits(model.unknowns)
-    ends = ProfilePoint([0.0], [math.sqrt(max(best.chi2 - floor, 0.0))])
-    ahead, far, tries = way.along, way.step, 0
-    while tries < TRIES:
+    ends = ProfilePoint([0.0, *known.ways], [math.sqrt(max(best.chi2 - floor, 0.0)), *known.roots])
+    ahead, far, root, tries = way.along, way.step, math.inf, 0
+    while tries <= TRIES:
+        is_last = tries == TRIES or abs(root - goal) < CLOSE_ENOUGH * goal
+        if is_last:
+            far = HALFWAY * ends.reach(goal)
+            if not math.isfinite(far) or any(abs(one - far) < HALFWAY * far for one in ends.ways):
+                break
         start = best.varied + far * ahead
         if not low[way.index] <= start[way.index] <= high[way.index]:
             break
         there = _beside(Objective(model, np.clip(start, low, high), way.others, on_run), floor + (STUCK * goal) ** 2)
-        known = there.prediction is not None and not there.lost
-        if known and there.chi2 < floor - LOWER:
+        is_state = there.prediction is not None and not there.lost
+        if is_state and there.chi2 < floor - LOWER:
             return there
-        root = math.sqrt(max(there.chi2 - floor, 0.0)) if known else math.inf
+        root = math.sqrt(max(there.chi2 - floor, 0.0)) if is_state else math.inf
         ends.ways.append(far)
         ends.roots.append(root)
-        if known:
-            ahead = (there.varied - best.varied) / far
-        tries += 1
-        if abs(root - goal) < CLOSE_ENOUGH * goal and len(ends.ways) == 2:
-            far, tries = 0.5 * far, TRIES - 1  # the end is found at once; halfway tells one standard deviation
-        elif abs(root - goal) < CLOSE_ENOUGH * goal:
+        if is_last:
             break
-        else:
-            far = _next(ends, goal, far)
+        if is_state:
+            ahead = (there.varied - best.varied) / far
+        tries, far = tries + 1, _next(ends, goal, far)
     return ends
 
 

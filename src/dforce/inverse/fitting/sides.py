@@ -9,27 +9,26 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import DForceError
 from dforce.inverse.fitting.certainty import Certainty
 from dforce.inverse.fitting.folds import fold_beside
 from dforce.inverse.fitting.minimize import Minimum, Objective
 from dforce.inverse.fitting.model import CurveModel, allowed
-from dforce.inverse.fitting.profile import Way, end_of
-from dforce.inverse.fitting.unknowns import NUISANCE, limits
+from dforce.inverse.fitting.profile import ProfilePoint, Way, end_of
+from dforce.inverse.fitting.unknowns import limits
 
 SURE = 1.96  # standard deviations of an interval of 95 %
 WIDEST = 1.0  # of a logarithm: farthest place where chi2 is asked for
 UNEVEN = 0.05  # of 1.96 errors of the covariance: ends of intervals farther from there are asked for
-PROFILED = (
-    0.25  # the same: ends farther away still are found by minimizing chi2, where its rise there is not as expected
-)
-BENT = 0.5  # of the root of the distance from a fold: the same for steps that change it by more
+BENT = 0.5  # of the root of the distance from a fold: no straight line leads so far in it
 MOST = 4.0  # times the error of the covariance: chi2 that rises so slowly tells no end
+MOST_STEPS = 6  # of Gauss and Newton beside each place
+LEFT = 0.05  # of chi2: what another step would lower it by, at most, where it is the least
+STRAIGHT = ("A0", "phase_offset", "amplitude_scale")  # these scale or shift a curve: their covariance is right
 
 
 @dataclass(frozen=True)
@@ -80,10 +79,10 @@ def sides_of(
 ) -> Sides | Minimum:
     """Return the sides of all unknowns, or a lower minimum where one is met.
 
-    Chi2 is asked for at 1.96 errors of the covariance and halfway, with the other unknowns where they lower it most: first
-    along the covariance, then one step of Gauss and Newton beside it. Where it rises unevenly, it is asked for once more where
-    it seems to have risen by 3.84. All these curves are followed at once. Where that still differs from the covariance, or
-    points are lost on the way, chi2 is minimized over the others.
+    Chi2 is asked for halfway to 1.96 errors of the covariance and there, with the other unknowns where they lower it most:
+    first along the covariance, then by steps of Gauss and Newton beside it. Where it rises unevenly, it is asked for once more
+    where it seems to have risen by 3.84. All these curves are followed at once. Where the steps do not end, or points are lost
+    on the way, chi2 is minimized over the others.
 
     Parameters
     ----------
@@ -97,35 +96,15 @@ def sides_of(
     if best.prediction is None or not model.curves.is_smooth or not moving.any():
         return plain_sides(certain)
     root = math.sqrt(certain.inflation)
-    which = np.repeat(np.flatnonzero(moving), 2)
-    side = np.tile([-1.0, 1.0], int(moving.sum()))
-    is_log = np.array([one.is_log for one in model.unknowns])
-    step = np.where(is_log, np.minimum(SURE * errors / root, WIDEST), SURE * errors / root)[which]
-    fold = fold_beside(model, by)
-    beside_fold = by if fold is None else fold.columns(by)
-    along, ahead = np.empty((len(which), len(errors))), []
-    for row, i in enumerate(which.tolist()):
-        mine = by if fold is None or i == fold.height else beside_fold
-        ahead.append(_rest(mine, moving, i))
-        along[row] = -ahead[row] @ mine[:, i] * (side * step)[row]
-        along[row, i] = (side * step)[row]
-
-    def moved(rows: Any, steps: Array) -> Array:
-        return np.stack(
-            [
-                best.varied + one if fold is None or which[row] == fold.height else fold.moved(best.varied, one)
-                for row, one in zip(rows, steps, strict=True)
-            ]
-        )
-
-    every = range(len(which))
-    residuals = _residuals(model, moved(every, along))
-    beside = -np.einsum("cur,cr->cu", np.stack(ahead), np.nan_to_num(residuals))
-    places = np.concatenate([moved(every, along + beside), moved(every, 0.5 * along + 0.25 * beside)])
-    chi2 = (residuals**2).sum(axis=1)
-    chi2_far, chi2_half = (_residuals(model, places) ** 2).sum(axis=1).reshape(2, -1)
-    shares = np.tile([0.5, 1.0, np.nan], (len(which), 1))  # of the steps, and chi2 there
-    lowest = np.stack([chi2_half, np.fmin(chi2, chi2_far), np.full(len(which), np.nan)], axis=1)
+    ways = _Ways(model, best.varied, by, moving, SURE * errors / root)
+    which, step, along, every = ways.which, ways.step, ways.along, np.arange(len(ways.which))
+    lowest, shares = (
+        np.full((len(which), 3), np.nan),
+        np.tile([0.5, 1.0, np.nan], (len(which), 1)),
+    )  # at shares of the steps
+    lowest[:, 1], far = ways.eased(every, along)
+    lowest[:, 0], _ = ways.eased(every, 0.5 * along + 0.25 * (far - along))
+    lowest[ways.is_bent] = np.nan
     before = math.sqrt(max(best.chi2 - floor, 0.0))
 
     def reaches(level: float) -> Array:
@@ -135,24 +114,19 @@ def sides_of(
 
     share = reaches(SURE) / step
     more = np.flatnonzero((np.abs(share - 1.0) > UNEVEN) & np.isfinite(lowest[:, 1]))
-    shares[more, 2] = share[more]
-    away = share[more, None]
-    if len(more):
-        there = moved(more.tolist(), away * along[more] + away**2 * beside[more])
-        lowest[more, 2] = (_residuals(model, there) ** 2).sum(axis=1)
-    share = reaches(SURE) / step
+    shares[more, 2], away = share[more], share[more, None]
+    lowest[more, 2], _ = ways.eased(more, away * along[more] + away**2 * (far - along)[more])
     both = {level: reaches(level) for level in (1.0, SURE)}
     known = np.isfinite(lowest[:, :2]).all(axis=1) & (np.isfinite(lowest[:, 2]) | np.isnan(shares[:, 2]))
-    if fold is not None:  # no straight line in the root leads so far
-        known &= (which == fold.height) | (np.abs(along[:, fold.height]) < BENT * fold.root)
-    met = np.abs(np.sqrt(np.maximum(lowest[:, 2] - floor, 0.0)) - SURE) < PROFILED * SURE
-    # the offsets of a measurement move curves straight on: their covariance is right
-    asked = np.array([one.prior is None and one.name.removesuffix("_2") not in NUISANCE for one in model.unknowns])
-    for row in np.flatnonzero(asked[which] & (~known | ((np.abs(share - 1.0) > PROFILED) & ~met))).tolist():
+    asked = np.array([one.prior is None and one.name.removesuffix("_2") not in STRAIGHT for one in model.unknowns])
+    for row in np.flatnonzero(asked[which] & ~known).tolist():
         others = np.flatnonzero(moving & (np.arange(len(moving)) != which[row])).tolist()
-        first = moved([row], along[[row]])[0]
+        first = ways.places(np.array([row]), along[[row]])[0]
         way = Way(int(which[row]), (first - best.varied) / step[row], others, float(step[row]))
-        end = end_of(model, best, way, floor, on_run)
+        there = np.isfinite(lowest[row])
+        rises = np.sqrt(np.maximum(lowest[row, there] - floor, 0.0))
+        found = ProfilePoint((shares[row, there] * step[row]).tolist(), rises.tolist())
+        end = end_of(model, best, way, floor, found, on_run)
         if isinstance(end, Minimum):
             return end
         for level, reach in both.items():
@@ -163,18 +137,79 @@ def sides_of(
     out = []
     for level, reach in both.items():
         pair = np.stack([errors * level, errors * level])
-        pair[(side > 0.0).astype(int), which] = root * reach
+        pair[(ways.side > 0.0).astype(int), which] = root * reach
         out += list(pair)
     return Sides(*out)
 
 
-def _rest(by: Array, moving: Any, index: int) -> Array:
-    """Return the step of all unknowns but one that takes residuals away, (unknowns, residuals)."""
-    out = np.zeros(by.T.shape)
-    others = moving.copy()
-    others[index] = False
-    out[others] = np.linalg.pinv(by[:, others])
-    return out
+class _Ways:
+    """Ways along each unknown to both sides of a minimum, beside a fold in its coordinates.
+
+    Attributes
+    ----------
+    which, side, step
+        The unknown, -1 or 1, and a step of it, (ways,).
+    along
+        The same step of all unknowns, the others where they lower chi2 most if the model is a straight line, (ways, unknowns).
+    """
+
+    def __init__(self, model: CurveModel, best: Array, by: Array, moving: Bools, steps: Array) -> None:
+        self.model, self.best = model, best
+        self.which = np.repeat(np.flatnonzero(moving), 2)
+        self.side = np.tile([-1.0, 1.0], int(moving.sum()))
+        is_log = np.array([one.is_log for one in model.unknowns])
+        self.step = np.where(is_log, np.minimum(steps, WIDEST), steps)[self.which]
+        self.fold = fold_beside(model, by)
+        beside_fold = by if self.fold is None else self.fold.columns(by)
+        self.by = np.stack([by if self._is_plain(i) else beside_fold for i in self.which.tolist()])
+        # steps of all unknowns but one that take residuals away
+        self.ahead = np.zeros((len(self.which), by.shape[1], by.shape[0]))
+        self.along = np.zeros((len(self.which), by.shape[1]))
+        for row, i in enumerate(self.which):
+            others = moving & (np.arange(len(moving)) != i)
+            self.ahead[row, others] = np.linalg.pinv(self.by[row][:, others])
+            self.along[row] = -self.ahead[row] @ self.by[row][:, i]
+            self.along[row, i] = 1.0
+        self.along *= (self.side * self.step)[:, None]
+
+    @property
+    def is_bent(self) -> Bools:
+        """Which ways change the root of the distance from a fold too much for straight lines."""
+        if self.fold is None:
+            return np.zeros(len(self.which), bool)
+        height = self.fold.height
+        return np.asarray((self.which != height) & (np.abs(self.along[:, height]) >= BENT * self.fold.root))
+
+    def _is_plain(self, index: int) -> bool:
+        return self.fold is None or index == self.fold.height
+
+    def places(self, rows: Indices, steps: Array) -> Array:
+        """Return where steps along some ways lead, (rows, unknowns)."""
+        out = [
+            self.best + step
+            if self.fold is None or self._is_plain(self.which[row])
+            else self.fold.moved(self.best, step)
+            for row, step in zip(rows, steps, strict=True)
+        ]
+        return np.array(out).reshape(len(rows), len(self.best))
+
+    def eased(self, rows: Indices, steps: Array) -> tuple[Array, Array]:
+        """Return the least chi2 at some steps, NaN where it is not found, and these steps with the others where it is."""
+        chi2, left = np.full(len(rows), np.inf), np.full(len(rows), np.inf)
+        going, steps, tried = np.arange(len(rows)), steps.copy(), steps.copy()
+        for _ in range(MOST_STEPS):
+            if not len(going):
+                break
+            residuals = _residuals(self.model, self.places(rows[going], tried[going]))
+            here = np.nan_to_num((residuals**2).sum(axis=1), nan=np.inf)
+            lower = here < chi2[going]
+            going, residuals = going[lower], residuals[lower]
+            beside = -np.einsum("cur,cr->cu", self.ahead[rows[going]], residuals)
+            chi2[going], steps[going] = here[lower], tried[going]
+            left[going] = (np.einsum("cru,cu->cr", self.by[rows[going]], beside) ** 2).sum(axis=1)
+            tried[going] += beside
+            going = going[left[going] > LEFT]
+        return np.where(left <= LEFT, chi2, np.nan), steps
 
 
 def _residuals(model: CurveModel, places: Array) -> Array:

@@ -16,7 +16,7 @@ from dforce.case import Case
 from dforce.case.paths import place_of, value_at
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, nearest, shorten
-from dforce.core.parameters import ParameterQuantity
+from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.findings.finding import DEGREE
 from dforce.instrument.shared import values_used
 from dforce.inverse.fitting.typed import number_of, value_and_error, with_unit
