@@ -109,13 +109,13 @@ class Forms:
         wrong_at = self._nearest(said.where) if said.wrong else ()
         for path in paths:
             field, shape, entry = self.shown[path]
-            wrong = self._wrong(path, field, shape)
-            if not wrong and said.wrong and path == wrong_at:
-                wrong = said.wrong
-            entry.show(error=wrong, advice=advice.get(path, []))
-            if wrong or path in advice:
-                for fold in self._hidden.get(path, ()):
-                    fold.props["open"] = True
+            wrong = self._wrong(path, field, shape) or (said.wrong if path == wrong_at else "")
+            told = {"error": wrong, "advice": advice.get(path, [])}
+            is_new = any(told.values()) and any(entry.props.get(key) != one for key, one in told.items())
+            entry.show(**told)
+            for fold in self._hidden.get(path, ()) if is_new else ():
+                fold.props["open"] = True
+                fold.run_method("setAttribute", "open", "")  # a person may have shut it since it was opened
 
     def _wrong(self, path: Path, field: Field, shape: Shape) -> str:
         """Return what is wrong with the value at a path by itself; looked at once for each value."""
