@@ -57,6 +57,11 @@ def tapping(case, zc=(4e-9,), **values):
     return case, xr.Dataset(data, {"zc": zc})
 
 
+def jumping(*errors, case=CALM):
+    """The case with a result that holds jumps with these errors."""
+    return case, tapping(case)[1].assign(jump_error=("jump", list(errors)))
+
+
 def balanced(off, case=CALM, **values):
     """A motion that the forces on it account for, but for a share of the drive."""
     (mode,), (tone,) = case.problem.modes, case.problem.tones
@@ -146,6 +151,7 @@ SPEAKS = {
         tapping(STIFF, min_distance=-0.07e-9),
         tapping(over(HERTZ(), df.forces.KelvinVoigt(viscosity="200 kPa s")), min_distance=-0.1e-9),
     ],
+    "jump_error": [jumping(3e-4, np.nan), jumping(1e-5, np.inf)],
     "energy_gained": [tapping(CALM, total_dissipated_energy=-1e-19), tapping(CALM, total_dissipated_energy=-1e-19, status=1)],
     "amplitude_beyond_the_drive": [tapping(CALM, amplitude=8e-9, status=1)],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
@@ -268,6 +274,10 @@ SILENT = {
         tapping(over(drive__frequency="48 kHz"), amplitude=8e-9), tapping(ALTERNATING, amplitude=8e-9),
     ],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 2])],
+    "jump_error": [
+        jumping(9e-5, np.nan), jumping(np.nan), jumping(3e-4, case=over(solver__accuracy=1e-3)), tapping(CALM),
+        jumping(3e-4, case=over(solver__points_per_period=256)),
+    ],
     "own_time": [CALM, ALTERNATING, over(OF_TIME, solver={"method": "transient"})],
     "tabor_of_dmt": [
         CALM, over(DMT(hamaker=2e-20), sample__youngs_modulus="50 GPa"),

@@ -10,7 +10,7 @@ from dforce.core.quantity import Amount, Observable, Quantity, Scale, table
 
 def jumps_along(place: str) -> list[str]:
     """Return the names of what a result notes of jumps along the distance ("zc") or the frequency."""
-    return [f"jump_{word}" for word in (place, "before", "after", "direction")]
+    return [f"jump_{word}" for word in (place, "before", "after", "direction", "error")]
 
 
 OBSERVABLES = table(
@@ -211,6 +211,10 @@ JUMPS = table(
     Quantity("jump_after", "A", "m", "nm", "amplitude after the jump", "amplitude after the jump", ("jump",)),
     Quantity("jump_direction", "", "1", "1", "direction of the jump",
              "approach or retract; of a frequency sweep up or down", ("jump",)),
+    Quantity("jump_error", "", "1", "1", "error of the jump's place",
+             "estimated error of the place of the jump, from more samples: as a share of the free amplitude A0, or of the "
+             "linewidth f0/Q of a frequency sweep. Missing where it is unknown",
+             ("jump",)),
 )  # fmt: skip
 
 DRIFTING = table(

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 KEPT = frozenset(OBSERVABLES) | {MOTION, REPEATS}  # of each point
 COUNTED = ("tone", "mode", "harmonic", "multiplier")  # dimensions of the observables of a point
-NO_JUMP = (np.nan, np.nan, np.nan, "")  # fills up the jumps of a case that has fewer than others
+NO_JUMP = (np.nan, np.nan, np.nan, "", np.nan)  # fills up the jumps of a case that has fewer than others
 
 
 @dataclass
@@ -188,7 +188,8 @@ def split(data: xr.Dataset, layout: Layout) -> list[Found]:
 
     def jumps(part: int, case: int) -> list[StateJump]:
         rows = zip(*(table[part, case].tolist() for table in tables), strict=True)
-        return [StateJump(at, before, after, ways.index(way) == 1) for at, before, after, way in rows if way]
+        noted = [row for row in rows if row[3]]
+        return [StateJump(at, before, after, ways.index(way) == 1, error) for at, before, after, way, error in noted]
 
     return [
         Found(
@@ -204,7 +205,8 @@ def _tables(found: list[list[list[StateJump]]], ways: tuple[str, str]) -> list[A
     """Return the jumps of all cases as tables (parts, cases, jumps), filled up to the most that a case has; none: nothing."""
     most = max(len(jumps) for cases in found for jumps in cases)
     rows = [
-        [(jump.at, jump.before, jump.after, ways[jump.rising]) for jump in jumps] + [NO_JUMP] * (most - len(jumps))
+        [(jump.at, jump.before, jump.after, ways[jump.rising], jump.error) for jump in jumps]
+        + [NO_JUMP] * (most - len(jumps))
         for cases in found
         for jumps in cases
     ]

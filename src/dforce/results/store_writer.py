@@ -244,9 +244,9 @@ class Writer:
                 self._put_attributes(self.attributes | {NOTES: "\n".join([*before, sentence])})
 
     def finish(self, attrs: Mapping[str, object], empty: Sequence[str], without: Sequence[str]) -> None:
-        """Write attributes of a result that is complete, without some that it had, and without arrays that stayed empty."""
+        """Write attributes of a complete result, without some that it had, and without arrays if all of them stayed empty."""
         kept = {key: value for key, value in self.attributes.items() if key not in {*without, UNFINISHED}}
-        gone = [f"{name}/{ROOT}" for name in empty if name in self._arrays and name not in self._filled]
+        gone = [f"{name}/{ROOT}" for name in empty if name in self._arrays] if self._filled.isdisjoint(empty) else []
         files = {key: one for key, one in self.seal.files.items() if key not in gone}
         self.seal = replace(self.seal, files=files)
         with self._told():

@@ -17,8 +17,8 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS, Integrator, sample_count
 from dforce.solvers.model import DISTANCE, FREQUENCY, Model
-from dforce.solvers.newton import Orbits, empty_orbits
-from dforce.solvers.period_map import ALL, Slots
+from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits
+from dforce.solvers.period_map import ALL, NOTHING, Slots
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path, set_out
 from dforce.solvers.relaxation import GOING, MOST_LOOKS, SETTLED, Leaps
@@ -273,10 +273,26 @@ class Block(TipEquations):
         tones[:, :, FIRST_DRIVE:-1] *= ratio[:, None, None]
         return numbers, tones
 
-    def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
-        """Find the orbits of the first problem near motions by Newton's method."""
+    def find(self, which: Indices, slots: Slots, orbits: Orbits, repeats: int) -> None:
+        """Find the orbits of some problems near motions by Newton's method."""
         count, room = len(slots.case), self._room(len(slots.case), self.size + 2)
-        self._solvers.entry("find_orbits")(slots, count, False, self._first, self.drive(repeats), orbits, room)
+        self._solvers.entry("find_orbits")(slots, count, False, self.model(which), self.drive(repeats), orbits, room)
+
+    def shifts(self, which: Indices, states: States, at: Array, slopes: Array, repeats: int) -> Array:
+        """Return by how much of the parameter (SI) curves lie aside of steep orbits found with other samples, NaN if unknown.
+
+        Each orbit is found again in the plane across its curve, as at a fold none may be left at the same value.
+        `slopes` are the curves' slopes there (per unit of the parameter).
+        """
+        out = np.empty(len(which))
+        for part in self._parts(len(which)):
+            slots, orbits = self.slots(states.take(part), at[part], repeats), empty_orbits(len(which[part]), self.size)
+            slots.wanted[:] = NOTHING
+            orbits.normal[:, :-1] = slopes[part]
+            orbits.normal[:] /= np.linalg.norm(orbits.normal, axis=1)[:, None]
+            self.find(which[part], slots, orbits, repeats)
+            out[part] = np.where(orbits.outcome == CONVERGED, slots.value - at[part], np.nan)
+        return out
 
     def take_step(self, slots: Slots, each: int, orbits: Orbits) -> None:
         """Take the Newton step of the only slot, which holds no memory, see ``newton.take_steps``."""

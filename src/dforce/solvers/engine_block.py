@@ -258,9 +258,9 @@ class EngineBlock(Block):
         out = self._marcher.march(start, self.common, self.limits(numbers), harmonics=self.harmonics)
         return States(out.path[:, -1].copy(), out.memory, out.branch), out.rows
 
-    def find(self, slots: Slots, orbits: Orbits, repeats: int) -> None:
-        """Find the orbits of the first problem near motions by Newton's method."""
-        which, states = np.zeros(len(slots.case), np.int64), States(slots.x, slots.memory, slots.branch)
+    def find(self, which: Indices, slots: Slots, orbits: Orbits, repeats: int) -> None:
+        """Find the orbits of some problems near motions by Newton's method."""
+        states = States(slots.x, slots.memory, slots.branch)
         wanted = np.asarray(slots.wanted != NOTHING)
         found = self.newton(which, states, slots.value, wanted, repeats, orbits.normal)
         slots.value[:], slots.x[:], slots.memory[:], slots.branch[:] = found[:4]

@@ -343,7 +343,7 @@ class ParameterRange:
         if self._is_compiled:
             block = self.block(value)
             slots = block.slots(self.states(x, branch), np.array([value]), repeats)
-            block.find(slots, orbits, repeats)
+            block.find(np.zeros(1, np.int64), slots, orbits, repeats)
             return slots
         which, nothing, ends = np.zeros(1, np.int64), np.empty((1, 0)), np.empty((1, self.size + 2, self.size))
         rows, wanted = np.empty((1, 0, 0)), np.full(1, NOTHING)

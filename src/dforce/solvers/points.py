@@ -20,12 +20,16 @@ ONLY_OF_ORBITS = ("corrections", "multiplier_modulus", "multiplier_angle", "erro
 
 @dataclass(frozen=True)
 class StateJump:
-    """A sudden change of state: at which value of the parameter (SI), the amplitudes (m), and whether it was rising."""
+    """A sudden change of state: at which value of the parameter (SI), the amplitudes (m), and whether it was rising.
+
+    `error` is the estimated error of the value, as a share of the parameter's unit; NaN where it is unknown.
+    """
 
     at: float
     before: float
     after: float
     rising: bool
+    error: float = np.nan
 
 
 @dataclass
@@ -158,3 +162,9 @@ class Points:
 def amplitude_of(block: Block, case: int, value: float, rows: Array) -> float:
     """Return the amplitude (m) at the first tone of an orbit from what was measured over its periods."""
     return first_amplitude(block.integrator(case, value).problem, rows, weights(block.frequencies, len(rows)))
+
+
+def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:
+    """Return states rounded as a result in SI keeps them: so a run that goes on from there does as it would have done."""
+    scales, base = block.scales_of(cases, at), block.base_of(cases, at)
+    return States((states.x - base) * scales / scales + base, states.memory, states.branch)

@@ -20,16 +20,15 @@ from dforce.solvers.accuracy import assure
 from dforce.solvers.block import ENDED, FOLLOWED, TOO_ROUGH, Block
 from dforce.solvers.cycles import doubled, repeated
 from dforce.solvers.integrator import Motion
-from dforce.solvers.points import Points, StateJump, amplitude_of
+from dforce.solvers.points import Points, StateJump, amplitude_of, as_kept
 from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
 from dforce.solvers.settling import apart, gone, polished, settled
-from dforce.solvers.state_ends import End, Landing, Left, directions
+from dforce.solvers.state_ends import End, Ended, Left, ahead_of, directions, located
 from dforce.solvers.states import States
 from dforce.solvers.transient import steady
 
 CHUNK = 64  # values that are followed in one stretch: at its start only the state is known, where a run can go on
 AT_ONCE = 1e-4  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
-FORETOLD = 1e-4  # of the parameter's unit: how far behind its last orbit a fold that this one foretells may lie
 BEYOND = 4.0 * SMALLEST  # of the parameter's unit: how far behind that the motion is sure to leave
 KICK = 0.02  # of the free amplitude: how far from its end, to the side to which it leaves, a motion starts
 DOUBLED = 1e-3  # of the parameter's unit: how far behind the period doubling the doubled state is sought
@@ -268,14 +267,11 @@ class Walk:
         if not len(rest):
             return
         cases, unit, way, targets, known = cases[rest], unit[rest], way[rest], targets[rest], known[rest]
-        last, aside, at_end = last.take(rest), aside[rest], ends.last_value[rest]
-        ahead = np.where(folding[rest], way * (ends.fold[rest] - at_end), np.nan)
-        ahead = np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
-        place = at_end + way * ahead
+        ends, last, aside = Branch(*(array[rest] for array in ends)), last.take(rest), aside[rest]
+        ahead = ahead_of(ends, way, folding[rest], unit)
+        place = ends.last_value + way * ahead
         beyond = place + way * BEYOND * unit
         beyond = np.where(way * (targets - beyond) < 0.0, targets, beyond)
-        # up to a fold the state moves like the root of the way that is left: by twice its slope
-        edge = last.x + 2.0 * ends.last_slope[rest] * (way * ahead / unit)[:, None]
         start = last.copy()
         start.x[:] += KICK * aside
         left_it = start if self.block.is_smooth else gone(self.block, cases, start, last, beyond)
@@ -283,26 +279,28 @@ class Walk:
         self.at[cases], self.cycles[cases] = beyond, 0
         self.ends[cases] += 1
         found, good, _ = self._settled(cases, left_it, beyond)
-        for i in np.flatnonzero(known).tolist():
-            landed = Landing(found.last_x[i], found.rows[i, 0]) if good[i] else None
-            end = End(last.motion(i), float(at_end[i]), edge[i], float(place[i]), cycles)
-            self._note_jump(int(cases[i]), end, landed)
+        # up to a fold the state moves like the root of the way that is left: by twice its slope
+        edge = last.x + 2.0 * ends.last_slope * (way * ahead / unit)[:, None]
+        goes_on = good & (np.nan_to_num(np.abs(found.last_x - edge), nan=np.inf).max(axis=1) <= SUDDEN)
+        some = np.flatnonzero(known & ~goes_on & np.isfinite(self.state.x[cases]).all(axis=1))
+        before = cases, self.done[cases] - 1
+        those = Ended(cases, ends, place, way, self.points.states.take(before), self.values[before], targets, cycles)
+        exact, errors = located(self.block, those.take(some))
+        for i, at, error in zip(some.tolist(), exact.tolist(), errors.tolist(), strict=True):
+            end = End(last.motion(i), float(ends.last_value[i]), edge[i], at, cycles, error)
+            self._note_jump(int(cases[i]), end, found.rows[i, 0] if good[i] else None)
         self.cycles[cases[good]] = 1
         self.state.put(cases[good], States.last_of(found).take(good))
 
-    def _note_jump(self, case: int, end: End, landed: Landing | None) -> None:
-        """Note a change of state that is sudden; where the motion landed on no orbit (`landed` is None), it is waited for."""
-        block, value = self.block, float(self.at[case])
-        if not np.isfinite(self.state.x[case]).all():
-            return
+    def _note_jump(self, case: int, end: End, landed: Array | None) -> None:
+        """Note a sudden change of state to an orbit with `landed` measured on it; a motion on no orbit is waited for."""
+        value = float(self.at[case])
         # measured anew: beside a fold Newton's method may find no stable orbit from the last one itself
         first = self._amplitude(case, end.last, end.value, end.cycles)
         if landed is None:
             self.left[case] = Left(end, first, value)
-        elif np.abs(landed.x - end.edge).max() > SUDDEN:
-            self.jumps[case].append(
-                StateJump(end.place, first, amplitude_of(block, case, value, landed.rows), value > end.value)
-            )
+        else:
+            self._note(case, end, first, amplitude_of(self.block, case, value, landed), value)
             self.ends[case] = 0
 
     def _amplitude(self, case: int, motion: Motion, value: float, cycles: int) -> float:
@@ -370,26 +368,25 @@ class Walk:
         there = amplitude_of(block, case, at, found.rows[0, 0])
         if left is not None:
             if np.abs(found.last_x[0] - left.end.edge).max() > SUDDEN:
-                self.jumps[case].append(StateJump(left.end.place, left.amplitude, there, value > left.end.value))
+                self._note(case, left.end, left.amplitude, there, value)
             return
         # a step in which a state may move as far, twice
         stride = 0.0 if reaches else abs(value - before) / float(block.unit[case])
         if abs(there - last) > (SUDDEN + 2.0 * stride) * block.batch.length[case]:
             after = amplitude_of(block, case, value, orbit.rows[0, 0])
-            self.jumps[case].append(StateJump(0.5 * (before + value), last, after, value > before))
+            error = 0.5 * abs(value - before) / float(block.unit[case])
+            self.jumps[case].append(StateJump(0.5 * (before + value), last, after, value > before, error))
 
     def _note_loss(self, case: int, value: float, amplitude: float) -> None:
         """Note a jump from a state that ended to a motion (its amplitude in m) that is no orbit at the next value."""
         left = self.left[case]
         self.left[case] = None
         if left is not None and abs(amplitude - left.amplitude) > SUDDEN * self.block.batch.length[case]:
-            self.jumps[case].append(StateJump(left.end.place, left.amplitude, amplitude, value > left.end.value))
+            self._note(case, left.end, left.amplitude, amplitude, value)
 
-
-def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:
-    """Return states rounded as a result in SI keeps them: so a run that goes on from there does as it would have done."""
-    scales, base = block.scales_of(cases, at), block.base_of(cases, at)
-    return States((states.x - base) * scales / scales + base, states.memory, states.branch)
+    def _note(self, case: int, end: End, before: float, after: float, value: float) -> None:
+        """Note a jump from the end of a state, with the amplitudes (m) there and at the value of the parameter behind."""
+        self.jumps[case].append(StateJump(end.place, before, after, value > end.value, end.error))
 
 
 def _turns(values: Array) -> Indices:

@@ -6,22 +6,33 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, Bools, Indices
+from dforce.solvers.accuracy import FINER, ORDER, SURE, TWICE
+from dforce.solvers.block import ENDED, Block
 from dforce.solvers.integrator import Motion
+from dforce.solvers.orbit import STEEP
 from dforce.solvers.quasi_static import Branch
+from dforce.solvers.sample_counts import MOST_SAMPLES
+from dforce.solvers.states import States
 
 NEARER = 0.2  # times the distance of the next multiplier from the unit circle: that of a state close to a fold
+FORETOLD = 1e-4  # of the parameter's unit: how far behind its last orbit a fold that this one foretells may lie
+ALIKE = 1e-3  # of the parameter's unit: an end found with more samples is the same one, if it is so near
 STILL_INSIDE = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
 
 
 class End(NamedTuple):
-    """Where a state ends: its last motion and value, the place (scaled motion and value) of the end itself, its periods."""
+    """Where a state ends: its last motion and value, the place (scaled motion and value) of the end itself, its periods.
+
+    `error` is the estimated error of the place, as a share of the parameter's unit; infinite where it is unknown.
+    """
 
     last: Motion
     value: float
     edge: Array
     place: float
     cycles: int
+    error: float
 
 
 class Left(NamedTuple):
@@ -30,13 +41,6 @@ class Left(NamedTuple):
     end: End
     amplitude: float
     at: float
-
-
-class Landing(NamedTuple):
-    """An orbit on which a motion settled: its start (scaled), and what is measured over its periods."""
-
-    x: Array
-    rows: Array
 
 
 def directions(ends: Branch, way: Array) -> tuple[Any, Any, Array]:
@@ -61,3 +65,92 @@ def directions(ends: Branch, way: Array) -> tuple[Any, Any, Array]:
         doubling[i] = values[largest].real < 0.0 and abs(values[largest].imag) < 1e-9
         aside[i] = vector / max(float(np.abs(vector).max()), 1e-300)
     return doubling, folding, aside
+
+
+def ahead_of(ends: Branch, way: Array, folding: Bools, unit: Array) -> Array:
+    """Return how far behind the last orbits of states the folds lie that these foretell; zero where they foretell none."""
+    ahead = np.where(folding, way * (ends.fold - ends.last_value), np.nan)
+    return np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
+
+
+class Ended(NamedTuple):
+    """States that ended: their problems, last orbits and places (SI), the points beside, and the periods of their motions.
+
+    `way` is 1 where the parameter rises, or -1. The points `before` may lie on another state.
+    """
+
+    cases: Indices
+    ends: Branch
+    places: Array
+    way: Array
+    before: States
+    values: Array
+    behind: Array
+    cycles: int
+
+    def take(self, which: Indices) -> Ended:
+        """Return some of them."""
+        return Ended(
+            self.cases[which],
+            Branch(*(array[which] for array in self.ends)),
+            self.places[which],
+            self.way[which],
+            self.before.take(which),
+            self.values[which],
+            self.behind[which],
+            self.cycles,
+        )
+
+    @property
+    def is_steep(self) -> Bools:
+        """Whether the states move fast where they end, as beside folds."""
+        return np.asarray(np.abs(self.ends.last_slope).max(axis=1) > STEEP)
+
+    def again(self, block: Block) -> Ended:
+        """Return them as they are with the samples of another block, followed from the points before."""
+        behind = self.behind[:, None]
+        ends = block.follow(self.cases, self.before, self.values, behind, repeats=self.cycles)
+        _, folding, _ = directions(ends, self.way)
+        places = ends.last_value + self.way * ahead_of(ends, self.way, folding, block.unit[self.cases])
+        has_ended = (ends.outcome == ENDED) & np.isfinite(ends.last_monodromy).all(axis=(1, 2))
+        return self._replace(ends=ends, places=np.where(has_ended, places, np.nan))
+
+    def errors(self, finer: Block) -> Array:
+        """Return the estimated errors of the places, as shares of the parameter's unit, from a block with twice the samples.
+
+        The last orbit is found again with these. Where the state does not move fast there, it is followed again; infinite
+        where either fails.
+        """
+        steep = self.is_steep
+        change = np.empty(len(steep))
+        some, others = self.take(np.flatnonzero(steep)), self.take(np.flatnonzero(~steep))
+        last, at = States.last_of(some.ends), some.ends.last_value
+        change[steep] = finer.shifts(some.cases, last, at, some.ends.last_slope, self.cycles)
+        if len(others.cases):
+            change[~steep] = others.again(finer).places - others.places
+        error = np.abs(change) / finer.unit[self.cases] / (1.0 - TWICE**-ORDER)
+        return np.asarray(np.nan_to_num(error, nan=np.inf))
+
+
+def located(block: Block, ended: Ended) -> tuple[Array, Array]:
+    """Return where states ended as accurately as asked for, with the estimated errors as shares of the parameter's unit.
+
+    Where the error of a steep end is too large the state is followed again with more samples: where another end lies may depend
+    on the steps that lead there. A jump lies between the points that it parts:
+    a place that does not stays where it was, and its error is the whole change.
+    """
+    accuracy, unit = block.settings.accuracy, block.unit[ended.cases]
+    places, errors = ended.places.copy(), ended.errors(block.finer(TWICE * block.points))
+    for i in np.flatnonzero(ended.is_steep & (errors > SURE * (accuracy or np.inf))).tolist():
+        for times in FINER:
+            if TWICE * times * block.points > MOST_SAMPLES:
+                break
+            found = ended.take(np.array([i])).again(block.finer(times * block.points))
+            if not found.is_steep[0] or not abs(found.places[0] - places[i]) < ALIKE * unit[i]:
+                break
+            places[i], errors[i] = found.places[0], found.errors(block.finer(TWICE * times * block.points))[0]
+            if errors[i] <= SURE * (accuracy or 0.0):
+                break
+    between = (places - ended.values) * (ended.behind - places) > 0.0
+    errors += np.where(between, 0.0, np.abs(places - ended.places) / unit)
+    return np.where(between, places, ended.places), errors

@@ -235,6 +235,25 @@ def not_settled(seen: Evidence) -> Advice | None:
     )
 
 
+def jump_error(seen: Evidence) -> Advice | None:
+    """Count the jumps whose places may be off by more than the accuracy asked for, or by an unknown amount."""
+    off, accuracy = seen.array("jump_error"), seen.case.solver.accuracy
+    if off is None or accuracy is None or not (off > accuracy).any():
+        return None
+    count, most = int(np.count_nonzero(off > accuracy)), float(np.nanmax(off))
+    scale = "the linewidth f0/Q" if seen.along == "frequency" else "A0"
+    amount = f"up to {most:.1g} of {scale}" if math.isfinite(most) else "an unknown amount"
+    return Advice(
+        "jump_error",
+        count,
+        0,
+        f"Places of jumps may be off by {amount}, at {count} of them by more than the accuracy of {accuracy:.1g} asked for. "
+        "Compare them with the folds of an experiment of kind branches, or raise solver.points_per_period.",
+        "solver.accuracy",
+        ("solver.accuracy", "solver.points_per_period"),
+    )
+
+
 def own_time(seen: Evidence) -> Advice | None:
     """Count the forces of time that may have another period than the drive, whose period is all that the solver looks at."""
     names = [force.name for force in seen.problem.forces if force.timed and force.own_frequency is None]
@@ -251,4 +270,13 @@ def own_time(seen: Evidence) -> Advice | None:
     )
 
 
-PIECES = (sampling, step_error, contact_sampling, energy_gained, amplitude_beyond_the_drive, not_settled, own_time)
+PIECES = (
+    sampling,
+    step_error,
+    contact_sampling,
+    energy_gained,
+    amplitude_beyond_the_drive,
+    not_settled,
+    jump_error,
+    own_time,
+)
