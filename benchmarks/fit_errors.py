@@ -29,12 +29,13 @@ def main() -> None:
     """Fit and print."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kind", choices=list(KINDS), default="shipped")
+    parser.add_argument("--noise", choices=("white", "drift"), default="white", help="drift: half of it is 1/f noise")
     parser.add_argument("--first", type=int, default=0, help="number of the first set")
     parser.add_argument("--sets", type=int, default=200)
     parser.add_argument("--margin", type=int, help="points beside a jump that are left out")
     parser.add_argument("--out", type=Path, default=Path("fit_errors.csv"))
     asked = parser.parse_args()
-    made, names = KINDS[asked.kind](), [""]
+    made, names = KINDS[asked.kind](asked.noise == "drift"), [""]
     done = sum(1 for _ in asked.out.open()) - 1 if asked.out.exists() else 0
     with asked.out.open("a", newline="") as file:
         writer = csv.writer(file)

@@ -79,7 +79,18 @@ def _exact(truth: dict[str, float], height: np.ndarray, branch: np.ndarray, near
     return amplitude, phase + truth["phase_offset"]
 
 
-def shipped_sets() -> Callable[[int], Set]:
+def _noise(rng: np.random.Generator, count: int, drift: bool) -> np.ndarray:
+    """Return noise of unit variance, white, or with drift: half of it is 1/f noise."""
+    white = rng.normal(0.0, 1.0, count)
+    if not drift:
+        return white
+    slow = np.zeros(count // 2 + 1, complex)
+    slow[1:] = rng.normal(size=(count // 2, 2)) @ [1.0, 1j] / np.sqrt(np.arange(1, count // 2 + 1))
+    pink = np.fft.irfft(slow, count)
+    return np.sqrt(0.5) * (white + pink / pink.std())
+
+
+def shipped_sets(drift: bool = False) -> Callable[[int], Set]:
     """Return what makes sets at the heights of the shipped curve: fresh noise, and a fresh prior of Q."""
     rows = _rows()
     height, branch = rows[:, 0] * 1e-9, rows[:, 3]
@@ -89,8 +100,8 @@ def shipped_sets() -> Callable[[int], Set]:
 
     def made(number: int) -> Set:
         rng = np.random.default_rng([20251104, number])
-        amplitude = exact[0] + rng.normal(0.0, SIGMA_A, len(rows))
-        phase = exact[1] + rng.normal(0.0, SIGMA_PHI, len(rows))
+        amplitude = exact[0] + SIGMA_A * _noise(rng, len(rows), drift)
+        phase = exact[1] + SIGMA_PHI * _noise(rng, len(rows), drift)
         prior = TRUTH[Q] + rng.normal(0.0, SIGMA_Q)
         data = _dataset(height, amplitude, phase, branch, (SIGMA_A, SIGMA_PHI))
         return Set(data, TRUTH, start, {Q: (prior, SIGMA_Q)})
@@ -98,7 +109,7 @@ def shipped_sets() -> Callable[[int], Set]:
     return made
 
 
-def stiff_sets() -> Callable[[int], Set]:
+def stiff_sets(drift: bool = False) -> Callable[[int], Set]:
     """Return what makes sets of few points and much noise, each of a sample of its own."""
     sigma = STIFF_SIGMA_A, STIFF_SIGMA_PHI
     nuisance = {"zc_offset": 0.0, "A0": STIFF_A0, "phase_offset": 0.0}
@@ -123,10 +134,8 @@ def stiff_sets() -> Callable[[int], Set]:
             amplitude=float(last["amplitude"][0]), phase=np.radians(float(last["phase"][0]))
         )
         amplitude, lag = _exact(truth, distances - offset, branch, nearest)
-        amplitude, lag = (
-            amplitude + rng.normal(0.0, sigma[0], len(branch)),
-            lag + rng.normal(0.0, sigma[1], len(branch)),
-        )
+        amplitude = amplitude + sigma[0] * _noise(rng, len(branch), drift)
+        lag = lag + sigma[1] * _noise(rng, len(branch), drift)
         return Set(_dataset(distances - offset, amplitude, lag, branch, sigma), truth, start, {})
 
     return made

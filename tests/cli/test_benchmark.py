@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import many_users
 import pytest
+import synthetic
 from served import Server
 from table import Table
 from typer.testing import CliRunner
@@ -33,6 +34,12 @@ def test_a_quick_benchmark_gives_times_spread_contact_and_machine():
     assert all(row["seconds"] > 0.0 and row["spread"] >= 1.0 for row in (far, near))
     assert far["points"] == 402 and far["in_contact"] == 0.0
     assert near["points"] == 562 and near["in_contact"] > 0.5
+
+
+def test_a_run_that_is_stopped_ends_a_benchmark(monkeypatch):
+    monkeypatch.setattr("dforce.checks.benchmark.run", lambda case: synthetic.approach().assign_attrs(interrupted=1))
+    done = CliRunner().invoke(app, ["benchmark", "--quick"])
+    assert done.exit_code == 130 and done.stderr.splitlines()[1:] == ["dforce: stopped"]
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ from dforce.cli.app import app
 
 def test_each_case_is_run_once_and_the_folder_is_told(workdir, run_as):
     ran = []
-    run_as(lambda case, **_: ran.append(case.title))
+    run_as(lambda case, **_: ran.append(case.title) or synthetic.dwell())
     (workdir / "mine.toml").write_text(synthetic.CASE, encoding="utf-8")
     environment = {"DFORCE_CACHE_DIR": str(workdir / "cache")}
     done = CliRunner().invoke(app, ["warm", "mine.toml", "figure-3-air"], env=environment)
@@ -21,7 +21,7 @@ def test_each_case_is_run_once_and_the_folder_is_told(workdir, run_as):
 
 def test_all_examples_are_run_where_no_case_is_named(run_as):
     ran = []
-    run_as(lambda case, **_: ran.append(case.title))
+    run_as(lambda case, **_: ran.append(case.title) or synthetic.dwell())
     assert CliRunner().invoke(app, ["warm"]).exit_code == 0
     assert ran == [example.title for example in map(df.example, df.examples())]
 
@@ -31,3 +31,10 @@ def test_a_name_that_is_wrong_is_told_before_anything_is_run(run_as):
     run_as(lambda case, **_: ran.append(case))
     done = CliRunner().invoke(app, ["warm", "figure-3-air", "figure-3-vacuum"])
     assert done.exit_code == 2 and "figure-3-vacuum" in done.stderr and not ran
+
+
+def test_a_run_that_is_stopped_ends_the_command(run_as):
+    ran = []
+    run_as(lambda case, **_: ran.append(case) or synthetic.approach().assign_attrs(interrupted=1))
+    done = CliRunner().invoke(app, ["warm", "figure-3-air", "hysteresis"])
+    assert (done.exit_code, done.stderr, len(ran)) == (130, "dforce: stopped\n", 1)

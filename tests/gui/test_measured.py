@@ -173,7 +173,7 @@ def test_the_curve_of_the_model_has_a_name_beside_what_was_measured():
     assert "model" in [one["name"] for one in data if one.get("showlegend")]
 
 
-def test_residuals_are_of_the_branches_that_the_fit_found():
+def test_residuals_are_of_the_branches_that_the_fit_found_and_points_are_above_a_fit():
     """A measured jump lies between both jumps of the model: the direction of a point does not tell its branch."""
     model = df.run(df.example("figure-3-air-jump"))
     jumped = model["zc"].values < 9.75e-9  # of 10.1 nm on retract and 9.3 nm on approach
@@ -190,6 +190,8 @@ def test_residuals_are_of_the_branches_that_the_fit_found():
     for name in USUAL.y:
         (left,) = of(drawn, f"residual {name}")
         assert np.nanmax(np.abs(left)) < 1e-6 and np.isfinite(left).mean() > 0.9
+    above = {one["meta"].partition(" ")[0]: one.get("zorder", 0) for one in drawn["data"]}
+    assert above["measured"] > max(order for kind, order in above.items() if kind != "measured")
 
 
 @pytest.mark.parametrize("wanted", [USUAL, Picture("amplitude", ("phase", "peak_force"))])

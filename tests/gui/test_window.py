@@ -98,6 +98,25 @@ def test_a_unit_that_is_wrong_is_not_what_the_next_number_is_in(tmp_path):
     asyncio.run(flow())
 
 
+def test_empty_fields_of_a_lever_by_name_show_what_the_library_has(tmp_path):
+    def hints(user):
+        return {key: entry(user, f"cantilever.{key}").props.get("placeholder", "") for key in ("f0", "k", "Q")}
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            view, lever = page.view, {"name": "PPP-NCHR", "Q": 400}
+            view.edit(view.document.put(("cantilever",), lever), anew=True)
+            assert hints(user) == {"f0": "330", "k": "42", "Q": ""}
+            assert entry(user, "cantilever.f0").props["unit"] == "kHz"
+            type_into(user, "cantilever.name", "PPP-CONTR")
+            probe = df.cantilevers()["PPP-CONTR"]
+            assert hints(user)["k"] == f"{probe.k:g}"
+            view.edit(view.document.put(("cantilever", "library"), "own.csv"), anew=True)
+            assert hints(user) == {"f0": "", "k": "", "Q": ""}
+
+    asyncio.run(flow())
+
+
 def test_a_comma_that_may_mean_thousands_is_said_at_its_field(tmp_path):
     async def flow():
         async with window(tmp_path) as (user, page):

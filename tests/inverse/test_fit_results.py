@@ -100,8 +100,8 @@ def test_what_is_doubted_about_the_curve_is_advice_on_the_fit() -> None:
 def test_a_report_says_what_widened_the_errors_and_that_the_fit_was_stopped() -> None:
     made = fc.result()
     assert "noise: neighbors" not in df.fit_report(made) and "stopped" not in df.fit_report(made)
-    text = df.fit_report(made.assign_attrs(neighbor_correlation=0.6, interrupted=1))
-    assert "neighbors are correlated by 0.60, so all errors are 2.00 times as large" in text
+    text = df.fit_report(made.assign_attrs(inflation=4.0, interrupted=1))
+    assert "neighbors are correlated, so all errors are 2.00 times as large" in text
     assert "The fit was stopped" in text
 
 

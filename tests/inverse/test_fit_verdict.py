@@ -12,7 +12,7 @@ from fitted_curves import ETA, E, H
 
 import dforce as df
 from dforce.findings.fits import judged
-from dforce.inverse.fitting.independence import independence
+from dforce.inverse.fitting.independence import independence, lasting
 from dforce.inverse.fitting.unknowns import make_unknowns
 from dforce.validity import advice_in
 
@@ -29,7 +29,9 @@ def shifted() -> xr.Dataset:
 
 def test_systematic_residuals_show_a_wrong_model_where_the_noise_is_hardly_known(shifted: xr.Dataset) -> None:
     one = shifted.sel(parameter=E)
-    assert abs(float(one["value"]) - fc.TRUTH["liquid"][0]) > 5.0 * float(one["error"])
+    white = float(one["error"]) / np.sqrt(shifted.attrs["inflation"])  # the error if residuals were independent
+    away = abs(float(one["value"]) - fc.TRUTH["liquid"][0])
+    assert away > 5.0 * white and away < 2.0 * float(one["error"])
     assert [piece.name for piece in advice_in(shifted)] == ["reduced_chi2"]
     first = "The model does not describe the data"
     assert df.answer(shifted).startswith(first) and df.fit_report(shifted).startswith(first)
@@ -89,6 +91,42 @@ def _alike(noise: np.ndarray, r: float) -> float:
         {"neighbor_correlation": r},
     )
     return independence(made)
+
+
+def test_correlated_residuals_raise_the_covariance_by_the_length_of_their_correlation_and_white_ones_do_not() -> None:
+    draw = np.random.default_rng(8)
+    white = [lasting([draw.normal(size=(90, 2)), draw.normal(size=(60, 2))]) for _ in range(400)]
+    assert np.mean(np.array(white) > 1.0) < 0.045  # 0.023 expected, with an error of 0.0075
+    assert np.mean(np.sqrt(white)) < 1.02
+    r, noise = 0.6, draw.normal(size=(60_000, 2))
+    for i in range(1, len(noise)):
+        noise[i] = r * noise[i - 1] + np.sqrt(1.0 - r**2) * noise[i]
+    assert lasting([noise]) == pytest.approx((1.0 + r) / (1.0 - r), rel=0.1)
+
+
+def test_errors_of_a_fit_under_slow_drift_are_as_large_as_its_values_scatter() -> None:
+    case, zc = fc.case_of("air"), np.linspace(12e-9, 2e-9, 101)
+    curve, sigma = df.approach(case, zc=zc), fc.SIGMA["air"]
+    pulls, wider = [], []
+    for seed in range(12):
+        noise = _one_over_f(np.random.default_rng(seed), len(zc)) * np.array(sigma)[:, None]
+        amplitude, phase = (curve[name].values[:, 0] for name in ("amplitude", "phase"))
+        data = fc.dataset(zc, amplitude + noise[0], phase + noise[1], np.ones(len(zc)), sigma)
+        one = df.fit(case, data, free=[H], search=False)
+        wider.append(one.attrs["inflation"])
+        away = (one["value"] - xr.where(one["parameter"] == H, fc.TRUTH["air"][1], 0.0)) / one["error"]
+        pulls.append(away.sel(parameter=[H, "zc_offset"]).values)
+    assert np.median(wider) > 2.0
+    assert np.median(np.abs(pulls)) < 1.0  # 0.67 of normal deviations
+
+
+def _one_over_f(draw: np.random.Generator, count: int) -> np.ndarray:
+    """Return noise of two channels, each the sum of a white and a 1/f part of equal power."""
+    frequency = np.arange(1, count // 2 + 1)
+    slow = np.zeros((2, count // 2 + 1), complex)
+    slow[:, 1:] = (draw.normal(size=(2, count // 2)) + 1j * draw.normal(size=(2, count // 2))) / np.sqrt(frequency)
+    pink = np.fft.irfft(slow, count)
+    return 0.8 * (pink / pink.std(axis=1, keepdims=True) + draw.normal(size=(2, count)))
 
 
 def test_the_worst_of_chi2_and_the_residuals_is_the_judgment() -> None:

@@ -38,6 +38,12 @@ def test_an_approach_is_summed_up_for_each_direction():
     assert retract["points"].text == "111"
 
 
+def test_both_ends_of_a_range_have_the_unit_of_the_larger_one():
+    dataset = synthetic.approach(spoiled=False)
+    dataset["amplitude"][{"zc": 0}] = 8.1e-12
+    assert by_name(dataset, "approach")["amplitude_tone1"].text == "0.0081 nm to 10 nm"
+
+
 def test_jumps_are_found_where_the_branches_change_places():
     dataset = synthetic.approach(spoiled=False)
     (on_approach,) = jumps(dataset.sel(direction="approach"), "approach")

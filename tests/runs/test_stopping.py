@@ -193,6 +193,31 @@ def test_a_stop_that_somebody_swallows_is_raised_at_the_next_look(every_look):
     assert result.attrs["interrupted"] and count_status(result)[df.Status.NOT_COMPUTED]
 
 
+class Ending:
+    """An object at whose end a signal arrives, and behind a stop an error."""
+
+    def __del__(self):
+        terminate()
+
+
+class HalfMade:
+    """An object that was broken off in its making."""
+
+    def __del__(self):
+        raise AttributeError("half made")
+
+
+def test_a_stop_at_the_end_of_an_object_is_raised_soon_and_nothing_else_is_told(capfd):
+    with sigterm_as_ctrl_c():
+        with pytest.raises(KeyboardInterrupt):
+            Ending()
+            time.sleep(5.0)
+        HalfMade()
+        heard()
+        HalfMade()
+    assert capfd.readouterr().err == ""
+
+
 @swallowing
 def test_a_stop_behind_one_that_was_swallowed_is_raised_anew(monkeypatch):
     monkeypatch.setattr(stopping, "SAME", 0.0)

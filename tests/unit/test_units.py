@@ -210,3 +210,9 @@ def test_a_list_of_quantities_is_read_as_each_alone_is():
 def test_a_unit_that_is_stored_in_another_is_read_as_that(unit):
     assert units.stored(unit) != unit
     assert math.isfinite(units.parse(f"1 {unit}", units.stored(unit)))
+
+
+def test_both_ends_of_a_range_have_the_unit_of_the_larger_one():
+    assert units.show_range(-6.9e-10, -8.1e-12, "m", 3) == "-0.69 nm to -0.0081 nm"
+    assert units.show_range(-0.0, 7.4e-11, "m", 3) == "0 pm to 74 pm"
+    assert units.show_range(0.5, 2.0, "1", 3) == "0.5 to 2"

@@ -18,6 +18,7 @@ from dforce.checks.machine import machine
 from dforce.core import child
 from dforce.core.errors import checked
 from dforce.maps import sweep
+from dforce.results.status import whole
 from dforce.runs import run
 
 MODULI = {"sample.youngs_modulus": {"start": "0.1 GPa", "stop": "10 GPa", "points": 64, "spacing": "log"}}
@@ -72,7 +73,7 @@ def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None
     rows = [_timed(name, work, repeats, report) for name, work in _curves()]
     if not quick:
         stiffness = example("hysteresis").replace("experiment.zc.points", 41)
-        rows.append(_timed("64 moduli on one core", partial(sweep, stiffness, MODULI, workers=1), 1, report))
+        rows.append(_timed("64 moduli on one core", lambda: whole(sweep(stiffness, MODULI, workers=1)), 1, report))
         rows.append(_timed("a new process, forces compiled before", partial(_process, None), 3, report))
         rows.append(_timed("a new process, nothing compiled before", _first, 1, report, warm=False))
     return {"rows": [asdict(row) for row in rows], "machine": machine(), "note": NOTE}
@@ -83,8 +84,8 @@ def _curves() -> list[tuple[str, Callable[[], xr.Dataset]]]:
     distances = {"start": "12 nm", "stop": "2 nm", "points": 201}
     far: Case = example("figure-3-air").replace("experiment.zc", distances)
     return [
-        ("figure-3-air, approach and retract", partial(run, far)),
-        ("hysteresis, approach and retract", partial(run, example("hysteresis"))),
+        ("figure-3-air, approach and retract", lambda: whole(run(far))),
+        ("hysteresis, approach and retract", lambda: whole(run(example("hysteresis")))),
     ]
 
 

@@ -11,7 +11,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, open_source
 from dforce.cli._options import PICTURE, Json, Settings, option
-from dforce.cli._picture import Picture
+from dforce.cli._outputs import Outputs
 from dforce.cli._report import advice_lines, as_json, print_findings
 from dforce.cli._terminal import DONE, print_json, say, whole_number
 from dforce.core.files import check_target
@@ -48,7 +48,7 @@ def curve(
     source = open_source(case, settings)
     if output is not None:
         check_target(output, spare=[] if source.path is None else [source.path])
-    picture = Picture(plot)
+    outputs = Outputs(plot)
     far, near = _quantity("--from", distances.start, "m"), _quantity("--to", distances.stop, "m")
     velocity = _quantity("--speed", distances.speed, "m/s")
     count = whole_number("--points", distances.points, 2, MOST_POINTS)
@@ -59,19 +59,18 @@ def curve(
     if far == near:
         raise df.ParameterError(f"the curve starts and ends at {show(far, 'm')}; write two distances")
     result = df.force_curve(source.case, distance=np.linspace(far, near, count), speed=velocity)
-    if output is not None:
-        df.write(result, output)
-    picture.draw(lambda sheet: df.plot.force_curve(result, sheet))
-    files = [str(path) for path in (output, picture.file) if path is not None]
+    outputs.keep(result, output)
+    outputs.draw(lambda sheet: df.plot.force_curve(result, sheet))
+    files = outputs.written
     if json:
         print_json({"title": source.case.title, "files": files, **as_json(result)})
-        return picture.end(DONE)
+        return outputs.end(DONE)
     print_findings(result)
     if files:
         typer.echo(f"written: {', '.join(files)}")
     for line in advice_lines(result, case):
         say(line)
-    return picture.end(DONE)
+    return outputs.end(DONE)
 
 
 def _quantity(option: str, text: str | None, unit: str) -> float | None:

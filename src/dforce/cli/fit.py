@@ -10,7 +10,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._options import PICTURE, Json, Quiet, Settings, option
-from dforce.cli._picture import Picture
+from dforce.cli._outputs import Outputs
 from dforce.cli._report import advice_as_json, advice_of, quoted
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell
 from dforce.core.files import check_target, named
@@ -52,7 +52,7 @@ def fit(
     files = list(dict.fromkeys(data or []))
     if output is not None:
         check_target(output, spare=[*map(Path, files), *_named(source.case)])
-    picture = Picture(plot)
+    outputs = Outputs(plot)
     if identify:
         return _identify(source, output, json, quiet)
     inputs = files if files or again else [str(path) for path in _named(source.case)]
@@ -66,21 +66,20 @@ def fit(
                 result = df.fit_again(source.result, progress=bar)
             else:
                 result = df.fit(source.case, files[0] if files else None, progress=bar)
-        if output is not None:
-            df.write(result, output)
-    picture.draw(lambda sheet: df.plot.fit(result, sheet))
-    written = [str(path) for path in (output, picture.file) if path is not None]
+        outputs.keep(result, output)
+    outputs.draw(lambda sheet: df.plot.fit(result, sheet))
+    written = outputs.written
     stopped = bool(result.attrs.get("interrupted"))
     code = STOPPED if stopped else SOME_POINTS_FAILED if advice_of(result) else DONE
     if json:
-        print_json({**_answer(result), "files": written, "exit_code": picture.code(code)})
+        print_json({**_answer(result), "files": written, "exit_code": outputs.code(code)})
     elif not quiet:
         tell(df.fit_report(result))
         if written:
             typer.echo(f"written: {', '.join(written)}")
     if stopped:
         say("dforce: stopped; these are the best values so far")
-    return picture.end(code)
+    return outputs.end(code)
 
 
 def _named(case: df.Case) -> list[Path]:
@@ -104,8 +103,8 @@ def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> i
     result = df.identify(
         source.case, zc, errors={name: value for name, value in errors.items() if value != "from free part"}
     )
-    if output is not None:
-        df.write(result, output)
+    outputs = Outputs()
+    outputs.keep(result, output)
     if json:
         print_json(
             {
@@ -118,22 +117,22 @@ def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> i
                 "products": result.attrs["products"].splitlines(),
             }
         )
-        return DONE
+        return outputs.end(DONE)
     words = {"sample": "an exact instrument", "prior": "A0 to 0.5 %, Q to 2 %, the phase offset to 0.5 degrees"}
     for known in KNOWN if not quiet else ():
         tell(f"{words.get(known, 'A0, Q and the phase offset free, too')}:")
         tell(df.identify_report(result, known) + "\n")
-    if output is not None and not quiet:
+    if outputs.written and not quiet:
         typer.echo(f"written: {output}")
-    return DONE
+    return outputs.end(DONE)
 
 
 def _many(source: Source, files: list[str], output: Path | None, json: bool, quiet: bool) -> int:
     """Fit many curves, and print a table."""
     with ProgressBar(source.case.title or source.stem, shown=not quiet) as bar:
         result = df.fit_many(source.case, {name: name for name in files}, progress=bar)
-    if output is not None:
-        df.write(result, output)
+    outputs = Outputs()
+    outputs.keep(result, output)
     messages = [text for text in result["message"].values.tolist() if text]
     whole = not result.attrs.get("interrupted")
     code = STOPPED if not whole else SOME_POINTS_FAILED if messages or bool(result["advised"].any()) else DONE
@@ -142,15 +141,15 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
             name: result[name].values.tolist()
             for name in ("curve", "parameter", "unit", "value", "error", "chi2", "message", "doubt")
         }
-        print_json({**table, "exit_code": code})
-        return code
+        print_json({**table, "exit_code": outputs.code(code)})
+        return outputs.end(code)
     if not quiet:
         tell(df.fit_report(result))
-        if output is not None:
+        if outputs.written:
             typer.echo(f"written: {output}")
     if not whole:
         say(f"dforce: stopped; finished curves: {result.sizes['curve']}")
-    return code
+    return outputs.end(code)
 
 
 def _answer(result: xr.Dataset) -> dict[str, Any]:

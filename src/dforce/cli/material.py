@@ -9,6 +9,7 @@ import typer
 
 import dforce as df
 from dforce.cli._options import Printed, option
+from dforce.cli._outputs import Outputs
 from dforce.cli._report import advice_of, as_json, print_findings
 from dforce.cli._terminal import DONE, print_json, say
 from dforce.core.files import check_target
@@ -32,12 +33,12 @@ def material(
     if output is not None:
         check_target(output, spare=[curve])
     found = df.material(df.read(curve), model)
-    if output is not None:
-        df.write(found, output)
+    outputs = Outputs()
+    outputs.keep(found, output)
     if printed.json:
         print_json(as_json(found))
     elif not printed.quiet:
         print_findings(found)
         for piece in advice_of(found):
             say(f"advice: {piece.text}")
-    return DONE
+    return outputs.end(DONE)

@@ -9,7 +9,7 @@ import typer
 
 import dforce as df
 from dforce.cli._options import Json, Quiet, option
-from dforce.cli._picture import Picture
+from dforce.cli._outputs import Outputs
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
@@ -41,13 +41,12 @@ def plan(
     asked = df.load_plan(file)
     if output is not None:
         check_target(output)
-    picture = Picture(plot)
+    outputs = Outputs(plot)
     with late_stop_waits():  # until the result is written
         with ProgressBar(asked.case.title or file.stem, shown=not quiet) as bar:
             found = df.plan(asked.case, asked.vary, asked.set_points, asked.limits, asked.goal, progress=bar)
-        if output is not None:
-            df.write(found, output)
-    picture.draw(lambda sheet: df.plot.plan(found, sheet))
+        outputs.keep(found, output)
+    outputs.draw(lambda sheet: df.plot.plan(found, sheet))
     points = {name: _point(found, name) for name in NAMED if name in found and bool(found[name].any())}
     allowed = int(found["allowed"].sum())
     stopped = bool(found.attrs.get("interrupted"))
@@ -55,23 +54,23 @@ def plan(
     if json:
         said = found.attrs.get("findings", "").splitlines()
         print_json(
-            {"allowed": allowed, "states": _states(found), "exit_code": picture.code(code), "findings": said, **points}
+            {"allowed": allowed, "states": _states(found), "exit_code": outputs.code(code), "findings": said, **points}
         )
-        return picture.end(code)
+        return outputs.end(code)
     if not quiet:
         tell(f"{allowed} of {_states(found)} states are allowed")
         for name, point in points.items():
             tell(f"{NAMED[name]}: {_text(_at(found, name), point)}")
         for sentence in found.attrs.get("findings", "").splitlines():
             tell(sentence)
-        written = [str(path) for path in (output, picture.file) if path is not None]
+        written = outputs.written
         if written:
             typer.echo(f"written: {', '.join(written)}")
     if stopped:
         say("dforce: stopped; the states are kept, without margins, boundaries and a recommended point")
     elif not allowed:
         say(f"dforce: no setting is allowed; {points['least_violation']['limit_hit']} is the limit in the way")
-    return picture.end(code)
+    return outputs.end(code)
 
 
 def _states(found: xr.Dataset) -> int:

@@ -11,7 +11,7 @@ import typer
 import dforce as df
 from dforce.cli._names import open_source
 from dforce.cli._options import PICTURE, Json, option, repeated
-from dforce.cli._picture import Picture
+from dforce.cli._outputs import Outputs
 from dforce.cli._report import quoted
 from dforce.cli._terminal import (
     DONE,
@@ -134,7 +134,7 @@ def read(
 
     if output is not None:
         check_target(output, spare=[Path(file), *([] if spectrum.thermal is None else [spectrum.thermal])])
-    picture = Picture(plot)
+    outputs = Outputs(plot)
     number = None if how.curve is None else whole_number("--curve", how.curve, 1, MOST_CURVES)
     source = open_source(case, []).case if case is not None else None
     table = Data() if source is None or source.data is None else source.data
@@ -151,10 +151,9 @@ def read(
             data = df.calibrate(data, source, **calibration)
         except df.ParameterError as error:
             missing = str(error)
-    if output is not None:
-        df.write(data, output)
-    picture.draw(lambda sheet: df.plot.measured(data, sheet))
-    files = [str(path) for path in (output, picture.file) if path is not None]
+    outputs.keep(data, output)
+    outputs.draw(lambda sheet: df.plot.measured(data, sheet))
+    files = outputs.written
     if json:
         print_json(_answer(data, file, files, missing))
     else:
@@ -166,7 +165,7 @@ def read(
                 say(line)
     if missing:
         say(f"not calibrated: {missing}")
-    return picture.end(SOME_POINTS_FAILED if missing else DONE)
+    return outputs.end(SOME_POINTS_FAILED if missing else DONE)
 
 
 def named(option: str, given: list[str]) -> dict[str, str]:

@@ -10,7 +10,7 @@ import typer
 
 import dforce as df
 from dforce.cli._options import PICTURE, Printed, option
-from dforce.cli._picture import Picture
+from dforce.cli._outputs import Outputs
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, print_json, say, tell
 from dforce.core.errors import shorten
 from dforce.core.files import check_target
@@ -60,7 +60,7 @@ def reconstruct(
     """Reconstruct the force against distance from a curve, with its errors and gaps."""
     if output is not None:
         check_target(output, spare=[curve])
-    picture = Picture(plot)
+    outputs = Outputs(plot)
     if formulas and plot is None:
         raise df.ParameterError("--formulas needs a picture; also write --plot")
     instrument = None if case is None else df.load_case(case)
@@ -69,14 +69,13 @@ def reconstruct(
         data = _walk(data, direction)
     with ProgressBar(str(data.attrs.get("title", "")) or curve.stem, shown=not printed.quiet) as bar:
         found = df.reconstruct(data, instrument, errors.amplitude_error, errors.phase_error, progress=bar)
-    if output is not None:
-        df.write(found, output)
-    picture.draw(lambda sheet: df.plot.reconstruction(found, sheet, formulas=formulas))
-    files = [str(path) for path in (output, picture.file) if path is not None]
+    outputs.keep(found, output)
+    outputs.draw(lambda sheet: df.plot.reconstruction(found, sheet, formulas=formulas))
+    files = outputs.written
     notes = [line for line in str(found.attrs["notes"]).splitlines() if line]
     code = DONE if (found["force_status"].values == 0).any() else SOME_POINTS_FAILED  # a gap goes with any jump
     if printed.json:
-        print_json({**_found(found), "notes": notes, "files": files, "exit_code": picture.code(code)})
+        print_json({**_found(found), "notes": notes, "files": files, "exit_code": outputs.code(code)})
     elif not printed.quiet:
         for line in _lines(found):
             tell(line)
@@ -84,7 +83,7 @@ def reconstruct(
             typer.echo(f"written: {', '.join(files)}")
         for line in notes:
             say(line)
-    return picture.end(code)
+    return outputs.end(code)
 
 
 def _read(curve: Path, instrument: df.Case | None) -> xr.Dataset:

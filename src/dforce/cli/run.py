@@ -13,7 +13,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._options import PICTURE, Printed, Settings, option
-from dforce.cli._picture import Picture
+from dforce.cli._outputs import Outputs
 from dforce.cli._report import (
     advice_lines,
     as_json,
@@ -83,7 +83,7 @@ def run(
     if output is None and continued:
         output = source.path
     check_target(output or _numbered(source.stem, 1))
-    picture = Picture(plot, width)
+    outputs = Outputs(plot, width)
     if states:
         _check_states(source.case, plot)
     start = time.monotonic()
@@ -97,14 +97,14 @@ def run(
         if stopped and not _computed(result):
             say("dforce: stopped before the first point was finished; nothing was written")
             return STOPPED
-        written = df.write(result, output) if output is not None else _write_beside(result, source)
-    picture.draw(lambda sheet: df.plot.overview(result, sheet))  # it is kept whatever becomes of the states
+        written = outputs.write(lambda: df.write(result, output) if output else _write_beside(result, source))
+    outputs.draw(lambda sheet: df.plot.overview(result, sheet))  # it is kept whatever becomes of the states
     found = None
-    if states and picture.file is not None and not (stopped or late.asked):
-        with picture.attempt():
+    if states and outputs.picture is not None and not (stopped or late.asked):
+        with outputs.attempt():
             found = _all_states(source.case, result, printed.quiet)
         if found is not None and not found.attrs.get("interrupted"):
-            picture.draw(lambda sheet: df.plot.overview(result, sheet, found))
+            outputs.draw(lambda sheet: df.plot.overview(result, sheet, found))
     without = found is not None and bool(found.attrs.get("interrupted"))
     asks = not stopped and (at_set_point is not None or _asks_for_set_points(source))
     if stopped or without or late.asked:
@@ -114,19 +114,20 @@ def run(
     else:
         code = SOME_POINTS_FAILED if _failed(result) else DONE
     if printed.json:
-        print_json(_answer(source, result, written, picture.file, seconds, picture.code(code)))
+        print_json(_answer(source, result, written, outputs.picture, seconds, outputs.code(code)))
     elif not printed.quiet:
         print_findings(result)
-        typer.echo(f"written: {', '.join(str(path) for path in (written, picture.file) if path is not None)}")
+        if outputs.written:
+            typer.echo(f"written: {', '.join(outputs.written)}")
     if not (printed.json or printed.quiet):
         for line in [
             *status_lines(result),
             *(set_point_lines(result) if asks else []),
             *states_lines(found),
-            *advice_lines(result, str(written) if written.suffix == ".nc" else case),
+            *advice_lines(result, str(written) if written is not None and written.suffix == ".nc" else case),
         ]:
             say(line)
-    if stopped:
+    if stopped and written is not None:
         computed, points = _computed(result), _points(result)
         # how many states there are is known when all are found
         done = f"{computed} points" if computed == points else f"{computed} of {points} points"
@@ -135,7 +136,7 @@ def run(
         say("dforce: stopped; the result is complete and kept")
     if without:
         say("dforce: stopped during the search for states; the curve is complete, and drawn without them")
-    return picture.end(code)
+    return outputs.end(code)
 
 
 def _at(case: df.Case, settings: list[str], shares: str) -> df.Case:
@@ -250,13 +251,13 @@ def _how(written: Path) -> str:
 
 
 def _answer(
-    source: Source, result: xr.Dataset, written: Path, plot: Path | None, seconds: float, code: int
+    source: Source, result: xr.Dataset, written: Path | None, plot: Path | None, seconds: float, code: int
 ) -> dict[str, Any]:
     """Return what `--json` prints."""
     return {
         "title": source.case.title,
         "kind": source.case.experiment.kind if source.case.experiment is not None else "",
-        "file": str(written),
+        "file": written and str(written),
         "picture": None if plot is None else str(plot),
         "seconds": round(seconds, 3),
         "exit_code": code,

@@ -13,7 +13,7 @@ import typer
 import dforce as df
 from dforce.cli._names import CaseName, Source, open_source
 from dforce.cli._options import PICTURE, Printed, Settings, option
-from dforce.cli._picture import Picture
+from dforce.cli._outputs import Outputs
 from dforce.cli._report import advice_lines, as_json, counted, quoted, status_lines
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell, whole_number
 from dforce.core.files import check_target
@@ -87,7 +87,7 @@ def sweep(
     in_blocks = is_store(output)
     if not in_blocks:
         check_target(output)
-    picture = Picture(plot)
+    outputs = Outputs(plot)
     start = time.monotonic()
     with late_stop_waits() as late:  # until the result is written
         with ProgressBar(source.case.title or source.stem, shown=not printed.quiet) as bar:
@@ -108,17 +108,29 @@ def sweep(
             say("dforce: stopped before the first case was finished; nothing was written")
             return STOPPED
         if not in_blocks:
-            df.write(result, output)
-    picture.draw(lambda sheet: df.plot.overview(result, sheet))
+            outputs.keep(result, Path(output))
+        else:
+            outputs.written.append(output)
+    outputs.draw(lambda sheet: df.plot.overview(result, sheet))
     bad = {df.Status.FAILED, df.Status.UNRESOLVED, df.Status.INACCURATE, df.Status.BROKEN}
     failed = bool(bad & set(counts))
     code = STOPPED if stopped or late.asked else SOME_POINTS_FAILED if failed else DONE
     if printed.json:
-        print_json(_answer(source, result, output, picture.file, seconds, picture.code(code)))
+        print_json(
+            _answer(
+                source,
+                result,
+                output if output in outputs.written else None,
+                outputs.picture,
+                seconds,
+                outputs.code(code),
+            )
+        )
     elif not printed.quiet:
         for line in _lines(source, result, "" if resume else f" in {seconds:.3g} s"):
             tell(line)
-        typer.echo(f"written: {', '.join(str(path) for path in (output, picture.file) if path is not None)}")
+        if outputs.written:
+            typer.echo(f"written: {', '.join(outputs.written)}")
         for line in [*status_lines(result), *result.attrs.get("notes", "").splitlines()]:
             say(line)
         for line in advice_lines(result, output):
@@ -129,8 +141,9 @@ def sweep(
         on = f"continue with: {' '.join([*again, '-o', quoted(output), *share, '--resume'])}"
         if share and not in_blocks:
             on = "only a store (-o OUT.zarr) could be continued at a set point"
-        say(f"dforce: stopped; finished cases are kept; {on}")
-    return picture.end(code)
+        if output in outputs.written:
+            say(f"dforce: stopped; finished cases are kept; {on}")
+    return outputs.end(code)
 
 
 def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:
@@ -174,7 +187,7 @@ def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:
 
 
 def _answer(
-    source: Source, result: xr.Dataset, written: str, plot: Path | None, seconds: float, code: int
+    source: Source, result: xr.Dataset, written: str | None, plot: Path | None, seconds: float, code: int
 ) -> dict[str, Any]:
     """Return what `--json` prints."""
     return {

@@ -10,7 +10,7 @@ import typer
 
 import dforce as df
 from dforce.cli._options import PICTURE, Json, option
-from dforce.cli._picture import Picture
+from dforce.cli._outputs import Outputs
 from dforce.cli._report import quoted
 from dforce.cli._terminal import DONE, console, print_json, printable, say, width, wrapped
 from dforce.cli.read import Calibrated, Pairs, named
@@ -71,7 +71,7 @@ def thermal(
 
     The spectrum is text with two columns, or any file that dForce reads. Its last line goes into a case.
     """
-    picture = Picture(plot, spare=[Path(spectrum)])
+    outputs = Outputs(plot, spare=[Path(spectrum)])
     tune = df.thermal_tune(
         spectrum,
         columns=named("--columns", columns),
@@ -81,17 +81,17 @@ def thermal(
         temperature=calibration.temperature,
         band=None if band is None else [end.strip() for end in band.split(",")],
     )
-    picture.draw(lambda sheet: df.plot.thermal_spectrum(tune.dataset(), sheet))
+    outputs.draw(lambda sheet: df.plot.thermal_spectrum(tune.dataset(), sheet))
     if json:
-        print_json(_answer(tune, picture.file))
-        return picture.end(DONE)
+        print_json(_answer(tune, outputs.picture))
+        return outputs.end(DONE)
     _print(tune, spectrum)
-    if picture.file is not None:
-        typer.echo(f"written: {picture.file}")
+    if outputs.picture is not None:
+        typer.echo(f"written: {outputs.picture}")
     for line in tune.history:
         if line.startswith("doubt: "):
             say(line)
-    return picture.end(DONE)
+    return outputs.end(DONE)
 
 
 def _case(tune: ThermalTune) -> str:

@@ -25,11 +25,13 @@ def warm(
     ] = None,
 ) -> int:
     """Compile ahead what cases need, by a run of each: later runs start at once."""
+    from dforce.results.status import whole  # loads NumPy, which help does without
+
     known = {name: df.load_case(name) for name in cases or df.examples()}  # a name that is wrong is told before any run
     begun = time.monotonic()
     for count, (name, case) in enumerate(known.items(), 1):
         start = time.monotonic()
-        df.run(case)
+        whole(df.run(case))
         now = time.monotonic()
         left = (now - begun) / count * (len(known) - count)
         rest = f", about {duration(left)} left" if count < len(known) else ""

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import _thread
 import contextlib
+import functools
 import math
 import signal
 import sys
@@ -111,6 +112,9 @@ class Ending:
         self._waits = compiles or imports_around(frame) > self._imports
         if not self._waits:
             raise KeyboardInterrupt
+        self._raise_soon()
+
+    def _raise_soon(self) -> None:
         # `threading` itself may be what is broken off here, with a lock in its hands
         _thread.start_new_thread(self._try_again, (signal.Signals(self._number),))
 
@@ -123,6 +127,17 @@ class Ending:
             signal.pthread_kill(threading.main_thread().ident or 0, number)
         else:
             _thread.interrupt_main(number)
+
+    def swallowed(self, usual: Callable[..., None], *error: Any) -> None:
+        """Raise a stop again that Python could not pass on: a hook for errors in the end of an object, in place of the usual.
+
+        What a stop leaves half made may raise errors of its own at its end; they are dropped.
+        """
+        if not (self.is_due or self.is_heard):
+            usual(*error)
+        elif self.is_due and not self._waits:
+            self._waits = True
+            self._raise_soon()
 
     def look(self) -> None:
         """Raise KeyboardInterrupt where a stop is due."""
@@ -242,9 +257,13 @@ def sigterm_as_ctrl_c(ends_program: bool = False) -> Iterator[bool]:
         _ending.ends_program = ends_program
     for number in ours:
         signal.signal(number, _ending.come)
+    hooks = sys.unraisablehook, sys.excepthook  # compiled code of others calls both
+    if ours:
+        sys.unraisablehook, sys.excepthook = (functools.partial(_ending.swallowed, hook) for hook in hooks)
     try:
         yield bool(ours)
     finally:
+        sys.unraisablehook, sys.excepthook = hooks
         for number in ours:
             signal.signal(number, usual[number])
 

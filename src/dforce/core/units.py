@@ -349,6 +349,17 @@ def show(value: float, unit: str, digits: int | None = None) -> str:
     return f"{value!r} {unit}" if unit != "1" else repr(value)
 
 
+def show_range(low: float, high: float, unit: str, digits: int) -> str:
+    """Return a range of SI values as text, both ends in the unit of the larger one.
+
+    >>> show_range(-6.9e-10, -8.1e-12, "m", 3)
+    '-0.69 nm to -0.0081 nm'
+    """
+    scale, chosen = reader_unit(max(abs(low), abs(high)), unit)
+    suffix = f" {chosen}" if chosen != "1" else ""
+    return " to ".join(f"{end / scale + 0.0:.{digits}g}{suffix}" for end in (low, high))
+
+
 @functools.lru_cache(maxsize=4096)
 def _factor(chosen: str, unit: str) -> float:
     return unit_scale(chosen)[0] / unit_scale(unit)[0]

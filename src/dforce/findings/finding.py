@@ -52,10 +52,10 @@ class Findings(Listing[Finding]):
         return html_table(self.rows())
 
 
-def number(value: float, unit: str, name: str = "", none: bool = False) -> str:
+def number(value: float, unit: str, name: str = "", none: bool = False, size: float | None = None) -> str:
     """Return an SI number as a reader likes it, with the digits that are known: ``218 pN``, ``54.2°``, ``10.4 %``.
 
-    An amount of which there is none is "none".
+    An amount of which there is none is "none". The unit is that of a value of the `size`, which is its own by default.
     """
     if not np.isfinite(value):
         return "-"
@@ -63,7 +63,7 @@ def number(value: float, unit: str, name: str = "", none: bool = False) -> str:
         return NONE
     if value == 0.0:
         return "0"
-    scale, shown = unit_for(abs(value), unit, name)
+    scale, shown = unit_for(abs(value) if size is None else size, unit, name)
     suffix = "" if shown == "1" else shown if shown == "°" else f" {shown}"
     if abs(value) < LEAST * scale and unit != "1":  # below the smallest unit that anyone uses
         return f"< {LEAST}{suffix}"

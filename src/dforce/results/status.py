@@ -78,6 +78,19 @@ def keep_promise(result: xr.Dataset, accuracy: float | None) -> None:
     status.values[(status.values == Status.OK) & (error.values > accuracy)] = Status.INACCURATE
 
 
+def whole(result: xr.Dataset) -> xr.Dataset:
+    """Return a result that is complete: work of several runs ends with the first that is stopped.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When the run of the result was stopped.
+    """
+    if result.attrs.get("interrupted"):
+        raise KeyboardInterrupt
+    return result
+
+
 def check_computed(result: xr.Dataset) -> None:
     """Refuse the result of a run that was stopped before its first point.
 

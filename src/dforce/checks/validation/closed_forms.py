@@ -14,6 +14,7 @@ from dforce.checks.validation.comparison import find
 from dforce.forces.dmt import DMT
 from dforce.forces.van_der_waals import VanDerWaals
 from dforce.instrument import Cantilever, Drive, Sample, Tip
+from dforce.results.status import whole
 from dforce.runs import approach
 from dforce.solvers import SolverSettings
 
@@ -134,7 +135,7 @@ def _frequency_shift() -> Iterator[Check]:
     )
     mode, strength = case.problem.modes[0], hamaker * radius / 6.0
     distances = (12e-9, 10.5e-9)
-    curve = approach(case, zc=distances)
+    curve = whole(approach(case, zc=distances))
     for zc, found in zip(distances, curve["frequency_shift"].values[:, 0].tolist(), strict=True):
 
         def bend(z: float, zc: float = zc) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.checks.validation.checks import Check, ValidationPart
 from dforce.core.arrays import Array, Bools
-from dforce.results.status import Status
+from dforce.results.status import Status, whole
 from dforce.runs import approach
 
 SAME = 2e-5  # of A0: a transient settles to 1e-6 of it, and what is left is more where multipliers are near one
@@ -46,7 +46,7 @@ def random_case(seed: int, step: float = STEP) -> tuple[Case, Array]:
 def both_ways(case: Case, zc: Array) -> tuple[Any, Any]:
     """Return approach and retract by periodic orbits and by transients."""
     orbits, transients = (
-        approach(case.replace("solver.method", method), zc=zc, direction="both", protocol="stepwise")
+        whole(approach(case.replace("solver.method", method), zc=zc, direction="both", protocol="stepwise"))
         for method in ("periodic", "transient")
     )
     return orbits, transients

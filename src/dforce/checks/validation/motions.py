@@ -18,6 +18,7 @@ from dforce.forces.sneddon import Sneddon
 from dforce.instrument import Cantilever, Drive, Sample, Tip
 from dforce.observables.finish import finish
 from dforce.problem import Instrument, Problem
+from dforce.results.status import whole
 from dforce.runs import dwell
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS
@@ -48,7 +49,7 @@ def _resonant(contact: str) -> Case:
 @lru_cache(maxsize=1)
 def _from_rest() -> Any:
     solver = SolverSettings(method="transient", integrator="engine", settle="fixed", periods=52)
-    return dwell(_resonant("hertz").replace(solver=solver), FAR, start="rest", record="all", recorded_periods=8)
+    return whole(dwell(_resonant("hertz").replace(solver=solver), FAR, start="rest", record="all", recorded_periods=8))
 
 
 def from_rest(given: Given) -> float:
@@ -62,13 +63,13 @@ def from_rest(given: Given) -> float:
 def linear_force(given: Given) -> float:
     """Return an observable of the orbit in a contact that is a spring, pressed 20 nm in."""
     case = _resonant("punch").replace(solver=SETTLED)
-    return float(np.ravel(dwell(case, 0.165e-9 - 20e-9)[given["give"]])[0])
+    return float(np.ravel(whole(dwell(case, 0.165e-9 - 20e-9))[given["give"]])[0])
 
 
 @lru_cache(maxsize=16)
 def _steady(name: str, zc: float, start: tuple[float, float] | None, solver: SolverSettings) -> Any:
     motion: Any = "free" if start is None else InitialMotion(amplitude=start[0], phase=math.radians(start[1]))
-    return dwell(example(name).replace(solver=solver), zc, start=motion, recorded_periods=1)
+    return whole(dwell(example(name).replace(solver=solver), zc, start=motion, recorded_periods=1))
 
 
 def steady(given: Given) -> float:
@@ -83,7 +84,7 @@ def steady(given: Given) -> float:
 
 @lru_cache(maxsize=1)
 def _bimodal() -> Any:
-    return dwell(example("table-1-bimodal"), recorded_periods=1)
+    return whole(dwell(example("table-1-bimodal"), recorded_periods=1))
 
 
 def bimodal(given: Given) -> float:

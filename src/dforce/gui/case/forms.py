@@ -20,7 +20,7 @@ from dforce.gui.case import values
 from dforce.gui.case.entry import Caption, Companion, Entry, OwnLaw, button, choose_force, heading
 from dforce.gui.case.fields import Field, Shape, carried, fields, first_line, name_of, spaced, start_of
 from dforce.gui.case.sliders import toggle
-from dforce.gui.case.values import check, read, shown, units_of
+from dforce.gui.case.values import check, nominal_value, read, shown, units_of
 from dforce.gui.document.document import Path, written
 from dforce.gui.window.shown import Said
 from dforce.gui.window.view import View
@@ -44,7 +44,7 @@ class Forms:
     def __init__(self, view: View, companions: Sequence[Companion] = ()) -> None:
         self.view, self.companions = view, companions
         self.shown: dict[Path, tuple[Field, Shape, Entry | OwnLaw]] = {}
-        self._fresh: dict[Path, tuple[Any, bool]] = {}  # the value that each field shows, and whether it has a slider
+        self._fresh: dict[Path, tuple[Any, ...]] = {}  # the values that each field shows, and whether it has a slider
         self._looked_at: dict[Path, tuple[Any, str]] = {}  # the value last seen at a path, and what is wrong with it
         self.frame = ui.element("div").classes("df-form")
         self._folds: list[ui.element] = []  # those that are open around what is being made
@@ -109,13 +109,13 @@ class Forms:
         wrong_at = self._nearest(said.where) if said.wrong else ()
         for path in paths:
             field, shape, entry = self.shown[path]
-            wrong = self._wrong(path, field, shape)
-            if not wrong and said.wrong and path == wrong_at:
-                wrong = said.wrong
-            entry.show(error=wrong, advice=advice.get(path, []))
-            if wrong or path in advice:
-                for fold in self._hidden.get(path, ()):
-                    fold.props["open"] = True
+            wrong = self._wrong(path, field, shape) or (said.wrong if path == wrong_at else "")
+            told = {"error": wrong, "advice": advice.get(path, [])}
+            is_new = any(told.values()) and any(entry.props.get(key) != one for key, one in told.items())
+            entry.show(**told)
+            for fold in self._hidden.get(path, ()) if is_new else ():
+                fold.props["open"] = True
+                fold.run_method("setAttribute", "open", "")  # a person may have shut it since it was opened
 
     def _wrong(self, path: Path, field: Field, shape: Shape) -> str:
         """Return what is wrong with the value at a path by itself; looked at once for each value."""
@@ -275,18 +275,19 @@ class Forms:
     def _refresh(self, path: Path) -> bool:
         """Show what the document holds at a path; say whether that is new."""
         field, shape, entry = self.shown[path]
-        value = self.view.document.value(path)
+        value, nominal = self.view.document.value(path), nominal_value(self.view.document, path)
         sliding = any(slider.path == path for slider in self.view.document.sliders)
-        if self._fresh.get(path) == (value, sliding):
+        if self._fresh.get(path) == (value, nominal, sliding):
             return False
-        self._fresh[path] = value, sliding
+        self._fresh[path] = value, nominal, sliding
         if shape.kind == "switch":
             entry.show(text="true" if (field.default if value is None else value) else "false")
         elif shape.kind == "choice":
             entry.show(text=str(field.default if value is None else value))
         elif shape.kind in ("quantity", "numbers"):
-            text, unit = shown(field, value)
-            placeholder = field.placeholder or shown(field, field.default)[0]
+            default, usual = shown(field, field.default if nominal is None else nominal)
+            text, unit = ("", usual) if value is None and nominal is not None else shown(field, value)
+            placeholder = (field.placeholder if nominal is None else "") or default
             entry.show(text=text, unit=unit, units=units_of(field, unit), placeholder=placeholder, sliding=sliding)
         else:
             default = "" if field.default is None else str(field.default)

@@ -98,6 +98,20 @@ def shown(field: Field, value: object) -> tuple[str, str]:
     return (text, own) if own == unit or fits(own, field.unit) else (value, unit)
 
 
+def nominal_value(document: Document, path: Path) -> float | None:
+    """Return the value (SI) that a field has from the library where it is empty; None where the library has none.
+
+    It is that of a cantilever by name, unless the name is of a file of your own.
+    """
+    section, *key = path
+    if section != "cantilever" or key not in (["f0"], ["k"], ["Q"], ["tip_radius"]):
+        return None
+    given = document.value(("cantilever",)) or {}
+    probe = df.cantilevers().get(str(given.get("name"))) if given.get("library") is None else None
+    value: float | None = getattr(probe, str(key[0]), None)
+    return value
+
+
 def usual_unit(field: Field) -> str:
     """Return the unit that an empty field shows: that of its default or bounds, where they do not stand in plain SI."""
     declared = [field.default, *((field.quantity.low, field.quantity.above) if field.quantity is not None else ())]

@@ -69,6 +69,8 @@ def shows(wanted: Picture) -> bool:
 def with_measured(drawn: Drawn, wanted: Picture, beside: Beside, model: xr.Dataset | None = None) -> Drawn:
     """Return a figure with the points of a measured curve under its lines, and with its fit where there is one.
 
+    A good fit lies on the points: then they are above the lines.
+
     Below are the residuals of `model`, the curve on top, at the points that the fit used. Only quantities that were measured
     get points; a picture of others stays as it is.
     """
@@ -117,6 +119,7 @@ def _points(
                     "meta": f"measured {name}",
                     "name": words,
                     "marker": {"symbol": symbol, "size": 5, "color": DATA},
+                    **({} if beside.fit is None else {"zorder": 1}),
                     "showlegend": words not in named,
                     "hovertemplate": place.hover(words),
                 }

@@ -58,7 +58,7 @@ class Certainty:
             return np.asarray(self.covariance / np.outer(errors, errors))
 
 
-def certainty(jacobian: Array, unknowns: Sequence[Unknown], correlation: float = 0.0) -> Certainty:
+def certainty(jacobian: Array, unknowns: Sequence[Unknown], inflation: float = 1.0) -> Certainty:
     """Return how well unknowns are known from the derivatives of all residuals by what is varied."""
     size = len(unknowns)
     norms = np.sqrt((jacobian**2).sum(axis=0))
@@ -87,7 +87,6 @@ def certainty(jacobian: Array, unknowns: Sequence[Unknown], correlation: float =
         covariance[np.ix_(seen, seen)] = inner
         dead = np.zeros((int(flat.sum()), size))
         dead[:, seen] = unknown
-    inflation = (1.0 + correlation) / (1.0 - correlation) if correlation > CORRELATED else 1.0
     return Certainty(seen, inflation * covariance, dead, inflation)
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
-from dforce.core.arrays import Array, Bools, Indices
+from dforce.core.arrays import Array, Bools, Indices, Texts
 from dforce.core.errors import ParameterError, shorten
 from dforce.inverse.fitting.typed import number_of
 
@@ -59,6 +59,8 @@ class MeasuredPoints:
         From how many points the standard deviations were found, so that they are as uncertain; infinite where they are known.
     height_error
         Standard deviation of a height (m).
+    direction
+        Direction of each point, (points,); None where the data do not distinguish them.
     """
 
     height: Array
@@ -72,6 +74,7 @@ class MeasuredPoints:
     attrs: Mapping[str, Any]
     noise_points: float = math.inf
     height_error: float = 0.0
+    direction: Texts | None = None
 
     @property
     def tones(self) -> int:
@@ -173,9 +176,10 @@ def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
         attrs,
         points,
         _height_error(data, reading),
+        np.asarray(data["direction"].values).astype(str) if "direction" in data.variables else None,
     )
     branch, beside = _branches(data, found, reading.margin)
-    used = ~beside & _chosen(data, height, reading)
+    used = ~beside & _chosen(found, reading)
     if reading.branch != "measured":
         used &= _on_branch(found, branch, used, reading.branch)
     if used.sum() < FEWEST:
@@ -238,15 +242,16 @@ def _noise_points(data: xr.Dataset, reading: PointSelection) -> float:
     return max(float(np.asarray(data["free"].values, dtype=bool).sum()), 2.0)
 
 
-def _chosen(data: xr.Dataset, height: Array, reading: PointSelection) -> Any:
+def _chosen(found: MeasuredPoints, reading: PointSelection) -> Any:
     """Return which points lie in the range and the direction asked for."""
+    height = found.height
     chosen = np.ones(len(height), bool)
     if reading.height:
         chosen &= np.any([(height >= low) & (height <= high) for low, high in map(sorted, reading.height)], axis=0)
     if reading.direction:
-        if "direction" not in data.variables:
+        if found.direction is None:
             raise ParameterError("the data do not distinguish approach and retract; add a column 'direction'")
-        chosen &= np.asarray(data["direction"].values).astype(str) == reading.direction
+        chosen &= found.direction == reading.direction
     return chosen
 
 
@@ -273,8 +278,7 @@ def _branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tu
         return branch, _beside_known_jump(found.height, branch, margin or 0)
     margin = FOUND if margin is None else margin
     branch, beside = np.full(len(found.height), FROM_FREE), np.zeros(len(found.height), bool)
-    ways = np.asarray(data["direction"].values).astype(str) if "direction" in data.variables else None
-    walks = []
+    ways, walks = found.direction, []
     for way in dict.fromkeys(ways.tolist()) if ways is not None else [None]:
         chosen = np.flatnonzero(ways == way) if way is not None else np.arange(len(found.height))
         order = chosen[np.argsort(-found.height[chosen], kind="stable")]  # from far to near

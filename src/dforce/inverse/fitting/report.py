@@ -12,7 +12,6 @@ from dforce.core.errors import ParameterError, checked
 from dforce.core.listing import aligned, in_parts
 from dforce.findings.finding import with_error
 from dforce.findings.fits import NO_MODEL, VERDICTS, WHY, fitted, independent, judged_fit, verdict, without_error
-from dforce.inverse.fitting.certainty import CORRELATED
 from dforce.validity import advice_in
 
 if TYPE_CHECKING:
@@ -95,12 +94,9 @@ def _data_lines(result: xr.Dataset) -> list[str]:
     unsure = float(result.attrs.get("height_error", 0.0))
     if unsure:
         lines.append(f"noise: heights have an error of {unsure * 1e9:.2g} nm, important on steep parts of the curve")
-    correlation = float(result.attrs.get("neighbor_correlation", 0.0))
-    if correlation > CORRELATED:
-        wider = math.sqrt((1.0 + correlation) / (1.0 - correlation))
-        lines.append(
-            f"noise: neighbors are correlated by {correlation:.2f}, so all errors are {wider:.2f} times as large"
-        )
+    wider = math.sqrt(float(result.attrs.get("inflation", 1.0)))
+    if wider > 1.0:
+        lines.append(f"noise: neighbors are correlated, so all errors are {wider:.2f} times as large")
     return lines
 
 

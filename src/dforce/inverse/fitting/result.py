@@ -202,6 +202,7 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
             "phase_error": data.phase_error.tolist(),
             "height_error": data.height_error,
             "neighbor_correlation": data.correlation,
+            "inflation": found.certain.inflation,
             "samples_per_period": found.model.curves.samples,
             "sampling_change": found.coarse,
             "evaluations": found.runs,

@@ -17,6 +17,7 @@ from dforce.inverse.fitting.bootstrap import Bootstrap, bootstrap
 from dforce.inverse.fitting.certainty import Certainty, certainty, passed_on
 from dforce.inverse.fitting.fitted import Fitted, degrees_of_freedom
 from dforce.inverse.fitting.folds import lowest
+from dforce.inverse.fitting.independence import inflation
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import CurveModel
@@ -312,7 +313,7 @@ class _FitRun:
             if one.prediction is None:
                 continue
             by = self._derivatives() if one is best else jacobian(self.model, one.varied, one.prediction)
-            certain = certainty(by, self.unknowns, self.data.correlation)
+            certain = certainty(by, self.unknowns, self._inflation())
             sides = sides_of(self.model, one, by, certain, best.chi2, self.on_run)
             if isinstance(sides, Minimum):
                 return sides
@@ -327,12 +328,17 @@ class _FitRun:
             self._by = best, jacobian(self.model, best.varied, best.prediction)
         return self._by[1]
 
+    def _inflation(self) -> float:
+        """Return by how much correlated noise raises the covariance, by the residuals of the best."""
+        predicted = self.minima[0].prediction
+        return 1.0 if predicted is None else inflation(self.model, predicted)
+
     def _certainty(self) -> tuple[Certainty, Array]:
         best = self.minima[0]
         if best.prediction is None:
             return self._unknown()
         by = self._derivatives()
-        certain = certainty(by, self.unknowns, self.data.correlation)
+        certain = certainty(by, self.unknowns, self._inflation())
         return certain, self._passed_on(by, certain, best)
 
     def _is_poor(self, certain: Certainty) -> bool:

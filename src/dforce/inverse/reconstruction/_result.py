@@ -191,8 +191,7 @@ def _doubts(source: xr.Dataset) -> list[str]:
 def _notes(inverse: Inverse, reading: CurvePoints, span: float) -> list[str]:
     """Return what a reader must know of the result, a sentence each."""
     found = [
-        f"No turning points from {units.show(gap.low, 'm', 3)} to {units.show(gap.high, 'm', 3)}: force unknown there, "
-        "less certain below."
+        f"No turning points from {units.show_range(gap.low, gap.high, 'm', 3)}: force unknown there, less certain below."
         for gap in inverse.gaps
     ]
     if not inverse.fit.reached:

@@ -1,4 +1,4 @@
-"""A picture that cannot be drawn hides nothing of the result that a command has computed."""
+"""A file that cannot be written hides nothing of the result that a command has computed."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import measured_curve
 import numpy as np
 import pytest
 import synthetic
+from every import every
 from typer.testing import CliRunner
 
 import dforce as df
@@ -26,7 +27,7 @@ set_points = [0.7, 0.8]
 vary = { "drive.A0" = ["9 nm", "10 nm"] }
 limits = { peak_force = "< 1 uN" }
 """
-# the commands with --plot: their words, and a word of their report
+# the commands with --plot or -o: their words, and a word of their report
 COMMANDS = {
     "run": ("run figure-3-air --set experiment.zc.points=9 -o kept.nc", "points"),
     "run-with-states": ("run figure-3-air --set experiment.zc.points=9 --states -o kept.nc", "points"),
@@ -36,6 +37,7 @@ COMMANDS = {
     "read": ("read curve.csv --phase lag -o kept.nc", "free amplitude"),
     "thermal": ("thermal thermal.csv", "static spring constant"),
     "fit": ("fit fit.toml -o kept.nc", "chi2"),
+    "material": ("material am-fm.nc -o kept.nc", "loss tangent"),
     "reconstruct": ("reconstruct approach.nc -o kept.nc", "force"),
 }
 
@@ -55,6 +57,7 @@ def inputs(workdir: Path) -> None:
     case = df.example("figure-3-air").to_toml()
     Path("fit.toml").write_text(FIT + case, encoding="utf-8")
     Path("plan.toml").write_text(df.example("figure-4-soft").to_toml() + PLAN, encoding="utf-8")
+    df.write(df.run(df.example("am-fm").set("experiment.zc.points=3")), "am-fm.nc")
     df.write(df.run(df.example("figure-3-air").set("experiment.zc.points=41")), "approach.nc")
 
 
@@ -65,7 +68,7 @@ INSIDE = (RuntimeError("raster overflow"), 3, "dforce: an error inside dForce, p
 @pytest.mark.parametrize(
     ("command", "error", "code", "sentence"),
     [
-        *((command, *INSIDE) for command in COMMANDS),
+        *((command, *INSIDE) for command in COMMANDS if command != "material"),
         ("curve", df.ResultError("no space left"), 2, "dforce: no space left"),
         ("curve", KeyboardInterrupt(), 130, "dforce: stopped"),
     ],
@@ -82,6 +85,21 @@ def test_a_result_is_reported_whatever_becomes_of_its_picture(
     assert (done.exit_code, word in done.stdout, sentence in done.stderr) == (code, True, True), done.output
     assert "picture.png" not in done.stdout
     assert Path("kept.nc").exists() == ("kept.nc" in words)
+
+
+@pytest.mark.slow
+@every([name for name, (words, _) in COMMANDS.items() if "kept.nc" in words and "--states" not in words])
+def test_a_result_is_reported_where_it_cannot_be_written(
+    command: str, inputs: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def write(*_: object, **__: object) -> None:
+        raise df.ResultError("no space left")
+
+    monkeypatch.setattr("dforce.write", write)
+    words, word = COMMANDS[command]
+    done = dforce(words)
+    assert (done.exit_code, word in done.stdout, "written: " in done.stdout) == (2, True, False), done.output
+    assert "dforce: no space left\n" in done.stderr
 
 
 def failed_dwell(case: df.Case, **_: object) -> Any:

@@ -1,0 +1,102 @@
+"""The files that a command makes of its result."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import dforce as df
+from dforce.cli._terminal import BAD_INPUT, DONE, INSIDE_ERROR, STOPPED, say
+from dforce.core.files import check_target
+from dforce.core.stopping import heard
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.plot import Sheet
+
+
+class Outputs:
+    """The files of a result, written before the result is reported; an error in one waits for the report.
+
+    Attributes
+    ----------
+    picture
+        The file of the picture, once it is written.
+    written
+        The names of all files, once they are.
+    """
+
+    def __init__(
+        self, asked: Path | None = None, width: str | None = None, spare: Iterable[PathLike[str]] = ()
+    ) -> None:
+        """Check what picture was asked for, before anything is computed."""
+        if asked is not None:
+            check_target(asked, df.plot.FORMATS, spare)
+        if width is not None:
+            if asked is None:
+                raise df.ParameterError("--width needs a picture; also write --plot")
+            df.plot.check_width(width)
+        self._asked, self._width = asked, width
+        self.picture: Path | None = None
+        self.written: list[str] = []
+        self._error: BaseException | None = None
+        self._lost = False
+
+    def keep(self, result: xr.Dataset, output: Path | None) -> None:
+        """Write a result where a file was asked for."""
+        if output is not None:
+            self.write(lambda: df.write(result, output))
+
+    def write(self, function: Callable[[], Path]) -> Path | None:
+        """Write a result by a function; return its file, None where there is none."""
+        path = None
+        with self.attempt():
+            path = function()
+            self.written.append(str(path))
+        self._lost = path is None
+        return path
+
+    def draw(self, function: Callable[[Sheet], object]) -> None:
+        """Draw on a sheet by a function, and write it, where a picture was asked for."""
+        if self._asked is not None:
+            with self.attempt():
+                df.plot.save(function(df.plot.Sheet()), self._asked, width=self._width)
+                if self.picture is None:  # else it is drawn anew
+                    self.written.append(str(self._asked))
+                self.picture = self._asked
+
+    @contextlib.contextmanager
+    def attempt(self) -> Iterator[None]:
+        """Do what a file needs; an error or a stop ends it, and waits."""
+        try:
+            yield
+        except KeyboardInterrupt as stop:
+            heard()
+            self._error = self._error or stop
+        except Exception as error:  # whatever it is, it must not hide the result  # noqa: BLE001
+            self._error = self._error or error
+
+    def code(self, code: int) -> int:
+        """Return the exit code of a command from the one of its result."""
+        if self._error is None or self._is_told_by(code):
+            return code
+        if isinstance(self._error, df.DForceError):
+            return BAD_INPUT
+        return STOPPED if isinstance(self._error, KeyboardInterrupt) else INSIDE_ERROR
+
+    def end(self, code: int) -> int:
+        """Return the exit code as well, once the result is reported; raise an error that waits."""
+        if self._error is None:
+            return code
+        if not self._is_told_by(code):
+            raise self._error
+        say(f"dforce: {self._error}")
+        return code
+
+    def _is_told_by(self, code: int) -> bool:
+        """Return whether the exit code of the result tells why it has no picture: it lacks numbers, too."""
+        return code != DONE and not self._lost and isinstance(self._error, df.DForceError)
