@@ -119,11 +119,12 @@ def slider(server: Server) -> None:
         report("slider moved to curves redrawn, 221 points there and back", times)
         print(f"processor time of a move: server {taken[0]:.0f} ms, browser {taken[1]:.0f} ms")
         rates, lags = [], []
-        for _ in range(SWEEPS):
+        for n in range(SWEEPS):
+            window.type("tip.radius", f"{20.5 + 0.5 * n}")  # no curve of a sweep before is asked for again
+            window.page.wait_for_timeout(1_000)
             rate, behind = window.page.evaluate(HELD, [low, high, SWEEP])
             rates.append(rate)
             lags += behind
-            window.page.wait_for_timeout(500)
         print(f"slider held down: {statistics.mean(rates):.1f} redraws a second")
         report("slider held down, how far the curves are behind", lags)
 
