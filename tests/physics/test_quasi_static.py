@@ -10,7 +10,7 @@ from tiers import some_long
 
 import dforce as df
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag
-from dforce.solvers import quasi_static_walk, transient
+from dforce.solvers import quasi_static_walk, settling, transient
 
 # one kernel each; a force that jumps at contact, a sudden neck and a memory besides those that are smooth or have a kink
 FAMILIES = {
@@ -153,19 +153,52 @@ def test_multipliers_are_smooth_where_the_tip_comes_to_touch_a_force_that_bends(
     assert states.stable.values[touch]
 
 
+DOUBLED = df.Case(
+    cantilever=df.Cantilever(f0=70e3, k=0.684013, Q=11.92171), drive=df.Drive(A0=10e-9), tip=df.Tip(radius=31.3039e-9),
+    sample=df.Sample(youngs_modulus=218.124e6, poisson_ratio=0.3),
+    forces=[df.forces.DMT(hamaker=4.24312e-20), df.forces.KelvinVoigt(viscosity=10.0)],
+)  # fmt: skip
+
+
 @pytest.mark.parametrize("points", [57, 301])
 def test_behind_a_period_doubling_the_doubled_state_goes_on(points):
     """From 7.898 to 7.735 nm the state that has lost its stability stands between the two taps of another one."""
-    case = df.Case(
-        cantilever=df.Cantilever(f0=70e3, k=0.684013, Q=11.92171), drive=df.Drive(A0=10e-9), tip=df.Tip(radius=31.3039e-9),
-        sample=df.Sample(youngs_modulus=218.124e6, poisson_ratio=0.3),
-        forces=[df.forces.DMT(hamaker=4.24312e-20), df.forces.KelvinVoigt(viscosity=10.0)],
-    )  # fmt: skip
-    curve = df.approach(case, zc=np.linspace(16e-9, 3e-9, points), direction="approach")
+    curve = df.approach(DOUBLED, zc=np.linspace(16e-9, 3e-9, points), direction="approach")
     doubled = (curve.zc < 7.895e-9) & (curve.zc > 7.74e-9)
     assert doubled.any()
     assert (curve.repeat_periods.values.ravel()[doubled.values] == 2.0).all()
     assert [way for way, jump in jumps_of(curve) if jump > 7.735e-9] == []
+
+
+def test_a_doubled_state_has_the_error_by_which_many_samples_differ_and_becomes_as_accurate_as_asked_for():
+    zc = np.linspace(16e-9, 3e-9, 57)
+    zc = zc[zc > 7.74e-9]
+    asked = ("solver.accuracy=1e-4", "solver.accuracy=1e-6", "solver.points_per_period=8192")
+    curves = [df.approach(DOUBLED.set(one), zc=zc, direction="approach").isel(zc=-1) for one in asked]
+    assert [one.repeat_periods.item() for one in curves] == [2.0, 2.0, 2.0]
+    loose, strict, exact = curves
+    own = DOUBLED.problem
+    scale = own.modes[0].k * own.tones[0].A0 ** 2 / own.modes[0].Q
+    off, less = (abs(one.total_virial.item() - exact.total_virial.item()) / scale for one in (loose, strict))
+    assert off / 3.0 < loose.error_estimate.item() < 1e-4
+    assert less < strict.error_estimate.item() * 3.0 < 1.5e-6 < 3.0 * loose.error_estimate.item()
+
+
+def test_a_motion_that_settled_in_time_has_an_estimated_error(monkeypatch):
+    def not_found(*given):
+        found = settling.polished(*given)
+        found.done[:] = 0
+        return found
+
+    def not_settled(block, cases, start, at):
+        return start, not_found(block, cases, start, at), np.zeros(len(cases), bool), np.zeros(len(cases))
+
+    case, zc = lever("viscous"), [20e-9, 19.9e-9]
+    monkeypatch.setattr("dforce.solvers.quasi_static_walk.polished", not_found)
+    monkeypatch.setattr("dforce.solvers.quasi_static_walk.settled", not_settled)
+    curve = df.approach(case, zc=zc, direction="approach")
+    assert (curve.status == df.Status.OK).all()
+    assert ((curve.error_estimate > 0.0) & (curve.error_estimate < case.solver.accuracy)).all()
 
 
 def test_a_force_too_rough_to_be_followed_is_settled_in_time():

@@ -26,9 +26,11 @@ from dforce.observables.misfit import misfit_each
 from dforce.problem import Problem
 from dforce.solvers.block import DISTANCE, Block
 from dforce.solvers.crests import passed_by
+from dforce.solvers.cycles import repeated
 from dforce.solvers.integrator import load_kernels
 from dforce.solvers.orbit import Orbit, ParameterRange
 from dforce.solvers.points import Points
+from dforce.solvers.quasi_static import Branch
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
@@ -148,40 +150,72 @@ def assure(block: Block, values: Array, points: Points) -> None:
     points.residual[places], points.error[places] = orbits.residual, orbits.error
 
 
-def assure_settled(block: Block, value: float, found: Steady) -> Steady:
+def assure_settled(block: Block, value: float, found: Steady, settles_on: bool = True) -> Steady:
     """Return the only problem's motion that settled in time, with its estimated error where an orbit is found near it.
 
-    Where it is not as accurate as asked for, fixed steps are made shorter, and the motion settles on. Of a fixed number of
-    periods, and of integrators that choose their own steps, only the orbit becomes more accurate.
+    Where it is not as accurate as asked for, fixed steps are made shorter, and the motion settles on if `settles_on`. Of a
+    fixed number of periods, and of integrators that choose their own steps, only the orbit becomes more accurate.
     """
-    accuracy, case, at = block.settings.accuracy, np.array([0]), np.array([value])
-    problem, _ = block.problem(0, value)
+    accuracy, (problem, _) = block.settings.accuracy, block.problem(0, value)
     # no motion repeats with the tones, or none but after hours
     is_free = any(force.timed for force in problem.forces) or problem.late_surface is not None
     if is_free or not (found.settled and found.repeats and block.repeats_together):
         return found
-    goes_on = block.settings.integrator == "rk4" and block.settings.settle == "converged"
-    tables, even = block.tables_of(case, at), weights(block.frequencies, block.common)
-    found = replace(found, accuracy=accuracy)
+    settles_on = settles_on and block.settings.integrator == "rk4" and block.settings.settle == "converged"
+
+    def settle_on(finer: Block, before: Steady) -> Steady:
+        if not settles_on:
+            return before
+        after = steady(finer.integrator(0, value), before.motion, block.check_cancelled)
+        whole = before.values["settling_periods"] + after.values["settling_periods"]
+        return replace(after, values={**after.values, "settling_periods": whole}, accuracy=accuracy)
+
+    return _assured_alone(block, value, replace(found, accuracy=accuracy), 1, settle_on)
+
+
+def assure_repeated(block: Block, value: float, found: Steady, cycles: int) -> Steady:
+    """Return the only problem's orbit of several common periods as accurate as asked for, with its estimated error."""
+
+    def find_again(finer: Block, before: Steady) -> Steady | None:
+        orbit = _orbit_near(finer, value, before, cycles)
+        return None if orbit is None else repeated(finer, 0, value, orbit, (0, 0))
+
+    return _assured_alone(block, value, found, cycles, find_again)
+
+
+def _assured_alone(
+    block: Block, value: float, found: Steady, cycles: int, again: Callable[[Block, Steady], Steady | None]
+) -> Steady:
+    """Return a motion of the only problem with its estimated error: how far it is from the orbit found with more samples.
+
+    Where it is not as accurate as asked for, `again` gives it with the samples of another block.
+    """
+    accuracy, case, at = block.settings.accuracy, np.array([0]), np.array([value])
+    tables, even = block.tables_of(case, at), weights(block.frequencies, block.common * cycles)
+    zc = at if block.parameter == DISTANCE else tables[0][:, ZC]
     for times in (1, *FINER):
         if times * block.points > MOST_SAMPLES:
             break
-        if times > 1 and goes_on:
-            periods = found.values["settling_periods"]
-            finer = block.finer(times * block.points).integrator(0, value)
-            found = steady(finer, found.motion, block.check_cancelled)
-            whole = {**found.values, "settling_periods": periods + found.values["settling_periods"]}
-            found = replace(found, values=whole, accuracy=accuracy)
-        state = States.of(found.motion)
-        orbit = polished(block.finer(TWICE * times * block.points), case, state, at)
-        if orbit.done[0] == 1 and apart(orbit.last_x, state.x)[0] < NEAR:
+        if times > 1:
+            more = again(block.finer(times * block.points), found)
+            if more is None:
+                break
+            found = more
+        orbit = _orbit_near(block.finer(TWICE * times * block.points), value, found, cycles)
+        if orbit is not None:
             exact = finish_each(block.batch.example, block.harmonics, orbit.rows[0], even, *tables)
-            zc = at if block.parameter == DISTANCE else tables[0][:, ZC]
             (error,) = _error(block.batch.example, tables, zc, found.columns, exact).tolist()
             found = replace(found, values={**found.values, "error_estimate": error})
         if accuracy is None or found.values.get("error_estimate", np.inf) <= SURE * accuracy:
             break
     return found
+
+
+def _orbit_near(block: Block, value: float, found: Steady, cycles: int) -> Branch | None:
+    """Return the orbit of so many common periods near a motion of the only problem; None where there is none."""
+    state = States.of(found.motion)
+    orbit = polished(block, np.array([0]), state, np.array([value]), cycles)
+    return orbit if orbit.done[0] == 1 and apart(orbit.last_x, state.x)[0] < NEAR else None
 
 
 def assured(

@@ -155,8 +155,9 @@ class Points:
         for where, found in self.others.items():
             for name, value in found.values.items():
                 out[name][where] = value
-        known = np.isfinite(out["corrections"]).any()
-        return {name: column for name, column in out.items() if known or name not in ONLY_OF_ORBITS}
+        known = np.isfinite(out["corrections"]).any()  # their errors may not be known yet
+        kept = {name for name in out if known or name not in ONLY_OF_ORBITS or not np.isnan(out[name]).all()}
+        return {name: column for name, column in out.items() if name in kept}
 
 
 def amplitude_of(block: Block, case: int, value: float, rows: Array) -> float:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core.arrays import Array, Indices
-from dforce.solvers.accuracy import assure
+from dforce.solvers.accuracy import assure, assure_repeated, assure_settled
 from dforce.solvers.block import ENDED, FOLLOWED, TOO_ROUGH, Block
 from dforce.solvers.cycles import doubled, repeated
 from dforce.solvers.integrator import Motion
@@ -237,7 +237,8 @@ class Walk:
                 for k in range(count):
                     place = int(self.done[case]) + k
                     value = float(self.values[case, place])
-                    points.others[case, place] = repeated(self.block, case, value, found, (i, k))
+                    alone, one = self.block.one(case), repeated(self.block, case, value, found, (i, k))
+                    points.others[case, place] = assure_repeated(alone, value, one, cycles)
             self.done[case] += count
             self.ends[case] = 0 if count else self.ends[case]
             if np.isfinite(found.last_monodromy[i]).all():
@@ -338,6 +339,7 @@ class Walk:
                     self.state.put(one, States.last_of(orbit))
                 return
         if value == target:
+            found = assure_settled(block.one(case), value, found, settles_on=False)
             points.put_other(case, place, found)
             self._note_loss(case, value, float(found.values["amplitude"][0]))
             self.loose[case] = found.values["amplitude"][0]
