@@ -8,6 +8,7 @@ import pytest
 from every import every
 
 import dforce as df
+from dforce.inverse.readers import text
 
 HEIGHT, AMPLITUDE, LAG = measured_curve.numbers()
 SHARED = ("stiff", "air", "liquid")
@@ -310,3 +311,13 @@ def test_a_stop_at_the_turn_is_no_noise_of_the_heights(tmp_path):
     # heights that repeat all along have the error of rounding to such steps, and no other
     twice = read(tmp_path, "\n".join([rows[0], *(row for row in rows[1:] for _ in range(2)), ""]))
     assert twice.attrs["height_error"] == pytest.approx(35e-9 / 59 / np.sqrt(12.0), rel=1e-3)
+
+
+def test_each_cell_is_read_twice_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once to tell rows of numbers, and once for its value: a million rows take seconds."""
+    read, value = [], text.Style.value
+    monkeypatch.setattr(text.Style, "value", lambda style, cell: read.append(cell) or value(style, cell))
+    rows = "".join(f"{0.1 * i:.3f},{20.0:.3f},{90.0:.3f}\n" for i in range(100))
+    (table,) = text.read_text(b"height_nm,amplitude_nm,phase_deg\n" + rows.encode(), "a.csv")
+    assert len(table.columns[0].values) == 100
+    assert len(read) <= 2 * 300 + 10

@@ -51,11 +51,11 @@ class Style(NamedTuple):
 
     def value(self, cell: str) -> float | None:
         """Return the number in a cell, NaN for one that stands for none, None for a word."""
+        if self.number.fullmatch(cell):
+            return float(cell.replace(",", "."))
         if cell.lower() in NOTHING:
             return float("nan") if "inf" not in cell.lower() else float("inf")
-        if not self.number.fullmatch(cell):
-            return None
-        return float(cell.replace(",", "."))
+        return None
 
 
 STYLES = tuple(Style(separator, number) for separator in ("\t", ";", ",", "") for number in (POINT, COMMA))
@@ -141,9 +141,12 @@ def _table(lines: Sequence[TextLine], name: str) -> tuple[Style, list[int]]:
     for rank, style in enumerate(STYLES):
         if style.separator == "," and style.number is COMMA:
             continue
-        rows = [place for place in sample if _is_row(style.cells(lines[place].text), style)]
+        there = [place for place in sample if style.separator in lines[place].text]
+        rows = [place for place in there if _is_row(style.cells(lines[place].text), style)]
         if rows and (best is None or (len(rows), -rank) > best[:2]):
             best = len(rows), -rank, style, rows
+        if len(rows) == len(sample):  # no later way makes more
+            break
     if best is None:
         raise ResultError(f"{name} contains no table of numbers{_word_between([lines[place] for place in sample])}")
     style, rows = best[2], best[3]
