@@ -266,26 +266,8 @@ class Kernel:
             if self.what not in _ANNOUNCED or log.is_heard():  # printed once, and told to each who waits
                 _ANNOUNCED.add(self.what)
                 log.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
-            with cache.one_at_a_time(self.module, name), self._watched(name):
+            with cache.one_at_a_time(self.module, name), compiling.watched(self, name, _KERNELS.values()):
                 yield
-
-    @contextlib.contextmanager
-    def _watched(self, name: str) -> Iterator[None]:
-        """Tell who watches how far the compilation is, of all that belongs together."""
-        parts = [part for part in _KERNELS.values() if part.what == self.what and part is not self]
-        ahead = sum(compiling.effort(part.module, part._missing()) for part in parts)
-        ahead += compiling.effort(self.module, {name, *self._missing()})
-        before = _COMPILED.get(self.what, 0.0)
-
-        def tell(done: float) -> None:
-            _COMPILED[self.what] = before + done
-            log.show_progress(f"Compiling {self.what}, once", (before + done) / (before + ahead))
-
-        with compiling.counted(self.module, name, tell):
-            yield
-
-    def _missing(self) -> set[str]:
-        return {name for name in self.usual if not self.is_ready(name)}
 
     def _first(self, name: str) -> Callable[..., Any]:
         function = getattr(self.module, name)
@@ -399,5 +381,4 @@ def _loaded(key: tuple[Any, ...], text: Callable[[], str], what: str, usual: Seq
 
 
 _ANNOUNCED: set[str] = set()  # what this process has said that it compiles
-_COMPILED: dict[str, float] = {}  # the effort so far, by what it compiles
 _KERNELS: dict[tuple[Any, ...], Kernel] = {}  # of this process; the parameters' values are no part of the key

@@ -5,10 +5,36 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterable, Iterator
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from dforce.core import log
+
+if TYPE_CHECKING:
+    from dforce.kernel import Kernel
 
 # The time that a function takes by itself, and once more in each entry function that it is linked into, as shares.
 WRITTEN, LINKED = 0.6, 0.25
+_COMPILED: dict[str, float] = {}  # the effort so far in this process, by the name of what is compiled
+
+
+@contextlib.contextmanager
+def watched(kernel: Kernel, entry: str, known: Iterable[Kernel]) -> Iterator[None]:
+    """Tell who watches how far the compilation is while an entry function is compiled inside.
+
+    The share is that of all kernels known so far which are parts of the same, with the entry functions that are usual.
+    """
+    alike = [part for part in {kernel, *known} if part.what == kernel.what]
+    parts = {part: {name for name in part.usual if not part.is_ready(name)} for part in alike}
+    parts[kernel].add(entry)
+    before = _COMPILED.get(kernel.what, 0.0)
+    whole = before + sum(effort(part.module, missing) for part, missing in parts.items())
+
+    def tell(done: float) -> None:
+        _COMPILED[kernel.what] = before + done
+        log.show_progress(f"Compiling {kernel.what}, once", (before + done) / whole)
+
+    with counted(kernel.module, entry, tell):
+        yield
 
 
 def sizes(module: ModuleType, entry: str) -> dict[str, int]:
