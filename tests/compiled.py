@@ -16,7 +16,8 @@ from dforce.solvers.block import Block
 from dforce.solvers.integrator import INTEGRATORS, RK4, free_amplitudes, sample_count, with_amplitudes
 from dforce.solvers.langevin import Langevin, free_motion, linear_step, noise_root
 from dforce.solvers.linear_noise import linear_noise
-from dforce.solvers.orbit import FOLD, Orbit, ParameterRange
+from dforce.solvers.orbit import FOLD, Orbit
+from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.period_map import FD_STEP
 from dforce.solvers.philox import normals, philox
 from dforce.solvers.problem_batch import ProblemBatch

@@ -23,7 +23,7 @@ from dforce.runs import LOOKS_A_SECOND
 from dforce.solvers.accuracy import assured
 from dforce.solvers.doubling import doubled_beside
 from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, with_amplitudes
-from dforce.solvers.orbit import ParameterRange
+from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady, steady
 from dforce.spectroscopy.parts import parts_along

@@ -33,7 +33,8 @@ from dforce.solvers.doubling import doublings
 from dforce.solvers.escape import UnstableStates, escape
 from dforce.solvers.locked import Locked
 from dforce.solvers.locked_orbits import LockedRange
-from dforce.solvers.orbit import Orbit, ParameterRange
+from dforce.solvers.orbit import Orbit
+from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.search import Known, candidates, index_sum, search, why_unproven
 from dforce.solvers.transient import never_cancelled
 

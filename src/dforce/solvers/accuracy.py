@@ -28,7 +28,8 @@ from dforce.solvers.block import DISTANCE, Block
 from dforce.solvers.crests import passed_by
 from dforce.solvers.cycles import repeated
 from dforce.solvers.integrator import load_kernels
-from dforce.solvers.orbit import Orbit, ParameterRange
+from dforce.solvers.orbit import Orbit
+from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.points import Points
 from dforce.solvers.quasi_static import Branch
 from dforce.solvers.sample_counts import MOST_SAMPLES

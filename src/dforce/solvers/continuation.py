@@ -17,7 +17,8 @@ from dataclasses import replace
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.solvers.orbit import END, FOLD, GRAZING, PERIOD_DOUBLING, TORUS, Orbit, ParameterRange
+from dforce.solvers.orbit import END, FOLD, GRAZING, PERIOD_DOUBLING, TORUS, Orbit
+from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.transient import CancelCheck
 
 FIRST = 0.1  # of the largest step: the first one

@@ -15,7 +15,8 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.solvers.continuation import Curve, alternation
-from dforce.solvers.orbit import MOST_REPEATS, PERIOD_DOUBLING, Orbit, ParameterRange
+from dforce.solvers.orbit import PERIOD_DOUBLING, Orbit
+from dforce.solvers.parameter_range import MOST_REPEATS, ParameterRange
 from dforce.solvers.transient import CancelCheck
 
 # of the largest step along a curve: how far from the point a doubled motion is sought

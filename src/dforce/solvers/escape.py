@@ -14,7 +14,8 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.problem import Problem
 from dforce.solvers.continuation import Curve
-from dforce.solvers.orbit import Orbit, ParameterRange
+from dforce.solvers.orbit import Orbit
+from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.stability import CRITICAL, UNSTABLE
 
 

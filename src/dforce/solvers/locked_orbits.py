@@ -18,7 +18,8 @@ from dforce.observables import measure
 from dforce.problem import Problem
 from dforce.solvers.continuation import trace
 from dforce.solvers.locked import Locked, LockedAnchor, LockedStates
-from dforce.solvers.orbit import FOLD, Orbit, ParameterRange
+from dforce.solvers.orbit import FOLD, Orbit
+from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.period_map import ALL, MOTION
 from dforce.solvers.points import StateJump
 from dforce.solvers.search import periods_of_transients

@@ -32,7 +32,8 @@ from dforce.problem import Problem
 from dforce.solvers.continuation import Curve
 from dforce.solvers.integrator import Integrator, free_amplitudes, with_amplitudes
 from dforce.solvers.newton import LARGEST
-from dforce.solvers.orbit import MOST_REPEATS, Orbit, ParameterRange
+from dforce.solvers.orbit import Orbit
+from dforce.solvers.parameter_range import MOST_REPEATS, ParameterRange
 from dforce.solvers.states import States
 from dforce.solvers.transient import CancelCheck, decay_periods
 from dforce.solvers.winding import Square

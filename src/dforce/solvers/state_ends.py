@@ -10,7 +10,7 @@ from dforce.core.arrays import Array, Bools, Indices
 from dforce.solvers.accuracy import FINER, ORDER, SURE, TWICE
 from dforce.solvers.block import ENDED, Block
 from dforce.solvers.integrator import Motion
-from dforce.solvers.orbit import STEEP
+from dforce.solvers.parameter_range import STEEP
 from dforce.solvers.quasi_static import Branch
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.states import States

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.solvers.orbit import ParameterRange
+from dforce.solvers.parameter_range import ParameterRange
 
 SAMPLES, FINER, TURN = 64, 12, 0.7  # of a side, how often those are halved, and between neighbors the largest turn
 CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])

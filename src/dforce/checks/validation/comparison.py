@@ -20,7 +20,8 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import Integrator, Motion
-from dforce.solvers.orbit import Orbit, ParameterRange
+from dforce.solvers.orbit import Orbit
+from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.protocols import settle_at
 from dforce.solvers.states import States
 
