@@ -191,6 +191,12 @@ def test_sudden_steps_stopped_beside_a_jump_find_it_when_they_go_on(points, meth
     assert_same(df.run(case, resume=part), whole)
 
 
+def test_a_file_of_an_older_version_goes_on_without_errors_of_its_jumps():
+    case, whole = sudden_steps("periodic")
+    part = df.run(case, stop_after(18)).drop_vars("jump_error")
+    assert_same(df.run(case, resume=part), whole)
+
+
 def test_sudden_steps_stopped_where_a_branch_ends_jump_at_the_same_distance_when_they_go_on():
     """The attractive orbit goes on beside the kink for twenty of these steps, and each kicks the motion off it."""
     start = {"amplitude": 7.130e-9, "phase": np.radians(134.6)}

@@ -188,8 +188,8 @@ def split(data: xr.Dataset, layout: Layout) -> list[Found]:
 
     def jumps(part: int, case: int) -> list[StateJump]:
         rows = zip(*(table[part, case].tolist() for table in tables), strict=True)
-        noted = [row for row in rows if row[3]]
-        return [StateJump(at, before, after, ways.index(way) == 1, error) for at, before, after, way, error in noted]
+        noted = [row for row in rows if row[3]]  # without an error in a file of an older version
+        return [StateJump(at, before, after, ways.index(way) == 1, *error) for at, before, after, way, *error in noted]
 
     return [
         Found(
