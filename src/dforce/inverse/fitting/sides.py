@@ -98,10 +98,8 @@ def sides_of(
     root = math.sqrt(certain.inflation)
     ways = _Ways(model, best.varied, by, moving, SURE * errors / root)
     which, step, along, every = ways.which, ways.step, ways.along, np.arange(len(ways.which))
-    lowest, shares = (
-        np.full((len(which), 3), np.nan),
-        np.tile([0.5, 1.0, np.nan], (len(which), 1)),
-    )  # at shares of the steps
+    shares = np.tile([0.5, 1.0, np.nan], (len(which), 1))  # of the steps, at which chi2 is asked for
+    lowest = np.full((len(which), 3), np.nan)
     lowest[:, 1], far = ways.eased(every, along)
     lowest[:, 0], _ = ways.eased(every, 0.5 * along + 0.25 * (far - along))
     lowest[ways.is_bent] = np.nan
