@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from dforce.core import log
-
-if TYPE_CHECKING:
-    from dforce.kernel import Kernel
 
 # The time that a function takes by itself, and once more in each entry function that it is linked into, as shares.
 WRITTEN, LINKED = 0.6, 0.25
 _COMPILED: dict[str, float] = {}  # the effort so far in this process, by the name of what is compiled
 
 
+class Part(Protocol):
+    """A kernel, as a part of what is compiled; see ``kernel.Kernel``."""
+
+    module: ModuleType
+    what: str
+    usual: Sequence[str]
+
+    def is_ready(self, name: str) -> bool:
+        """Say whether compiled code of an entry function is there."""
+
+
 @contextlib.contextmanager
-def watched(kernel: Kernel, entry: str, known: Iterable[Kernel]) -> Iterator[None]:
+def watched(kernel: Part, entry: str, known: Iterable[Part]) -> Iterator[None]:
     """Tell who watches how far the compilation is while an entry function is compiled inside.
 
     The share is that of all kernels known so far which are parts of the same, with the entry functions that are usual.
