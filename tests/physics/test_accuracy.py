@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from compiled import DEVIATIONS, ProblemBatch, deviations, sample_count
+from tiers import some_long
 
 import dforce as df
 from dforce.checks.validation.draws import draw
@@ -63,7 +64,7 @@ def off(result, exact, problem):
     return deviations(problem, batch.numbers, batch.tones, *columns)[0]
 
 
-@pytest.mark.parametrize("number", range(12))
+@pytest.mark.parametrize("number", some_long(range(12), long=range(8, 12)))
 def test_random_motions_are_as_accurate_as_asked_for(number):
     """Against 32 times the samples: what 256 of them leave is up to 5e-3 in cases like these."""
     drawn = draw(41, number, FAMILIES).case

@@ -76,7 +76,7 @@ def case(lever=WATER, drive=BASE, more=(), **others):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", some_long(CASES, ["viscous", "two modes"]))
+@pytest.mark.parametrize("name", some_long(CASES, ["viscous", "two modes", "two modes, force"]))
 def test_motion_and_energies_are_those_of_independent_integrators(name):
     lever, drive, more = CASES[name]
     base, amplitude, phase, tip, tip_phase, mean, energy, through, total, apparent = EXPECTED[name]

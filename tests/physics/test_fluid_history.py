@@ -303,7 +303,13 @@ def test_modes_with_memory_move_under_a_force_as_the_whole_beam(ratio, wanted, c
     assert abs(problem.free[0].sum() / problem.tones[0].force / wanted - 1.0) < close
 
 
-@pytest.mark.parametrize(("path", "values"), [("modes", [1, 2]), ("fluid", ["constant", "history"])])
+SIDE_BY_SIDE = [
+    pytest.param("modes", [1, 2], marks=pytest.mark.long),  # two modes in such a fluid have solvers of their own
+    ("fluid", ["constant", "history"]),
+]
+
+
+@pytest.mark.parametrize(("path", "values"), SIDE_BY_SIDE)
 def test_sweep_holds_levers_of_more_and_of_fewer_numbers_side_by_side(path, values):
     asked = case("base").replace("experiment", {"kind": "approach", "zc": [12e-9, 9e-9]})
     found = df.sweep(asked, over={f"cantilever.beam.{path}": values})
