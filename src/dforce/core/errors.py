@@ -76,7 +76,7 @@ def nearest(name: str, known: Iterable[str], listed_by: str = "") -> str:
     Parameters
     ----------
     name, known
-        The name that was typed, and those that exist.
+        The name as typed, and the names that exist.
     listed_by
         The command that lists all of them, for many.
     """

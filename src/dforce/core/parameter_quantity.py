@@ -1,4 +1,4 @@
-"""What is declared about one number of a parameter: unit, bounds, symbol and meaning; it reads and checks values."""
+"""The declaration of one number of a parameter: unit, bounds, symbol and meaning; it reads and checks values."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ in_si = functools.cache(units.parse)  # bounds, with which each value is compare
 
 @dataclass(frozen=True)
 class ParameterQuantity:
-    """What is declared about one number: its SI unit, bounds (SI text), symbol and meaning."""
+    """The declaration of one number: its SI unit, bounds (SI text), symbol and meaning."""
 
     unit: str
     symbol: str = ""
