@@ -15,12 +15,13 @@ from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.observables.averaging import common_period
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
+from dforce.solvers.continuing import PREDICTED
 from dforce.solvers.integrator import INTEGRATORS, Integrator, sample_count
 from dforce.solvers.model import DISTANCE, FREQUENCY, Model
 from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, NOTHING, Slots
 from dforce.solvers.problem_batch import ProblemBatch
-from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, PREDICTED, TOO_ROUGH, Branch, Path, set_out
+from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path, set_out
 from dforce.solvers.relaxation import GOING, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.states import States
 from dforce.solvers.tip_equations import TipEquations

@@ -13,22 +13,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
-from dforce.solvers.quasi_static import (
-    BENT,
-    CHORD,
-    ENDED,
-    EXACT,
-    FARTHEST,
-    FIRST,
-    FOLLOWED,
-    GROWTH,
-    LARGEST,
-    SHRINK,
-    SMALLEST,
-    TURNED,
-    Branch,
-    fold_ahead,
-)
+from dforce.solvers.continuing import BENT, CHORD, EXACT, FARTHEST, GROWTH, LARGEST, SHRINK, TURNED, fold_ahead
+from dforce.solvers.quasi_static import ENDED, FIRST, FOLLOWED, SMALLEST, Branch
 from dforce.solvers.stability import is_stable
 from dforce.solvers.states import States
 

@@ -1,11 +1,16 @@
 """A stable orbit followed while a parameter changes so slowly that the motion stays on it.
 
-Predictor: the cubic through the last two orbits and their slopes. Corrector: ``newton``. A step is accepted where the orbit
-is stable and either agrees with the prediction, or is close to the last orbit with a chord that fits both slopes. Otherwise it
-is shortened, so that the curve does not depend on the values asked for. Where no step is accepted the state has ended: at a
-fold, a doubling, or a force that jumps (``continuation`` locates folds on curves). Where samples of the motion pass a
+Predictor: the cubic through the last two orbits and their slopes. Corrector: ``newton``. An orbit continues the one before
+if it is stable and either agrees with the prediction, or is close to the one before with a chord that fits both slopes. These
+tests say how much longer the step might have been, too: so they choose the next one. A step that fails is shortened, so that
+the curve does not depend on the values asked for. Near a fold the state changes like the root of the distance to it:
+predictions are cubics of that root, and steps lead three quarters of the way. Where no step is accepted the state has ended:
+at a fold, a doubling, or a force that jumps (``continuation`` locates folds on curves). Where samples of the motion pass a
 kink of the force the map has small edges, at which Newton's method may fail: a stable orbit close behind continues the state
 as well.
+
+Where few problems are followed several orbits ahead are sought at once, as vector lanes cost little. Each of them is held
+against the prediction from the orbits found before it, so that the same orbits count as with one at a time.
 """
 
 from __future__ import annotations
@@ -15,22 +20,25 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
-from dforce.solvers.newton import CONVERGED, begin, central_differences, longest, march_once
+from dforce.solvers.continuing import (
+    TINY,
+    TOWARDS,
+    before_of,
+    fold_ahead,
+    last_of,
+    longer_by,
+    next_step,
+    predict,
+    shortened,
+)
+from dforce.solvers.newton import begin, central_differences, longest, march_once
 from dforce.solvers.period_map import NOTHING, carry
 from dforce.solvers.stability import is_stable
 
-LARGEST = 0.1  # of the parameter's unit: step
 FIRST = 0.01  # of the parameter's unit: first step, predicted by a slope alone
 SMALLEST = 1e-7  # of the parameter's unit: a state that has no step so short has ended
-EXACT = 1e-8  # of the free amplitude: where predictions are so good, as far from the surface, steps may be longer
-GROWTH, SHRINK = 3.0, 0.25  # of the next step after one that was taken, and after one that was not
-PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction continues the one before
-CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
-BENT = 0.1  # of a step times the slope: how far the chord may differ from that of the mean slope
-TURNED = 0.01  # of the free amplitude: change of the slope, times the step; with more a test may be passed by chance
+LEAP = 4.0  # steps to the last orbit that is sought at once, at most: from farther Newton's method starts too badly
 BRIDGES = (1e-6, 1e-5, 1e-4)  # of the parameter's unit: steps tried over an edge of the map
-SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
-FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
 COLUMNS = 32  # motions marched at once where there are few problems: several orbits ahead
 SHORT, MOST_SHORT = (
     1e-4,
@@ -104,8 +112,8 @@ class Course(NamedTuple):
         Its next step, of the parameter's unit; which bridge is tried, from 1 on, or 0; steps in a row that were so short.
     fresh, going
         Whether its first orbit is still to be found, and whether it goes on: 1 or 0.
-    sought, place, guesses
-        Number of orbits under search, (1,); the place of each on the path, or -1; its predicted state.
+    sought, place
+        Number of orbits under search, (1,); the place of each on the path, or -1.
     """
 
     before: Any
@@ -118,12 +126,11 @@ class Course(NamedTuple):
     going: Any
     sought: Any
     place: Any
-    guesses: Any
 
 
 def set_out(branch: Branch, slots: int) -> Course:
     """Return the course of problems at their starts, of which so many orbits at most are sought at once."""
-    cases, size = branch.last_x.shape
+    cases = len(branch.last_x)
     return Course(
         branch.last_value.copy(),
         branch.last_x.copy(),
@@ -135,23 +142,7 @@ def set_out(branch: Branch, slots: int) -> Course:
         np.ones(cases, np.int64),
         np.zeros(1, np.int64),
         np.empty(slots, np.int64),
-        np.empty((slots, size)),
     )
-
-
-def predict(
-    start: float, x: Any, slope: Any, before: float, x_before: Any, slope_before: Any, at: float, out: Any
-) -> None:
-    """Write the state at a scaled parameter by the cubic through two orbits, or by a line where there is only one."""
-    span = start - before
-    for k in range(out.shape[0]):
-        if abs(at - start) > FARTHEST * abs(span):
-            out[k] = x[k] + slope[k] * (at - start)
-            continue
-        s = (at - start) / span  # 0 at the last orbit, -1 at the one before
-        rise = x[k] - x_before[k]
-        a, b = span * slope[k], span * slope_before[k]
-        out[k] = x[k] + s * (a + s * ((2.0 * a + b - 3.0 * rise) + s * (a + b - 2.0 * rise)))
 
 
 def follow(
@@ -179,113 +170,103 @@ def follow(
 def look_ahead(path: Any, branch: Any, course: Any, slots: Any, orbits: Any, model: Any) -> None:
     """Choose where the next orbits of each problem are sought, and predict them."""
     size, cases, most = motion_size(), path.counts.shape[0], slots.case.shape[0]
-    states, branches, ahead = model.memory_scale.shape[0], model.hysteresis, most // cases
-    place, guesses, change, count = course.place, course.guesses, np.empty(size + 1), 0
+    states, branches, change, count = model.memory_scale.shape[0], model.hysteresis, np.empty(size + 1), 0
     for case in range(cases):
-        if course.going[case] == 0:
-            continue
-        unit, start, at = model.unit[case], branch.last_value[case], branch.done[case]
-        if course.fresh[case] == 1:
-            slots.case[count], slots.value[count] = case, start
-            place[count] = 0 if path.values[case, 0] == start and path.counts[case] > 0 else -1
+        begun, start, unit = count, branch.last_value[case], model.unit[case]
+        if course.going[case] == 1 and course.fresh[case] == 1:
+            slots.value[count] = start
+            course.place[count] = 0 if path.values[case, 0] == start and path.counts[case] > 0 else -1
             for k in range(size):
-                guesses[count, k] = branch.last_x[case, k]
+                slots.x[count, k] = branch.last_x[case, k]
             count += 1
-            continue
-        way = 1.0 if path.values[case, at] > start else -1.0
-        step, most_now, several = course.reach[case], ahead, 0
-        if course.bridge[case] > 0:
-            step, most_now = BRIDGES[course.bridge[case] - 1], 1
-        while several < most_now and at + several < path.counts[case]:
-            if abs(path.values[case, at + several] - start) > step * unit:
-                break
-            slots.case[count], slots.value[count] = case, path.values[case, at + several]
-            place[count] = at + several
-            count, several = count + 1, several + 1
-        if several == 0:
-            slots.case[count], slots.value[count], place[count] = case, start + way * step * unit, -1
-            count, several = count + 1, 1
-        for s in range(count - several, count):
-            predict(
-                start / unit,
-                branch.last_x[case],
-                branch.last_slope[case],
-                course.before[case] / unit,
-                course.x_before[case],
-                course.slope_before[case],
-                slots.value[s] / unit,
-                guesses[s],
-            )
-    for s in range(count):
-        case = slots.case[s]
-        for k in range(size):
-            slots.x[s, k] = guesses[s, k]
-        for k in range(states):
-            slots.memory[s, k] = branch.last_memory[case, k]
-        for k in range(branches):
-            slots.branch[s, k] = branch.last_branch[case, k]
-        for k in range(size):
-            change[k] = guesses[s, k] - branch.last_x[case, k]
-        change[size] = (slots.value[s] - branch.last_value[case]) / model.unit[case]
-        carry(slots, s, change)
-        slots.wanted[s] = path.wanted if place[s] >= 0 else NOTHING
-        orbits.unit[s] = model.unit[case]
+        elif course.going[case] == 1:
+            count += choose_values(case, count, most // cases, path, branch, course, slots, unit)
+            for s in range(begun, count):
+                predict(last_of(branch, case), before_of(course, case), unit, slots.value[s], slots.x[s])
+        for s in range(begun, count):
+            slots.case[s], orbits.unit[s] = case, unit
+            slots.wanted[s] = path.wanted if course.place[s] >= 0 else NOTHING
+            for k in range(states):
+                slots.memory[s, k] = branch.last_memory[case, k]
+            for k in range(branches):
+                slots.branch[s, k] = branch.last_branch[case, k]
+            for k in range(size):
+                change[k] = slots.x[s, k] - branch.last_x[case, k]
+            change[size] = (slots.value[s] - start) / unit
+            carry(slots, s, change)
     course.sought[0] = count
+
+
+def choose_values(
+    case: int, first: int, most: int, path: Any, branch: Any, course: Any, slots: Any, unit: float
+) -> int:
+    """Write at which values the next orbits of a problem are sought, from a slot on; return how many.
+
+    They are those of the path, with even steps between where these are farther apart than a step.
+    """
+    start, at, values = branch.last_value[case], branch.done[case], path.values[case]
+    (_, _, slope), (before, _, slope_before) = last_of(branch, case), before_of(course, case)
+    fold = fold_ahead(start, longest(slope), before, longest(slope_before))
+    way = 1.0 if values[at] > start else -1.0
+    reach, farthest = course.reach[case] * unit, LEAP * course.reach[case] * unit
+    if course.bridge[case] > 0:
+        reach, most, fold = BRIDGES[course.bridge[case] - 1] * unit, 1, np.nan
+    value, count = start, 0
+    while count < most and at < path.counts[case]:
+        left = way * (fold - value)
+        if left > 0.0:
+            if left < (1.0 - TOWARDS) ** 2 * abs(fold - start):  # where it lies is known better from nearby
+                break
+            reach = min(reach, max(TOWARDS * left, SMALLEST * unit))
+        steps = np.ceil((1.0 - TINY) * abs(values[at] - value) / reach)
+        value = values[at] if steps <= 1.0 else value + (values[at] - value) / steps
+        if count > 0 and abs(value - start) > farthest:
+            break
+        slots.value[first + count] = value
+        course.place[first + count] = at if steps <= 1.0 else -1
+        at, count = at + (1 if steps <= 1.0 else 0), count + 1
+    return count
 
 
 def go_ahead(
     path: Any, branch: Any, course: Any, slots: Any, orbits: Any, which: Any, room: Any, model: Any, drive: Any
 ) -> None:
     """Go to the orbits found that continue the last ones of their problems; choose the next steps."""
-    size, count, place, guesses = motion_size(), course.sought[0], course.place, course.guesses
-    fits = np.empty(count, np.bool_)
-    fitting = 0
+    count = course.sought[0]
+    longer, fitting = np.empty(count), 0
     for s in range(count):
-        case = slots.case[s]
-        last = branch.last_value[case], branch.last_x[case], branch.last_slope[case]
-        fits[s] = True
-        if s > 0 and slots.case[s - 1] == case:
-            last, fits[s] = (slots.value[s - 1], slots.x[s - 1], orbits.slope[s - 1]), fits[s - 1]
-        fits[s] &= orbits.outcome[s] == CONVERGED
-        if fits[s] and course.fresh[case] == 0:
-            fits[s] = continues(
-                s, last, slots, orbits, guesses[s], model.unit[case], course.bridge[case], path.predicted
-            )
-        if fits[s]:
+        longer[s] = longer_by(s, longer, slots, orbits, branch, course, model.unit[slots.case[s]], path.predicted)
+        if longer[s] >= 1.0:
             which[fitting] = s
             fitting += 1
     if fitting > 0:
         central_differences(slots, which, fitting, model, drive, orbits, room)
     s = 0
     while s < count:
-        case, begun, done = slots.case[s], branch.last_value[slots.case[s]], branch.done[slots.case[s]]
-        unit, refused = model.unit[case], False
+        case, done, refused, step = slots.case[s], branch.done[slots.case[s]], False, np.inf
+        unit, begun, fresh = model.unit[case], branch.last_value[case], course.fresh[case] == 1
         while s < count and slots.case[s] == case:
-            if not refused:
-                refused = not (fits[s] and is_stable(orbits.monodromy[s]))
-                if refused and course.fresh[case] == 1:
+            gap = abs(slots.value[s] - branch.last_value[case]) / unit
+            stable = longer[s] >= 1.0 and is_stable(orbits.monodromy[s])
+            if stable and not refused:
+                keep_before(branch, course, case)
+                take(s, course.place[s], slots, orbits, branch)
+                step = min(step, next_step(longer[s], gap, course.reach[case]))
+                if fresh:  # there is no other one before
+                    keep_before(branch, course, case)
+            elif not refused:
+                refused = True
+                if fresh:
                     course.going[case], branch.outcome[case] = 0, ENDED
-                elif refused and course.bridge[case] > 0:
+                elif course.bridge[case] > 0:
                     course.bridge[case] += 1
-                elif refused:
-                    course.reach[case] = SHRINK * abs(slots.value[s] - branch.last_value[case]) / unit
                 else:
-                    if course.fresh[case] == 0 and branch.last_value[case] == begun:
-                        course.before[case] = begun
-                        for k in range(size):
-                            course.x_before[case, k] = branch.last_x[case, k]
-                            course.slope_before[case, k] = branch.last_slope[case, k]
-                    take(s, place[s], slots, orbits, branch)
-                    if course.fresh[case] == 1:
-                        course.before[case] = branch.last_value[case]
+                    course.reach[case] = shortened(longer[s]) * gap
             s += 1
-        if not refused and course.fresh[case] == 0:
-            astray, longer = 0.0, max(course.reach[case], GROWTH * abs(branch.last_value[case] - begun) / unit)
-            for k in range(size):
-                astray = max(astray, abs(slots.x[s - 1, k] - guesses[s - 1, k]))
-            course.reach[case] = longer if astray < EXACT else min(LARGEST, longer)
         if not refused and course.bridge[case] > 0:
-            course.bridge[case], course.reach[case] = 0, abs(branch.last_value[case] - begun) / unit
+            course.bridge[case], course.reach[case] = 0, gap
+        elif not refused and not fresh:
+            course.reach[case] = step
         course.fresh[case] = 0
         if course.reach[case] < SMALLEST and course.bridge[case] == 0:
             course.bridge[case] = 1
@@ -301,35 +282,11 @@ def go_ahead(
             course.going[case] = 0
 
 
-def continues(
-    s: int, last: Any, slots: Any, orbits: Any, guess: Any, unit: float, bridge: int, predicted: float
-) -> bool:
-    """Say whether the orbit of a slot continues the last one of its problem: value, state and slope."""
-    size, (value, x, slope) = slots.x.shape[1], last
-    step = (slots.value[s] - value) / unit
-    astray, chord, bent, turned = 0.0, 0.0, 0.0, 0.0
-    for k in range(size):
-        moved = slots.x[s, k] - x[k]
-        astray = max(astray, abs(slots.x[s, k] - guess[k]))
-        chord = max(chord, abs(moved))
-        turned = max(turned, abs(step * (orbits.slope[s, k] - slope[k])))
-        bent = max(bent, abs(moved - 0.5 * step * (orbits.slope[s, k] + slope[k])))
-    if bridge > 0:
-        return chord < SAME
-    steepest = max(longest(orbits.slope[s]), longest(slope))
-    near = chord < CHORD and bent < BENT * abs(step) * steepest
-    return bool(turned < TURNED and (astray < predicted or near))
-
-
-def fold_ahead(value: float, slope: float, value_before: float, slope_before: float) -> float:
-    """Return the value at which a fold is expected from the slopes of two orbits, the largest component of each; or NaN.
-
-    Near a fold the state moves like the square root of the distance to it, so the inverse square of the slope falls linearly to
-    zero.
-    """
-    if not (slope > slope_before > 0.0):
-        return np.nan
-    return value + (value - value_before) * slope_before**2 / (slope**2 - slope_before**2)
+def keep_before(branch: Any, course: Any, case: int) -> None:
+    """Keep a problem's last orbit as the one before."""
+    course.before[case] = branch.last_value[case]
+    for k in range(branch.last_x.shape[1]):
+        course.x_before[case, k], course.slope_before[case, k] = branch.last_x[case, k], branch.last_slope[case, k]
 
 
 def take(s: int, at: int, slots: Any, orbits: Any, branch: Any) -> None:

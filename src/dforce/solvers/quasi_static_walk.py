@@ -18,10 +18,11 @@ import numpy as np
 from dforce.core.arrays import Array, Indices
 from dforce.solvers.accuracy import assure, assure_repeated, assure_settled
 from dforce.solvers.block import ENDED, FOLLOWED, TOO_ROUGH, Block
+from dforce.solvers.continuing import CHORD
 from dforce.solvers.cycles import doubled, repeated
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Points, StateJump, amplitude_of, as_kept
-from dforce.solvers.quasi_static import CHORD, SMALLEST, Branch
+from dforce.solvers.quasi_static import SMALLEST, Branch
 from dforce.solvers.settling import apart, gone, polished, settled
 from dforce.solvers.state_ends import End, Ended, Left, ahead_of, directions, located
 from dforce.solvers.states import States
