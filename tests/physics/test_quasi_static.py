@@ -327,6 +327,36 @@ def test_a_jump_lies_where_many_samples_have_it(number):
     np.testing.assert_allclose(found, exact, rtol=0, atol=case.solver.accuracy * A0)
 
 
+NARROW_WINDOWS = {  # of instability by period doubling, between the points of a curve
+    "soft": (0.3483241730178477, 241.48822857602755, 2.4443942749343748, 26.91091630335434, 1.1290022106020006,
+             3.3271766349781124e-21, 1.0, 41),
+    "off resonance": (0.35196455758806977, 625.8463119289113, 3.5151202489237807, 8.375438991410409, 0.4493176096259809,
+                      3.604606189659021e-20, 1.0060053231195376, 69),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("window", NARROW_WINDOWS.values(), ids=NARROW_WINDOWS)
+def test_a_state_ends_in_a_window_of_instability_that_is_narrower_than_a_step(window):
+    k, Q, A0, R, modulus, hamaker, off, points = window
+    zc = {"start": f"{1.25 * A0 + 1} nm", "stop": f"{0.25 * A0} nm", "points": points}
+    case = df.Case(
+        cantilever={"f0": "100 kHz", "k": f"{k} N/m", "Q": Q},
+        drive={"A0": f"{A0} nm", "frequency": f"{off * 100} kHz"},
+        tip={"radius": f"{R} nm"}, sample={"youngs_modulus": f"{modulus} GPa", "poisson_ratio": 0.3},
+        forces=[{"model": "dmt", "hamaker": f"{hamaker} J"}],
+        experiment={"kind": "approach", "direction": "both", "zc": zc},
+    )  # fmt: skip
+    found, dense = (df.run(one).jump_zc for one in (case, case.replace("experiment.zc.points", 8 * points)))
+    np.testing.assert_allclose(found, dense, rtol=0, atol=case.solver.accuracy * A0 * 1e-9)
+
+
+def test_a_curve_of_a_sweep_is_its_single_run_to_the_last_bit_however_dense():
+    case = df.example("hysteresis").replace("experiment.zc.points", 101)
+    alone, swept = df.run(case), df.sweep(case, {"cantilever.Q": [case.cantilever.Q, 300.0]}, workers=1)
+    for name in ("amplitude", "phase", "peak_force", "status"):
+        np.testing.assert_array_equal(swept[name].isel(Q=0), alone[name])
+
+
 def test_a_motion_that_creeps_beside_a_fold_is_followed_until_it_leaves():
     """With the default samples the map has small folds before the last one; beside each a motion takes thousands of periods."""
     case = df.Case(

@@ -43,12 +43,9 @@ class Block(TipEquations):
     ----------
     predicted, wanted
         How near to its prediction an orbit continues the one before, and what of orbits will be read: see `Path`.
-    whole
-        Whether the batch is all there is, so that columns left over may look ahead along the parameter. The numbers of a part
-        of a sweep must not depend on how that is cut into parts.
     """
 
-    predicted, wanted, whole = PREDICTED, ALL, False
+    predicted, wanted = PREDICTED, ALL
 
     def __init__(
         self,
@@ -79,7 +76,7 @@ class Block(TipEquations):
         samples = points or sample_count(problem, settings)
         batch = ProblemBatch.of([problem])
         block = cls(batch, lambda _, zc: (problem.at_height(zc), zc), settings, harmonics, samples, check_cancelled)
-        block.unit, block.whole = block.unit if unit is None else np.array([unit]), True
+        block.unit = block.unit if unit is None else np.array([unit])
         return block
 
     @classmethod
@@ -99,9 +96,7 @@ class Block(TipEquations):
 
         # the lowest frequency needs the most samples per period for the same modes
         samples = points or sample_count(problem.at_frequency(lowest), settings)
-        block = cls(ProblemBatch.of([problem]), at, settings, harmonics, samples, zc=np.array([zc]))
-        block.whole = True
-        return block
+        return cls(ProblemBatch.of([problem]), at, settings, harmonics, samples, zc=np.array([zc]))
 
     def one(self, case: int) -> Block:
         """Return the block of one of the problems."""
@@ -158,7 +153,8 @@ class Block(TipEquations):
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
         found = self.empty_branch(starts, at, values.shape, repeats)
         follow = self._solvers.entry("follow")
-        ahead = max(1, COLUMNS // (len(self.batch) * (self.size + 2))) if self.whole and self.is_smooth else 1
+        goes_on = values.shape[1] > 1 or not np.array_equal(values[:, 0], at)
+        ahead = max(1, COLUMNS // (self.size + 2)) if self.is_smooth and goes_on else 1
         for part in self._parts(len(values)):
             most = len(counts[part]) * ahead
             branch, room = Branch(*(array[part] for array in found)), self._room(most, self.size + 2)

@@ -21,6 +21,7 @@ PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction co
 CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
 BENT = 0.1  # of a step times the slope: how far the chord may differ from that of the mean slope
 TURNED = 0.01  # of the free amplitude: change of the slope, times the step; with more a test may be passed by chance
+CLOSE, FORETOLD = 0.1, 2.0  # margin within which no window of instability is sought; change of it, of the one foretold
 SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
 FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
 
@@ -103,6 +104,39 @@ def longer_by(
     near = min(room_for(chord, CHORD, 1.0), room_for(bent, allowed, 2.0))
     most = np.inf if astray < EXACT else max(1.0, LARGEST / max(abs(step), TINY))
     return min(most, room_for(turned, TURNED, 2.0), max(near, room_for(astray, predicted, 4.0)))
+
+
+def margins_of(monodromy: Any, out: Any) -> None:
+    """Write how far the multipliers are from +1 and from -1: the roots of |det(M - 1)| and |det(M + 1)|."""
+    size = monodromy.shape[0]
+    for side in range(2):
+        matrix, product = monodromy.copy(), 1.0
+        for k in range(size):
+            matrix[k, k] += 2.0 * side - 1.0
+        for k in range(size):
+            pivot = k
+            for i in range(k + 1, size):
+                if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+                    pivot = i
+            product *= abs(matrix[pivot, k])
+            for j in range(size if product > 0.0 else 0):
+                matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
+            for i in range(k + 1, size if product > 0.0 else 0):
+                factor = matrix[i, k] / matrix[k, k]
+                for j in range(k, size):
+                    matrix[i, j] -= factor * matrix[k, j]
+        out[side] = product**0.5
+
+
+def may_have_passed(margin: Any, before: Any, closing: Any, gap: float) -> bool:
+    """Say whether multipliers may have passed +1 or -1 between two orbits, where a narrow window of instability may lie.
+
+    They may if both margins together are no more than their fall on the way to the first orbit foretells.
+    """
+    passed = False
+    for side in range(2):
+        passed |= CLOSE < margin[side] + before[side] < FORETOLD * closing[side] * gap
+    return passed
 
 
 def next_step(longer: float, gap: float, reach: float) -> float:

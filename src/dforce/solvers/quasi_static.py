@@ -4,13 +4,14 @@ Predictor: the cubic through the last two orbits and their slopes. Corrector: ``
 if it is stable and either agrees with the prediction, or is close to the one before with a chord that fits both slopes. These
 tests say how much longer the step might have been, too: so they choose the next one. A step that fails is shortened, so that
 the curve does not depend on the values asked for. Near a fold the state changes like the root of the distance to it:
-predictions are cubics of that root, and steps lead three quarters of the way. Where no step is accepted the state has ended:
+predictions are cubics of that root, and steps lead three quarters of the way. A step over which multipliers may have passed
++1 or -1 is shortened, too: a narrow window of instability may lie there. Where no step is accepted the state has ended:
 at a fold, a doubling, or a force that jumps (``continuation`` locates folds on curves). Where samples of the motion pass a
 kink of the force the map has small edges, at which Newton's method may fail: a stable orbit close behind continues the state
 as well.
 
-Where few problems are followed several orbits ahead are sought at once, as vector lanes cost little. Each of them is held
-against the prediction from the orbits found before it, so that the same orbits count as with one at a time.
+Several orbits ahead are sought at once, as vector lanes cost little. Each of them is held against the prediction from the
+orbits found before it, so that the same orbits count as with one at a time.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from dforce.solvers.continuing import (
     fold_ahead,
     last_of,
     longer_by,
+    margins_of,
+    may_have_passed,
     next_step,
     predict,
     shortened,
@@ -39,7 +42,7 @@ FIRST = 0.01  # of the parameter's unit: first step, predicted by a slope alone
 SMALLEST = 1e-7  # of the parameter's unit: a state that has no step so short has ended
 LEAP = 4.0  # steps to the last orbit that is sought at once, at most: from farther Newton's method starts too badly
 BRIDGES = (1e-6, 1e-5, 1e-4)  # of the parameter's unit: steps tried over an edge of the map
-COLUMNS = 32  # motions marched at once where there are few problems: several orbits ahead
+COLUMNS = 32  # motions that are marched at once for each problem: several orbits ahead, with their neighbors
 SHORT, MOST_SHORT = (
     1e-4,
     300,
@@ -108,6 +111,8 @@ class Course(NamedTuple):
     ----------
     before, x_before, slope_before
         Of each problem the orbit before its last one, as in `Branch`.
+    margin, closing
+        Margins of its last orbit's multipliers from +1 and -1, and how fast both fell on the way there, per unit.
     reach, bridge, short
         Its next step, of the parameter's unit; which bridge is tried, from 1 on, or 0; steps in a row that were so short.
     fresh, going
@@ -119,6 +124,8 @@ class Course(NamedTuple):
     before: Any
     x_before: Any
     slope_before: Any
+    margin: Any
+    closing: Any
     reach: Any
     bridge: Any
     short: Any
@@ -135,6 +142,8 @@ def set_out(branch: Branch, slots: int) -> Course:
         branch.last_value.copy(),
         branch.last_x.copy(),
         branch.last_slope.copy(),
+        np.zeros((cases, 2)),
+        np.zeros((cases, 2)),
         np.full(cases, FIRST),
         np.zeros(cases, np.int64),
         np.zeros(cases, np.int64),
@@ -233,7 +242,7 @@ def go_ahead(
 ) -> None:
     """Go to the orbits found that continue the last ones of their problems; choose the next steps."""
     count = course.sought[0]
-    longer, fitting = np.empty(count), 0
+    longer, margin, fitting = np.empty(count), np.empty(2), 0
     for s in range(count):
         longer[s] = longer_by(s, longer, slots, orbits, branch, course, model.unit[slots.case[s]], path.predicted)
         if longer[s] >= 1.0:
@@ -248,8 +257,13 @@ def go_ahead(
         while s < count and slots.case[s] == case:
             gap = abs(slots.value[s] - branch.last_value[case]) / unit
             stable = longer[s] >= 1.0 and is_stable(orbits.monodromy[s])
-            if stable and not refused:
+            margins_of(orbits.monodromy[s], margin)
+            if stable and not refused and not may_have_passed(margin, course.margin[case], course.closing[case], gap):
                 keep_before(branch, course, case)
+                for k in range(2):
+                    fallen = course.margin[case, k] - margin[k]
+                    course.closing[case, k] = 0.0 if fresh or gap == 0.0 else fallen / gap
+                    course.margin[case, k] = margin[k]
                 take(s, course.place[s], slots, orbits, branch)
                 step = min(step, next_step(longer[s], gap, course.reach[case]))
                 if fresh:  # there is no other one before

@@ -130,7 +130,7 @@ class ModelBranches:
             self.samples,
             self.check_cancelled,
         )
-        block.predicted, block.wanted, block.whole = PREDICTED, MOTION, True
+        block.predicted, block.wanted = PREDICTED, MOTION
         return block
 
     def solve(self, problems: Sequence[Problem], offsets: Array, turns: Array) -> SolvedCurve:
