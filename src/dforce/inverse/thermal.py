@@ -299,8 +299,7 @@ def _fitted(frequency: Array, power: Array, band: tuple[float, float] | None, na
         raise ResultError(f"{name} has no clear peak for f0 and Q; pass the band of frequencies around it")
     ends = (float(frequency[0]), float(frequency[-1]))
     history = (
-        f"fit: {len(frequency)} points from {units.show(ends[0], 'Hz', 5)} to {units.show(ends[1], 'Hz', 5)}, as of "
-        f"{fit.averages:.3g} averaged spectra",
+        f"fit: {len(frequency)} points from {units.show_range(*ends, 'Hz', 5)}, as of {fit.averages:.3g} averaged spectra",
         *doubts,
         f"f0: {show(peak.f0, peak.f0 * errors[0], 'Hz')}",
         f"Q: {show(peak.Q, peak.Q * errors[1], '1')}",

@@ -43,7 +43,7 @@ class Material:
         """The range of Young's modulus as text, empty where the source gives one value."""
         if self.low is None or self.high is None:
             return ""
-        return f"{units.show(self.low, 'Pa', 3)} to {units.show(self.high, 'Pa', 3)}"
+        return units.show_range(self.low, self.high, "Pa", 3)
 
     def hamaker_with(self, other: Material, medium: str = "air") -> float | None:
         """Return the Hamaker constant (J) of two materials across air, vacuum or water; None where one has no value.
