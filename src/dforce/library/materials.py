@@ -10,6 +10,7 @@ from importlib import resources
 from typing import Any
 
 from dforce.core import units
+from dforce.core.errors import Catalog
 from dforce.core.listing import Shown, aligned, html_table
 
 
@@ -76,8 +77,11 @@ HEAD = ("name", "Young's modulus", "range", "Poisson's ratio", "Hamaker constant
 NOMINAL = "your sample may differ by the whole range; a Hamaker constant is for two bodies of the material"
 
 
-class Materials(Shown, dict[str, Material]):
+class Materials(Shown, Catalog[Material]):
     """What :func:`materials` returns: a dict by name, shown as a table."""
+
+    kind = "material"
+    listed_by = "dforce materials"
 
     def as_text(self) -> str:
         """Return a row for each."""
