@@ -10,7 +10,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
-from dforce.core.units import show
+from dforce.core.units import show, show_range
 from dforce.instrument.lever import DENSEST
 from dforce.inverse.wishes import Wishes
 from dforce.maps.axes import Axis
@@ -32,7 +32,7 @@ def sentences(
     said = [f"The limits apply to {WALKED if walked else MET}."]
     if chosen.any():
         return [*said, *_beside(wishes, judged, int(np.flatnonzero(chosen)[0]))]
-    ranges = ", ".join([*map(_range, axes), f"set points {_ends(shares, lambda value: f'{value:.3g}')}"])
+    ranges = ", ".join([*map(_range, axes), f"set points {_ends(shares, '1')}"])
     if allowed.any():
         return [
             *said,
@@ -70,12 +70,12 @@ def _beside(wishes: Wishes, judged: Judged, number: int) -> Iterator[str]:
 
 def _range(axis: Axis) -> str:
     unit = axis.quantity.unit if axis.quantity is not None else "1"
-    return f"{axis.path} {_ends(np.asarray(axis.values, dtype=float), lambda value: show(value, unit, 4))}"
+    return f"{axis.path} {_ends(np.asarray(axis.values, dtype=float), unit)}"
 
 
-def _ends(values: Array, text: Any) -> str:
-    low, high = text(float(values.min())), text(float(values.max()))
-    return low if low == high else f"{low} to {high}"
+def _ends(values: Array, unit: str) -> str:
+    low, high = float(values.min()), float(values.max())
+    return show(low, unit, 4) if low == high else show_range(low, high, unit, 4)
 
 
 def _binding(axes: Sequence[Axis], shares: Array, judged: Judged, allowed: Any) -> Iterator[str]:

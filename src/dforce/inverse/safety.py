@@ -10,7 +10,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.core.arrays import Bools, Indices
 from dforce.core.errors import ParameterError, UnitError, checked, shorten
-from dforce.core.units import parse, parse_share, show
+from dforce.core.units import parse, parse_share, show, show_range
 from dforce.experiments.base import Progress
 from dforce.findings.fits import NO_MODEL, is_constrained, judged_fit, verdict
 from dforce.inverse.planner import plan
@@ -129,8 +129,8 @@ def _sentences(found: xr.Dataset) -> Iterator[str]:
     if not len(known):
         return
     if allowed[known].all():
-        ends = (show(float(amplitudes[place]), "m", DIGITS) for place in (known[0], known[-1]))
-        yield f"The peak force stays below {limit} at every free amplitude from {' to '.join(ends)}."
+        every = show_range(float(amplitudes[known[0]]), float(amplitudes[known[-1]]), "m", DIGITS)
+        yield f"The peak force stays below {limit} at every free amplitude from {every}."
         return
     highest = _highest(allowed, known)
     if highest is None:
