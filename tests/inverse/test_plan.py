@@ -325,6 +325,32 @@ def test_a_plan_follows_no_motion_of_several_periods_which_it_does_not_use(monke
     assert set(followed) == {1}
 
 
+@pytest.fixture(scope="module")
+def rough():
+    """Return a plan at settings at which the repulsive state is stable only here and there."""
+    case = df.Case(
+        cantilever={"k": "0.98 N/m", "f0": "297 kHz", "Q": 308}, drive={"A0": "23.4 nm"}, tip={"radius": "17.7 nm"},
+        sample={"youngs_modulus": "27 MPa", "poisson_ratio": 0.3}, forces=[df.forces.DMT(hamaker="3.2e-20 J")],
+    )  # fmt: skip
+    return df.plan(case, {"drive.A0": ["23.4 nm"]}, [0.7, 0.9], {"peak_force": "< 125 pN"}).isel(A0=0)
+
+
+def test_a_hard_state_is_found_beside_a_gentle_one_whatever_lies_between_its_neighbors(rough):
+    # a curve on retract taps at 0.9 A0 with 2.20 nN, at 0.48 A0; beside it motions do not repeat after each period
+    there = rough.sel(set_point=0.9)
+    assert there.limit_hit.values.tolist() == ["", "peak_force"]
+    assert float(there.peak_force[1]) == pytest.approx(2.2e-9, rel=0.01)
+    assert float(there.zc[1]) == pytest.approx(0.479 * 23.4e-9, rel=0.01)
+    assert not rough.unsteady.any()
+
+
+def test_a_hard_state_is_found_nearer_than_the_gentle_one_at_which_curves_end(rough):
+    # the gentle one comes to 0.7 A0 at 0.72 A0, the hard one below 0.3 A0
+    there = rough.sel(set_point=0.7)
+    assert float(there.peak_force[1]) == pytest.approx(2.15e-9, rel=0.01)
+    assert float(there.zc[1]) < 0.3 * 23.4e-9
+
+
 def test_progress_of_a_plan_counts_the_cases_whose_branches_are_followed():
     told = []
     df.plan(AIR, {"drive.A0": ["8 nm", "10 nm", "12 nm"]}, [0.8], progress=lambda *one: told.append(one))

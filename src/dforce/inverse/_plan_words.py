@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 WALKED = "the stable states on the branches of each case"
 MET = "the states on approach and retract; with fewer cases also the states on the branches"
+UNSTEADY = "a motion exists that alternates or beats, with a force that is not known"
 DIGITS = 3
 LIQUID = 10.0  # quality factor below which a lever is in a liquid
 

@@ -20,7 +20,7 @@ from dforce.inverse._states import Judged, PlannedPoints, Rest, Solver, one_of_e
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.regime_map import refuse_others, shares_of
-from dforce.maps.seeds import NEAR, Curves, curves_of, walk
+from dforce.maps.seeds import NEAR, Curves, Seed, curves_of, walk
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -74,10 +74,11 @@ def plan(
     -------
     xarray.Dataset
         Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
-        `others`, `allowed`, `limit_hit` (the first limit that fails). `room` is the distance from the nearest boundary, in
-        units of the margins (default 5 % and 0.03). `recommended` is the allowed point with the most room, if any. With a goal
-        also `best` and `pareto`; if nothing is allowed, `least_violation`. Along `edge` the located boundaries. Along `time`
-        the motion at the recommended point.
+        `others`, `allowed`, `limit_hit` (the first limit that fails). `unsteady` is true where a branch passes a set point
+        without a stable state: motions alternate or beat there, with unknown forces. `room` is the distance from the
+        nearest boundary, in units of the margins (default 5 % and 0.03). `recommended` is the allowed point with the most room,
+        if any. With a goal also `best` and `pareto`; if nothing is allowed, `least_violation`. Along `edge` the located
+        boundaries. Along `time` the motion at the recommended point.
 
     Raises
     ------
@@ -149,6 +150,7 @@ class _Work:
         self.number, self.walks = 1, _walks(case, len(grid))
         self.solver = Solver(case, [axis.path for axis in axes], curves, self.check_cancelled)
         self.shape = (*(len(axis.values) for axis in axes), len(shares))
+        self.unsteady = np.zeros(self.shape, dtype=bool)
 
     def check_cancelled(self) -> None:
         """Tell how far the plan is."""
@@ -168,7 +170,7 @@ class _Work:
         except KeyboardInterrupt:  # the states are solved, and are kept
             heard()
             judged.hit, rest = at_states, None
-        return result_of(self.case, self.axes, self.shares, self.wishes, judged, rest)
+        return result_of(self.case, self.axes, self.shares, self.wishes, judged, rest, self.unsteady)
 
     def _rest(self, judged: Judged) -> Rest:
         """Look around the states: write margins that fail, and return boundaries, room and goals."""
@@ -186,7 +188,7 @@ class _Work:
     def _walk(self) -> None:
         """Follow the branches of all cases, where these are few."""
         for number, values in enumerate(self.grid[: self.walks]):
-            walk(self.curves, number, self.solver.case_at(values), self.check_cancelled)
+            walk(self.curves, number, self.solver.case_at(values), float(self.shares.min()), self.check_cancelled)
             self.next(self.stage)
 
     def _states(self) -> PlannedPoints:
@@ -212,9 +214,20 @@ class _Work:
         )
         found = self.solver.solve(points)
         stable = found.columns["multiplier_modulus"][:, 0] < 1.0
+        self._note_unsteady(seeds, found.found & stable)
         points = points.take(np.flatnonzero(found.found & stable))
         length = np.array([self.solver.problem(values).tones[0].A0 for values in points.values])
         return points.take(one_of_each(points, length))
+
+    def _note_unsteady(self, seeds: Sequence[Seed], steady: Bools) -> None:
+        """Note where branches pass set points without a stable state there: the motion alternates or beats."""
+        pairs: dict[tuple[int, int, tuple[float, float]], bool] = {}
+        for seed, is_steady in zip(seeds, steady.tolist(), strict=True):
+            if seed.between is not None:
+                key = seed.case, seed.set_point, seed.between
+                pairs[key] = pairs.get(key, False) or is_steady
+        for (case, set_point, _), is_steady in pairs.items():
+            self.unsteady.reshape(-1, len(self.shares))[case, set_point] |= not is_steady
 
     def judge(self, points: PlannedPoints, tells_others: bool = False) -> Judged:
         """Solve operating points near some, and hold the limits against them; a point that is not found fails the first.

@@ -36,31 +36,51 @@ KEPT = ("amplitude_ratio", "virial", MOTION)
 
 @dataclass(frozen=True)
 class Seed:
-    """A motion near a set point: number of the case and of the set point, distance (m), motion in SI, and its direction."""
+    """A motion near a set point: number of the case and of the set point, distance (m), motion in SI, and its direction.
+
+    A branch passes the set point `between` two distances (m), with states that are no saddles; else it is None.
+    """
 
     case: int
     set_point: int
     zc: float
     motion: Array
     direction: str
+    between: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Branch:
-    """The states of one branch in order, all after one common period: distances (m), amplitude ratios, motions, stability."""
+    """The states of one branch in order, all after one common period.
+
+    Attributes
+    ----------
+    zc, amplitude_ratio, motions
+        Distances (m), amplitude ratios and motions in SI.
+    stable, saddle
+        Whether each is stable, or a saddle. What is neither alternates or beats.
+    """
 
     zc: Array
     amplitude_ratio: Array
     motions: Array
     stable: Bools
+    saddle: Bools
 
-    def at_ratio(self, set_point: float) -> Iterator[int]:
-        """Give the points next to where the amplitude ratio passes a set point, between states one of which is stable."""
-        return _nearest_to(self.amplitude_ratio - set_point, self.stable[1:] | self.stable[:-1])
+    def at_ratio(self, set_point: float) -> Iterator[tuple[int, int]]:
+        """Give the pairs of neighbors, not both saddles, between which the amplitude ratio passes a set point."""
+        yield from _pairs(self.amplitude_ratio - set_point, ~(self.saddle[1:] & self.saddle[:-1]))
+
+    def goes_on(self, near: float, lowest: float) -> bool:
+        """Say whether the branch, but for saddles, ends at the nearest distance with an amplitude ratio above the lowest."""
+        ends = [0, -1]
+        is_there = np.isclose(self.zc[ends], near, rtol=1e-9, atol=0.0)
+        return bool((is_there & ~self.saddle[ends] & (self.amplitude_ratio[ends] > lowest)).any())
 
     def at_distance(self, zc: float) -> Iterator[int]:
         """Give the points next to where stable states pass a distance (m)."""
-        return _nearest_to(self.zc - zc, self.stable[1:] & self.stable[:-1])
+        for pair in _pairs(self.zc - zc, self.stable[1:] & self.stable[:-1]):
+            yield min(pair, key=lambda n: abs(self.zc[n] - zc))
 
 
 @dataclass
@@ -103,8 +123,10 @@ class Curves:
                     yield Seed(int(numbers[place]), j, float(zc[place, nearest]), motion[place, d, nearest], str(way))
         for number, branches in self.walked.items():
             for branch, (j, set_point) in itertools.product(branches, enumerate(set_points)):
-                for i in branch.at_ratio(float(set_point)):
-                    yield Seed(number, j, float(branch.zc[i]), branch.motions[i], "branches")
+                for pair in branch.at_ratio(float(set_point)):
+                    ends = None if branch.saddle[list(pair)].any() else _ordered(branch.zc[list(pair)])
+                    for i in pair:
+                        yield Seed(number, j, float(branch.zc[i]), branch.motions[i], "branches", ends)
 
     def beside(self, case: int, zc: float) -> Iterator[tuple[float, Array]]:
         """Give distances and motions of a case's curves that are next to a distance, in both directions."""
@@ -123,19 +145,36 @@ def _distances(numbers: Any, data: xr.Dataset) -> Array:
     return np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))
 
 
-def _nearest_to(past: Array, among: Bools) -> Iterator[int]:
-    """Give of each two neighbors between which a value passes zero the nearer one, where the pair is among some."""
+def _pairs(past: Array, among: Bools) -> Iterator[tuple[int, int]]:
+    """Give two neighbors each between which a value passes zero, where the pair is among some."""
     for i in np.flatnonzero((past[1:] * past[:-1] <= 0.0) & among).tolist():
-        yield min((i, i + 1), key=lambda n: abs(past[n]))
+        yield i, i + 1
 
 
-def walk(curves: Curves, number: int, case: Case, check_cancelled: Callable[[], None]) -> None:
+def _ordered(ends: Array) -> tuple[float, float]:
+    return float(ends.min()), float(ends.max())
+
+
+def walk(curves: Curves, number: int, case: Case, lowest: float, check_cancelled: Callable[[], None]) -> None:
     """Follow the branches of one of the cases through folds, and look for others, over the distances of its curves.
 
-    Only motions of one common period are followed, and none is measured as accurately as asked: seeds need neither.
+    Nearer ones follow where a motion other than that of the curves is still above the `lowest` amplitude ratio. Only motions
+    of one common period are followed, and none is measured as accurately as asked: seeds need neither.
     """
-    problem, ends = case.problem, (FAR * case.problem.tones[0].A0, curves.nearest(number))
-    among = ParameterRange(lambda _: problem, *ends, case.solver, 1)
+    A0, nearest = case.problem.tones[0].A0, curves.nearest(number)
+    searched = np.linspace(FAR * A0, nearest, SEARCHED).tolist()
+    for near in (nearest, *(share * A0 for share in NEAR if share * A0 < nearest - STEPS * A0)):
+        searched += [near] if near < nearest else []
+        branches = _followed(case, searched, check_cancelled)
+        if not any(branch.goes_on(near, lowest) for branch in branches):
+            break
+    curves.walked[number] = branches
+
+
+def _followed(case: Case, searched: list[float], check_cancelled: Callable[[], None]) -> list[Branch]:
+    """Return the branches between the first and the last of some distances (m), at all of which states are looked for."""
+    problem, far, near = case.problem, searched[0], searched[-1]
+    among = ParameterRange(lambda _: problem, far, near, case.solver, 1)
     found: list[Curve] = []
 
     def grow(curve: Curve) -> None:
@@ -144,14 +183,14 @@ def walk(curves: Curves, number: int, case: Case, check_cancelled: Callable[[], 
             found.append(curve)
             curve.grow(among, LARGEST_STEP, left, check_cancelled)
 
-    free = among.free_orbit(ends[0] / among.span)
+    free = among.free_orbit(far / among.span)
     if free is not None:
-        grow(Curve.rising(free, ends[1] - ends[0]))
-    for value in np.linspace(*ends, SEARCHED) / among.span:
+        grow(Curve.rising(free, near - far))
+    for value in np.array(searched) / among.span:
         for curve in search(Known(among, found, value), check_cancelled):
             if curve.repeats == 1:
                 grow(curve)
-    curves.walked[number] = [_branch(among, curve) for curve in found]
+    return [_branch(among, curve) for curve in found]
 
 
 def _branch(among: ParameterRange, curve: Curve) -> Branch:
@@ -163,6 +202,7 @@ def _branch(among: ParameterRange, curve: Curve) -> Branch:
         np.array([np.ravel(among.steady(orbit).values["amplitude_ratio"])[0] for orbit in orbits]),
         np.concatenate([rows_of(orbit.kept, np.ones(1), base, problem) for orbit in orbits]),
         np.array([orbit.is_stable for orbit in orbits]),
+        np.array([orbit.index < 0 for orbit in orbits]),
     )
 
 
