@@ -15,6 +15,7 @@ import dforce as df
 from dforce.cli.app import app
 from dforce.inverse._plan_words import missing_damping
 from dforce.plot import plans
+from dforce.solvers.continuation import Curve
 
 
 def hertz(modulus: float, k: float = 1.0, Q: float = 100.0, A0: float = 20e-9, f0: float = 50e3) -> df.Case:
@@ -304,6 +305,31 @@ def test_of_many_cases_a_plan_says_which_states_are_meant(monkeypatch):
     found = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], {"peak_force": "< 200 pN"})
     assert "the states on approach and retract" in found.attrs["findings"]
     assert found.sizes["state"] == 1
+
+
+def test_a_plan_follows_no_motion_of_several_periods_which_it_does_not_use(monkeypatch):
+    followed, grow = [], Curve.grow
+
+    def recorded(curve, *arguments):
+        followed.append(curve.repeats)
+        grow(curve, *arguments)
+
+    monkeypatch.setattr(Curve, "grow", recorded)
+    monkeypatch.setattr("dforce.maps.seeds.FAR", 2.0)  # a period doubling lies at 2.9 nm
+    bond = df.forces.Morse(bond_energy="1.42e-18 J", decay="1.31 1/nm", bond_length="0.62 nm")
+    case = df.Case(
+        cantilever={"f0": "50 kHz", "k": 0.57, "Q": 28}, drive={"A0": "1.6 nm", "frequency": "49 kHz"}, forces=[bond]
+    )
+    found = df.plan(case, {"drive.A0": ["1.6 nm"]}, [0.9])
+    assert "stable states on the branches" in found.attrs["findings"]
+    assert set(followed) == {1}
+
+
+def test_progress_of_a_plan_counts_the_cases_whose_branches_are_followed():
+    told = []
+    df.plan(AIR, {"drive.A0": ["8 nm", "10 nm", "12 nm"]}, [0.8], progress=lambda *one: told.append(one))
+    assert {total for _, total, _ in told} == {9}
+    assert told[-1] == (9, 9, "")
 
 
 @pytest.mark.parametrize(

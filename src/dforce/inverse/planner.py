@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 50_000  # of a plan: cases times set points; each takes some milliseconds
 HALVINGS = 18  # of the way between two neighbors of the grid, to locate a boundary
-MOST_WALKED = 40  # cases whose branches are followed; each takes about a second
+MOST_WALKED = 40  # cases whose branches are followed; each takes a second, or some where motions double
 MOST_WITH_MEMORY = 13  # the same for forces with memory, which take some twenty times as long
-STAGES = 6  # that progress counts
+STAGES = 6  # that progress counts, beside the cases whose branches are followed
 
 
 @checked
@@ -93,15 +93,16 @@ def plan(
     bare = case.model_copy(update={"sweep": None, "experiment": None})
     grid = np.array(list(itertools.product(*(axis.values for axis in axes))), dtype=float)
     with watched(progress, case.title) as report_progress:
-        report_progress(0, STAGES, "curves")
+        stages = STAGES + _walks(case, len(grid))
+        report_progress(0, stages, "curves")
         rows = {axis.path: column for axis, column in zip(axes, grid.T, strict=True)}
-        curves = curves_of(bare, rows, float(shares.min()), lambda *_: report_progress(0, STAGES, "curves"))
+        curves = curves_of(bare, rows, float(shares.min()), lambda *_: report_progress(0, stages, "curves"))
         if curves.interrupted:
             raise KeyboardInterrupt
         work = _Work(bare, axes, shares, wishes, grid, curves, report_progress)
         data = work.run()
         if not data.attrs.get("interrupted"):
-            report_progress(STAGES, STAGES, "")
+            report_progress(stages, stages, "")
     return data
 
 
@@ -124,6 +125,12 @@ def _check(case: Case, axes: Sequence[Axis], shares: Array) -> None:
         raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed; use fewer values")
 
 
+def _walks(case: Case, count: int) -> int:
+    """Return of how many cases the branches are followed: of all, or of none where there are many."""
+    most = MOST_WITH_MEMORY if any(force.memory for force in case.problem.forces) else MOST_WALKED
+    return count if count <= most else 0
+
+
 class _Work:
     """A plan while it is made."""
 
@@ -139,13 +146,13 @@ class _Work:
     ) -> None:
         self.case, self.axes, self.shares, self.wishes = case, axes, shares, wishes
         self.grid, self.curves, self.report_progress, self.stage = grid, curves, report_progress, "branches"
-        self.number = 1
+        self.number, self.walks = 1, _walks(case, len(grid))
         self.solver = Solver(case, [axis.path for axis in axes], curves, self.check_cancelled)
         self.shape = (*(len(axis.values) for axis in axes), len(shares))
 
     def check_cancelled(self) -> None:
         """Tell how far the plan is."""
-        self.report_progress(self.number, STAGES, self.stage)
+        self.report_progress(self.number, STAGES + self.walks, self.stage)
 
     def next(self, stage: str) -> None:
         """Begin another stage."""
@@ -178,10 +185,9 @@ class _Work:
 
     def _walk(self) -> None:
         """Follow the branches of all cases, where these are few."""
-        has_memory = any(force.memory for force in self.case.problem.forces)
-        if len(self.grid) <= (MOST_WITH_MEMORY if has_memory else MOST_WALKED):
-            for number, values in enumerate(self.grid):
-                walk(self.curves, number, self.solver.case_at(values), self.check_cancelled)
+        for number, values in enumerate(self.grid[: self.walks]):
+            walk(self.curves, number, self.solver.case_at(values), self.check_cancelled)
+            self.next(self.stage)
 
     def _states(self) -> PlannedPoints:
         """Return where all stable states at the set points are, each once."""
