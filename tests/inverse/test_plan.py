@@ -242,7 +242,7 @@ def test_the_picture_is_green_up_to_the_located_boundaries_and_not_beyond():
     across = found.edge_set_point.isin(found.set_point) & (found.edge_set_point < 0.9) & (found.edge_set_point > 0.7)
     assert across.any()
     step = 0.15 * 0.5  # nm, of the grid's step
-    for A0, share in zip(1e9 * found.edge_A0[across].values, found.edge_set_point[across].values, strict=True):
+    for A0, share in zip(1e9 * found.edge_A0[across].values, 100.0 * found.edge_set_point[across].values, strict=True):
         assert color_at(axes, A0 - step, share) == plans.ALLOWED
         assert color_at(axes, A0 + step, share) != plans.ALLOWED
     plt.close("all")
@@ -254,8 +254,8 @@ def test_green_ends_a_margin_before_the_located_boundary():
     found = df.plan(SOFT.replace("solver.accuracy", 1e-4), vary, [0.8, 0.9, 0.95], limits)
     axes = df.plot.plan(found)
     edge = 1e9 * float(found.edge_A0[found.edge_set_point == 0.9][0])  # 1.821 nm: with its margin 1.734 nm
-    assert color_at(axes, edge / 1.045, 0.9) != plans.ALLOWED
-    assert color_at(axes, edge / 1.06, 0.9) == plans.ALLOWED
+    assert color_at(axes, edge / 1.045, 90.0) != plans.ALLOWED
+    assert color_at(axes, edge / 1.06, 90.0) == plans.ALLOWED
     plt.close("all")
 
 
@@ -378,8 +378,8 @@ def test_a_plan_whose_curves_reach_no_set_point_says_how_far_they_come_and_what_
     soft = SOFT.replace(forces=[{"model": "hertz"}]).replace("sample.youngs_modulus", "10 kPa")
     with pytest.raises(df.ParameterError) as error:
         df.plan(soft, {"drive.A0": ["1 nm"]}, [0.3], {"peak_force": "< 1 pN"})
-    (ratio,) = re.findall(r"the lowest A/A0 down to zc = -1.2 A0 is ([\d.]+);", str(error.value))
-    assert 0.3 < float(ratio) <= 1.0
+    (ratio,) = re.findall(r"the lowest A/A0 down to zc = -1.2 A0 is ([\d.]+) %;", str(error.value))
+    assert 30.0 < float(ratio) <= 100.0
     assert "dissipates no energy" in str(error.value)
 
 
@@ -447,17 +447,17 @@ def test_a_plan_file_becomes_a_table_a_file_and_a_picture(workdir):
     Path("plan.toml").write_text(TEXT)
     done = dforce("plan.toml", "-o", "map.nc", "--plot", "map.png")
     assert done.exit_code == 0, done.output
-    assert "most room: A0" in done.stdout
+    assert re.search(r"most room: A0 .* nm, set point 8[05] %, zc ", done.stdout)
     assert Path("map.png").stat().st_size > 5000
     assert int(df.read("map.nc").recommended.sum()) == 1
     Path("none.toml").write_text(TEXT.replace("100 pN", "1 fN"))
     none = dforce("none.toml")
     assert none.exit_code == 1
     assert re.search(
-        r"holds nowhere: the best value is [\d.]+ pN, [\d.e+]+ times its limit, at drive.A0 = 1 nm, set point 0.9",
+        r"holds nowhere: the best value is [\d.]+ pN, [\d.e+]+ times its limit, at drive.A0 = 1 nm, set point 90 %",
         none.stdout,
     )
-    assert "The search covered drive.A0 1 nm to 2 nm, set points 0.8 to 0.9" in none.stdout
+    assert "The search covered drive.A0 1 nm to 2 nm, set points 80 % to 90 %" in none.stdout
     assert "peak_force is the limit in the way" in none.stderr
     assert "least violation: A0" in none.stdout
 

@@ -23,7 +23,7 @@ def cantilevers(
         else:
             tell(known.as_text())
         return DONE
-    probe = known[name]
+    probe = known.meant(name)
     if json:
         print_json(vars(probe))
         return DONE

@@ -17,9 +17,9 @@ def materials(
 ) -> int:
     """List the samples of the library, or show one: nominal values with their range and source."""
     known = df.materials()
-    shown = known if name is None else known[name]
+    shown = known if name is None else known.meant(name)
     if json:
-        print_json([vars(one) for one in known.values()] if name is None else vars(known[name]))
+        print_json([vars(one) for one in known.values()] if name is None else vars(shown))
     else:
         tell(shown.as_text())
     return DONE

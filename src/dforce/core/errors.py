@@ -129,6 +129,11 @@ class Catalog(dict[str, T]):
         hint = nearest(str(name)[:100], self, self.listed_by)
         raise UnknownNameError(f"there is no {self.kind} '{shorten(str(name))}'{hint}")
 
+    def meant(self, name: str) -> T:
+        """Return the entry of a name as typed, whatever its capitals and signs; an unknown name is refused."""
+        short = short_for(name[:100], self)
+        return self[short[0] if len(short) == 1 else name]
+
     def synonyms(self) -> dict[str, tuple[str, ...]]:
         """Return the other words that the field has for entries."""
         return {}

@@ -84,7 +84,6 @@ def result_of(
         variables[name] = whole, spread(mark, False)
     coords: dict[str, Any] = {axis.name: axis.coordinate() for axis in axes}
     data = describe(xr.Dataset(variables, coords=coords | {"set_point": shares}))
-    data["set_point"].attrs = {"units": "1", "long_name": "set point", "symbol": "A/A_0"}
     if SLOPE in data:
         data[SLOPE].attrs = {"units": "degree", "long_name": "slope of the phase by the logarithm of the parameter"}
     data["room"].attrs = {"units": "1", "long_name": "distance from the nearest boundary in margins"}

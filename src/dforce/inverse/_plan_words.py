@@ -33,7 +33,7 @@ def sentences(
     said = [f"The limits apply to {WALKED if walked else MET}."]
     if chosen.any():
         return [*said, *_beside(wishes, judged, int(np.flatnonzero(chosen)[0]))]
-    ranges = ", ".join([*map(_range, axes), f"set points {_ends(shares, '1')}"])
+    ranges = ", ".join([*map(_range, axes), f"set points {_in_percent(shares)}"])
     if allowed.any():
         return [
             *said,
@@ -120,7 +120,13 @@ def _setting(axes: Sequence[Axis], judged: Judged, place: int) -> str:
     said = [
         f"{axis.path} = {show(float(value), axis.quantity.unit if axis.quantity else '1', 4)}" for axis, value in values
     ]
-    return ", ".join([*said, f"set point {judged.points.set_points[place]:.3g}"])
+    return ", ".join([*said, f"set point {_in_percent(judged.points.set_points[place])}"])
+
+
+def _in_percent(shares: Array) -> str:
+    """Return a share, or the range of several, for a reader."""
+    low, high = (f"{100.0 * float(end):.3g} %" for end in (np.min(shares), np.max(shares)))
+    return low if low == high else f"{low} to {high}"
 
 
 def _values(judged: Judged, name: str) -> Array:

@@ -198,11 +198,10 @@ class _Work:
         seeds = list(self.curves.seeds(self.shares))
         if not seeds:
             missing = " ".join(missing_damping(self.case))
+            lowest = f"the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is {100.0 * self.curves.lowest_ratio():.3g} %"
             raise ParameterError(
-                f"no curve reaches any of the set points: the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is "
-                f"{self.curves.lowest_ratio():.3g}; choose other set points, or other values under vary. {missing}".rstrip(
-                    ". "
-                )
+                f"no curve reaches any of the set points: {lowest}; choose other set points, or other values under vary. "
+                f"{missing}".rstrip(". ")
             )
         near = np.array([seed.case for seed in seeds])
         points = PlannedPoints(
