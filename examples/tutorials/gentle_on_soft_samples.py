@@ -37,7 +37,7 @@ case = df.Case(
 
 # %%
 # One case file contains all settings (``print(case.to_toml())``), and ``dforce sweep CASE.toml -o map.zarr --at-set-point 0.8``
-# computes it; here the same in Python. The sweep keeps only the state at a set point of 0.8.
+# computes it; here the same in Python. The sweep keeps only the state at a set point of 80 %.
 
 states = df.sweep(case, quantities=["peak_force", "max_indentation", "phase"], at_set_point=0.8)
 print(dict(states.sizes))
@@ -53,7 +53,7 @@ axes = df.plot.map(first, "A0", "youngs_modulus", "peak_force", levels=[100e-12]
 plt.show()
 
 # %%
-# *Peak force at a set point of 0.8 over free amplitude and modulus (logarithmic). Left of and below the line the force stays
+# *Peak force at a set point of 80 % over free amplitude and modulus (logarithmic). Left of and below the line the force stays
 # below 100 pN.*
 #
 # The largest free amplitude that keeps to 100 pN, for some moduli:

@@ -19,7 +19,7 @@ import numpy as np
 import dforce as df
 
 lossy = df.Case(
-    title="Polymer in air, set point 0.8",
+    title="Polymer in air, set point 80 %",
     cantilever=df.Cantilever(f0="70 kHz", k="2.7 N/m", Q=180.0),
     drive=df.Drive(A0="40 nm"),
     tip=df.Tip(radius="8 nm"),
@@ -75,7 +75,7 @@ plt.show()
 # The sample is soft and in liquid. Left of the line of 100 pN, the tip may tap.
 
 soft = df.Case(
-    title="Soft sample in liquid, set point 0.8",
+    title="Soft sample in liquid, set point 80 %",
     cantilever=df.Cantilever(f0="20 kHz", k="0.1 N/m", Q=3.0),
     drive=df.Drive(A0="2 nm"),
     tip=df.Tip(radius="5 nm"),
@@ -96,7 +96,7 @@ axes = df.plot.map(found, "A0", "youngs_modulus", "peak_force", levels=[100e-12,
 plt.show()
 
 # %%
-# *Peak force at a set point of 0.8, with lines of 100, 200 and 400 pN. The stiffer the sample, the smaller its largest free
+# *Peak force at a set point of 80 %, with lines of 100, 200 and 400 pN. The stiffer the sample, the smaller its largest free
 # amplitude.*
 #
 # :doc:`plan_gentle_settings` finds such settings with margins.

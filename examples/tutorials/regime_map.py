@@ -36,7 +36,7 @@ plt.show()
 # state. Left of the dotted line the attractive state does not even touch the sample.*
 #
 # Between the lines the state depends on the history: an approach from afar stays in the attractive state. Right of the full
-# line only one state exists. At a set point of 0.8 (the nearest computed value is printed) the attractive state ends here:
+# line only one state exists. At a set point of 80 % (the nearest computed value is printed) the attractive state ends here:
 
 share = float(found.set_point.sel(set_point=0.8, method="nearest"))
 for kind, amplitude, at in zip(found.edge_kind.values, found.edge_A0.values, found.edge_set_point.values, strict=True):

@@ -360,9 +360,9 @@ def _refuse_extremes(modes: tuple[ModeNumbers, ...], tones: tuple[ToneNumbers, .
     """Raise :class:`ParameterError` where numbers that follow from the given ones are too small or large to compute with."""
     frequencies = [*(mode.f0 for mode in modes), *(tone.frequency for tone in tones)]
     if max(frequencies) > WIDEST * min(frequencies):
-        slow, fast = (units.show(one, "Hz", 4) for one in (min(frequencies), max(frequencies)))
+        spread = units.show_range(min(frequencies), max(frequencies), "Hz", 4)
         raise ParameterError(
-            f"the frequencies of modes and drive range from {slow} to {fast}, and may differ by a factor of {WIDEST:g} at "
+            f"the frequencies of modes and drive range from {spread}, and may differ by a factor of {WIDEST:g} at "
             "most; correct f0 or drive.frequency"
         )
     named: dict[str, float] = {}

@@ -148,6 +148,9 @@ def test_a_force_is_found_by_its_words(window):
     page.get_by_role("searchbox", name="search the forces").fill("cells gel")
     assert page.get_by_role("menuitem").all_inner_texts()[0].startswith("Power-law rheology")
     assert page.get_by_role("menuitem").count() == 1
+    page.get_by_role("searchbox", name="search the forces").fill("prony")
+    page.get_by_role("menuitem", name="Generalized Maxwell solid").wait_for()
+    assert page.get_by_role("menuitem").count() == 1
     page.get_by_role("searchbox", name="search the forces").fill("no such force")
     page.get_by_text("No force has these words").wait_for()
     page.keyboard.press("Escape")

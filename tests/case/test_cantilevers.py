@@ -133,6 +133,7 @@ def test_the_command_lists_them_and_says_that_they_are_nominal():
     assert all(name in listed.output for name in df.cantilevers())
     assert "nominal" in listed.output
     one = run(app, ["cantilevers", "FMR"])
+    assert run(app, ["cantilevers", "fmr"]).stdout == one.stdout
     assert "75 kHz" in one.output
     assert "pyDAMPF" in one.output
     assert run(app, ["cantilevers", "FRM"]).exit_code == 2

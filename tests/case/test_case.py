@@ -17,6 +17,7 @@ from dforce.case import About, Case, case_schema, example, load_case, save_case
 from dforce.core.errors import CaseError, DForceError, ParameterError, shorten
 from dforce.experiments import Approach, Dwell
 from dforce.instrument import Cantilever, Drive, Medium, Sample, Tip
+from dforce.results.files import read
 
 MINIMAL = {"cantilever": {"f0": "50 kHz", "k": "1 N/m", "Q": 100}, "drive": {"A0": "10 nm"}}
 AIR, BIMODAL = example("figure-3-air"), example("figure-6")
@@ -366,6 +367,13 @@ def test_text_that_needs_escapes_survives():
 )
 def test_text_that_is_not_a_case_is_one_sentence(text, message):
     assert message in refusal(DForceError, Case.from_toml, text)
+
+
+def test_a_measured_file_in_the_place_of_a_case_is_told_by_what_reads_it(tmp_path):
+    file = tmp_path / "curve.csv"
+    file.write_text("height (nm),amplitude (nm)\n1,2\n")
+    assert refusal(DForceError, load_case, file).endswith("; to read a measured curve type dforce read FILE")
+    assert "dforce read FILE a measured curve" in refusal(DForceError, read, file)
 
 
 @given(st.text(max_size=200))

@@ -68,6 +68,7 @@ def test_the_command_shows_range_and_source():
     assert shown.exit_code == 0
     for text in ("2.3 GPa to 4.1 GPa", "65 zJ", "9 zJ", "Walstra"):
         assert text in shown.stdout
+    assert CliRunner().invoke(app, ["materials", "PolyStyrene"]).stdout == shown.stdout
     told = json.loads(CliRunner().invoke(app, ["materials", "--json"]).stdout)
     assert {one["name"] for one in told} == set(df.materials())
     wrong = CliRunner().invoke(app, ["materials", "polystyren"])

@@ -359,7 +359,13 @@ def test_models_are_listed_with_their_parameters():
 
 @pytest.mark.parametrize(
     ("word", "found"),
-    [("charge", {"dlvo"}), ("Derjaguin", {"dlvo", "dmt", "hydration", "lennard_jones", "van_der_waals"})],
+    [
+        ("charge", {"dlvo"}),
+        ("prony", {"generalized_maxwell"}),
+        ("Zener", {"sls", "sls_simple"}),
+        ("EDL", {"dlvo"}),
+        ("Derjaguin", {"dlvo", "dmt", "hydration", "lennard_jones", "van_der_waals"}),
+    ],
 )
 def test_a_word_lists_the_models_that_mention_it(word, found):
     listed = {model["name"] for model in json.loads(invoke("models", word, "--json").stdout)}

@@ -308,7 +308,7 @@ def test_every_gap_of_lines_and_of_maps_is_named_with_its_settings():
     assert explore.gaps_of(gap(states(), A0=1), "peak_force").endswith("values of free amplitude: 20 nm.")
     whole = planned()
     assert explore.gaps_of(gap(whole, A0=[0, 1, 4], set_point=2), "peak_force") == (
-        "No state meets the set point at these values of free amplitude: set point 0.8: 4 nm to 6 nm, 12 nm."
+        "No state meets the set point at these values of free amplitude: set point 80 %: 4 nm to 6 nm, 12 nm."
     )
 
 

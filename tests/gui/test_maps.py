@@ -66,7 +66,9 @@ def test_the_boundaries_of_a_force_with_two_branches_are_drawn_on_its_map():
 def test_the_point_that_was_clicked_is_marked_on_a_map_and_across_lines():
     result = mapped().result
     choice = explore.fitting(result, explore.Choice("peak_force", "A0", "set_point"))
-    ring = pictures.figure(result, choice, picked=explore.picked(result, choice, 19.0, 0.8))["data"][-1]
+    point = explore.picked(result, choice, 19.0, 75.0)
+    assert explore.words_of(explore.settings_at(result, point), {}).endswith("set_point 75 %")
+    ring = pictures.figure(result, choice, picked=point)["data"][-1]
     assert (ring["name"], ring["marker"]["symbol"]) == ("clicked", "circle-open")
     lines = explore.fitting(result, explore.Choice("peak_force", "A0", ""))
     shape = pictures.figure(result, lines, picked=explore.picked(result, lines, 19.0, 0.0))["layout"]["shapes"][-1]
@@ -76,7 +78,7 @@ def test_the_point_that_was_clicked_is_marked_on_a_map_and_across_lines():
 def test_names_and_units_of_a_point_are_under_the_pointer():
     result = mapped().result
     drawn = pictures.figure(result, explore.fitting(result, explore.Choice("peak_force", "A0", "set_point")))
-    assert "free amplitude %{x:.4g} nm, set point %{y:.4g}: peak force %{z:.4g} " in drawn["data"][0]["hovertemplate"]
+    assert "free amplitude %{x:.4g} nm, set point %{y:.4g} %: peak force %{z:.4g} " in drawn["data"][0]["hovertemplate"]
 
 
 def test_the_set_point_alone_goes_along_all_states_of_the_case():

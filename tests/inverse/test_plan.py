@@ -15,6 +15,7 @@ import dforce as df
 from dforce.cli.app import app
 from dforce.inverse._plan_words import missing_damping
 from dforce.plot import plans
+from dforce.solvers.continuation import Curve
 
 
 def hertz(modulus: float, k: float = 1.0, Q: float = 100.0, A0: float = 20e-9, f0: float = 50e3) -> df.Case:
@@ -241,7 +242,7 @@ def test_the_picture_is_green_up_to_the_located_boundaries_and_not_beyond():
     across = found.edge_set_point.isin(found.set_point) & (found.edge_set_point < 0.9) & (found.edge_set_point > 0.7)
     assert across.any()
     step = 0.15 * 0.5  # nm, of the grid's step
-    for A0, share in zip(1e9 * found.edge_A0[across].values, found.edge_set_point[across].values, strict=True):
+    for A0, share in zip(1e9 * found.edge_A0[across].values, 100.0 * found.edge_set_point[across].values, strict=True):
         assert color_at(axes, A0 - step, share) == plans.ALLOWED
         assert color_at(axes, A0 + step, share) != plans.ALLOWED
     plt.close("all")
@@ -253,8 +254,8 @@ def test_green_ends_a_margin_before_the_located_boundary():
     found = df.plan(SOFT.replace("solver.accuracy", 1e-4), vary, [0.8, 0.9, 0.95], limits)
     axes = df.plot.plan(found)
     edge = 1e9 * float(found.edge_A0[found.edge_set_point == 0.9][0])  # 1.821 nm: with its margin 1.734 nm
-    assert color_at(axes, edge / 1.045, 0.9) != plans.ALLOWED
-    assert color_at(axes, edge / 1.06, 0.9) == plans.ALLOWED
+    assert color_at(axes, edge / 1.045, 90.0) != plans.ALLOWED
+    assert color_at(axes, edge / 1.06, 90.0) == plans.ALLOWED
     plt.close("all")
 
 
@@ -306,6 +307,57 @@ def test_of_many_cases_a_plan_says_which_states_are_meant(monkeypatch):
     assert found.sizes["state"] == 1
 
 
+def test_a_plan_follows_no_motion_of_several_periods_which_it_does_not_use(monkeypatch):
+    followed, grow = [], Curve.grow
+
+    def recorded(curve, *arguments):
+        followed.append(curve.repeats)
+        grow(curve, *arguments)
+
+    monkeypatch.setattr(Curve, "grow", recorded)
+    monkeypatch.setattr("dforce.maps.seeds.FAR", 2.0)  # a period doubling lies at 2.9 nm
+    bond = df.forces.Morse(bond_energy="1.42e-18 J", decay="1.31 1/nm", bond_length="0.62 nm")
+    case = df.Case(
+        cantilever={"f0": "50 kHz", "k": 0.57, "Q": 28}, drive={"A0": "1.6 nm", "frequency": "49 kHz"}, forces=[bond]
+    )
+    found = df.plan(case, {"drive.A0": ["1.6 nm"]}, [0.9])
+    assert "stable states on the branches" in found.attrs["findings"]
+    assert set(followed) == {1}
+
+
+@pytest.fixture(scope="module")
+def rough():
+    """Return a plan at settings at which the repulsive state is stable only here and there."""
+    case = df.Case(
+        cantilever={"k": "0.98 N/m", "f0": "297 kHz", "Q": 308}, drive={"A0": "23.4 nm"}, tip={"radius": "17.7 nm"},
+        sample={"youngs_modulus": "27 MPa", "poisson_ratio": 0.3}, forces=[df.forces.DMT(hamaker="3.2e-20 J")],
+    )  # fmt: skip
+    return df.plan(case, {"drive.A0": ["23.4 nm"]}, [0.7, 0.9], {"peak_force": "< 125 pN"}).isel(A0=0)
+
+
+def test_a_hard_state_is_found_beside_a_gentle_one_whatever_lies_between_its_neighbors(rough):
+    # a curve on retract taps at 0.9 A0 with 2.20 nN, at 0.48 A0; beside it motions do not repeat after each period
+    there = rough.sel(set_point=0.9)
+    assert there.limit_hit.values.tolist() == ["", "peak_force"]
+    assert float(there.peak_force[1]) == pytest.approx(2.2e-9, rel=0.01)
+    assert float(there.zc[1]) == pytest.approx(0.479 * 23.4e-9, rel=0.01)
+    assert not rough.unsteady.any()
+
+
+def test_a_hard_state_is_found_nearer_than_the_gentle_one_at_which_curves_end(rough):
+    # the gentle one comes to 0.7 A0 at 0.72 A0, the hard one below 0.3 A0
+    there = rough.sel(set_point=0.7)
+    assert float(there.peak_force[1]) == pytest.approx(2.15e-9, rel=0.01)
+    assert float(there.zc[1]) < 0.3 * 23.4e-9
+
+
+def test_progress_of_a_plan_counts_the_cases_whose_branches_are_followed():
+    told = []
+    df.plan(AIR, {"drive.A0": ["8 nm", "10 nm", "12 nm"]}, [0.8], progress=lambda *one: told.append(one))
+    assert {total for _, total, _ in told} == {9}
+    assert told[-1] == (9, 9, "")
+
+
 @pytest.mark.parametrize(
     ("case", "said"),
     [
@@ -326,8 +378,8 @@ def test_a_plan_whose_curves_reach_no_set_point_says_how_far_they_come_and_what_
     soft = SOFT.replace(forces=[{"model": "hertz"}]).replace("sample.youngs_modulus", "10 kPa")
     with pytest.raises(df.ParameterError) as error:
         df.plan(soft, {"drive.A0": ["1 nm"]}, [0.3], {"peak_force": "< 1 pN"})
-    (ratio,) = re.findall(r"the lowest A/A0 down to zc = -1.2 A0 is ([\d.]+);", str(error.value))
-    assert 0.3 < float(ratio) <= 1.0
+    (ratio,) = re.findall(r"the lowest A/A0 down to zc = -1.2 A0 is ([\d.]+) %;", str(error.value))
+    assert 30.0 < float(ratio) <= 100.0
     assert "dissipates no energy" in str(error.value)
 
 
@@ -395,17 +447,17 @@ def test_a_plan_file_becomes_a_table_a_file_and_a_picture(workdir):
     Path("plan.toml").write_text(TEXT)
     done = dforce("plan.toml", "-o", "map.nc", "--plot", "map.png")
     assert done.exit_code == 0, done.output
-    assert "most room: A0" in done.stdout
+    assert re.search(r"most room: A0 .* nm, set point 8[05] %, zc ", done.stdout)
     assert Path("map.png").stat().st_size > 5000
     assert int(df.read("map.nc").recommended.sum()) == 1
     Path("none.toml").write_text(TEXT.replace("100 pN", "1 fN"))
     none = dforce("none.toml")
     assert none.exit_code == 1
     assert re.search(
-        r"holds nowhere: the best value is [\d.]+ pN, [\d.e+]+ times its limit, at drive.A0 = 1 nm, set point 0.9",
+        r"holds nowhere: the best value is [\d.]+ pN, [\d.e+]+ times its limit, at drive.A0 = 1 nm, set point 90 %",
         none.stdout,
     )
-    assert "The search covered drive.A0 1 nm to 2 nm, set points 0.8 to 0.9" in none.stdout
+    assert "The search covered drive.A0 1 nm to 2 nm, set points 80 % to 90 %" in none.stdout
     assert "peak_force is the limit in the way" in none.stderr
     assert "least violation: A0" in none.stdout
 

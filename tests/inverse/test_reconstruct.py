@@ -264,8 +264,8 @@ def test_the_picture_shows_force_band_and_gap(air):
     [
         (lambda c: c.isel(point=slice(0, 5)), "the curve has 5 usable points"),
         (lambda c: c.isel(point=np.random.default_rng(1).permutation(c.sizes["point"])), "turn back at point"),
-        (lambda c: c.assign_attrs({key: c.attrs[key] for key in c.attrs if key != "k"}).pipe(without, "k"), "the data lack k"),
-        (lambda c: without(c, "free_amplitude"), "the data lack free_amplitude"),
+        (lambda c: c.assign_attrs({key: c.attrs[key] for key in c.attrs if key != "k"}).pipe(without, "k"), "instrument: k;"),
+        (lambda c: without(c, "free_amplitude"), "instrument: free_amplitude;"),
         (lambda c: without(c, "phase_error"), "phase_error"),
         (lambda c: c.assign_attrs(free_amplitude=15e-9), "above the free amplitude"),
         (lambda c: c.assign(amplitude=-c.amplitude), "not above 0"),

@@ -8,6 +8,7 @@ import pytest
 
 import dforce as df
 from dforce.inverse import safety
+from dforce.inverse._states import Solver
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +35,25 @@ def test_an_amplitude_that_is_allowed_presses_less_than_the_limit(stiff):
     case = fc.case_of("stiff").replace("drive.A0", amplitude)
     curve = df.approach(case, zc={"of": "drive.A0", "start": 1.15, "stop": 0.5, "points": 81}, direction="both")
     assert float(df.at_set_point(curve, 0.8)["peak_force"].max()) < 3e-9
+
+
+def test_an_amplitude_is_not_allowed_where_a_branch_has_no_stable_state(monkeypatch):
+    solve = Solver.solve
+
+    def without_repulsive(solver, points, extra=()):
+        found = solve(solver, points, extra)
+        found.found &= points.zc > 0.79 * 30e-9  # the repulsive state lies at 23.22 nm
+        return found
+
+    monkeypatch.setattr(Solver, "solve", without_repulsive)
+    monkeypatch.setattr(safety, "AMPLITUDES", 2)
+    monkeypatch.setattr(safety, "SMALLEST", 0.999)
+    found = df.safe_settings(fc.case_of("stiff"), "3 nN", "80 %")
+    assert found["unsteady"].values.all() and not found["allowed"].values.any()
+    assert (found["peak_force"] < 3e-9).all()  # of the attractive state
+    assert "2 of 2 free amplitudes (30 nm to 30 nm) a motion exists that alternates" in " ".join(
+        found.attrs["findings"]
+    )
 
 
 @pytest.mark.long

@@ -78,7 +78,15 @@ def test_arrays_are_tuned_like_a_file(tmp_path):
         ((np.ones((2, 2)), np.ones((2, 2))), {"unit": "m^2/Hz"}, "frequency has 2 dimensions"),
         (([1.0, 2.0], [1.0, 2.0]), {"unit": "kg"}, "is not a density"),
         (([1.0, 2.0], [1.0, 2.0]), {"unit": "12 nm**9**9"}, "is not a known unit"),
-        ((np.ones(99), np.full(99, np.nan)), {"unit": "m^2/Hz"}, "has 0 points of a spectrum"),
+        ((np.ones(99), np.full(99, np.nan)), {"unit": "m^2/Hz"}, "'density' contains no numbers"),
+        ((np.arange(99.0), np.zeros(99)), {"unit": "m^2/Hz"}, "'density' contains no value above 0 in its 99 points"),
+        ((np.arange(99.0), np.full(99, -1.0)), {"unit": "pm/rtHz"}, "'density' contains no value above 0"),
+        ((np.full(99, np.nan), np.ones(99)), {"unit": "m^2/Hz"}, "'frequency' contains no numbers"),
+        (
+            (np.full(99, 5e4), np.arange(99.0)),
+            {"unit": "m^2/Hz"},
+            "densities above 0 at 1 frequency, but a fit needs 12",
+        ),
     ],
 )
 def test_arrays_that_are_no_spectrum_are_refused(given, how, sentence):
@@ -164,16 +172,16 @@ def test_a_spectrum_of_nanosurf_is_read(tmp_path):
     ("text", "how", "sentence"),
     [
         (table(np.linspace(1e3, 2e3, 400), np.ones(400)), {}, "has no peak above"),
-        (table(np.linspace(1e3, 2e3, 9), np.ones(9)), {}, "has 9 points of a spectrum, but a fit needs 12"),
+        (table(np.linspace(1e3, 2e3, 9), np.ones(9)), {}, "has densities above 0 at 9 frequencies, but a fit needs 12"),
         (table(*measured_curve.spectrum(), "frequency (Hz),PSD (m/s)"), {}, "is not a density"),
         (table(*measured_curve.spectrum(), "frequency (Hz),PSD"), {}, "has no unit for the density"),
-        (table(*measured_curve.spectrum(), "U,V"), {}, "no column for the frequency"),
+        (table(*measured_curve.spectrum(), "U,V"), {}, r"frequency; name it with .* or --columns frequency=\.\.\."),
         (None, {"columns": {"frequenzy": "x"}}, "neither frequency nor density"),
         (None, {"columns": {"density": "x"}}, "no column 'x' for the density"),
         (None, {"calibrated": "dynamic"}, "none of static, mode"),
         (None, {"temperature": "-5 K"}, "must be above 0"),
         (None, {"band": ("1 kHz",)}, "not the lowest and the highest frequency"),
-        (None, {"band": ("1 kHz", "2 kHz")}, "has 0 points of a spectrum"),
+        (None, {"band": ("1 kHz", "2 kHz")}, "above 0 at 0 frequencies in the band"),
     ],
 )
 def test_what_is_no_thermal_tune_is_one_sentence(tmp_path, text, how, sentence):

@@ -13,11 +13,10 @@ from dforce.solvers.integrator import CALLED, OWN, SHARED, load_kernels
 CASE = df.example("figure-3-air")
 
 
-def addresses(*forces):
+def addresses(*forces, names=("advance_lanes", *SHARED)):
     """Return by name where the functions lie that the solvers call for these forces."""
     problem: Problem = CASE.replace(forces=list(forces)).problem
     tip = TipFunctions(load_kernels(problem)[0], problem, CALLED, SHARED)
-    names = ["advance_lanes", *SHARED]
     values = tip.at(kernel.parameters(problem, 1e-8), names)[-len(CALLED) :]
     return {name: at for name, at in zip(CALLED, values, strict=True) if name in names}
 
@@ -26,6 +25,14 @@ def test_what_measures_and_what_cuts_steps_is_the_same_code_for_all_forces():
     hertz, dmt = addresses(df.forces.Hertz()), addresses(df.forces.DMT(hamaker="6e-20 J"))
     assert {name for name in hertz if hertz[name] == dmt[name]} == set(SHARED)
     assert hertz["advance_lanes"] != dmt["advance_lanes"] and "advance_lanes" in OWN
+
+
+def test_what_measures_is_the_same_code_for_any_number_of_states():
+    two, four, neck = df.forces.SLS(), df.forces.SLS(elements=4), df.forces.Capillary()
+    assert (
+        len({addresses(*forces, names=["measure_force"])["measure_force"] for forces in ([two], [four], [two, neck])})
+        == 1
+    )
 
 
 @pytest.mark.slow  # two laws are compiled

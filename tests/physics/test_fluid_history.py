@@ -24,12 +24,12 @@ VACUUM = beam.vacuum_mode(1, *SIZES.values())
 WET = beam.fluid_mode(VACUUM.frequency, 2330.0, 28e-6, 3e-6, 997.0, 8.59e-4)
 
 
-def case(excitation="force", free=False, modes=1, **drive):
-    force = df.forces.Hertz() if free else df.forces.DMT(hamaker=HAMAKER)
+def case(excitation="force", modes=1, **drive):
     return df.Case(
         cantilever={"beam": SIZES | {"fluid": "history", "modes": modes}},
         drive={"A0": "10 nm", "excitation": excitation} | drive,
-        medium=WATER, tip={"radius": R}, sample={"youngs_modulus": 50e6, "poisson_ratio": 0.5}, forces=[force],
+        medium=WATER, tip={"radius": R}, sample={"youngs_modulus": 50e6, "poisson_ratio": 0.5},
+        forces=[df.forces.DMT(hamaker=HAMAKER)],
     )  # fmt: skip
 
 
@@ -90,7 +90,7 @@ def test_ten_states_are_the_root_of_a_frequency_over_three_decades():
 
 @pytest.mark.parametrize("excitation", ["force", "base"])
 def test_free_curve_is_that_of_the_beam_in_its_fluid(excitation):
-    free = case(excitation, free=True)
+    free = case(excitation)
     f = np.linspace(0.5, 2.5, 9) * WET.frequency
     found = df.frequency_sweep(free, frequency=f.tolist(), zc="1 um", direction="up")
     c = found["amplitude"].values[:, 0] * np.exp(-1j * np.radians(found["phase"].values[:, 0]))
@@ -181,7 +181,7 @@ def test_the_engine_moves_modes_and_fluid_as_small_steps_do():
 
 
 def test_multipliers_of_the_free_lever_are_those_of_lever_and_fluid_together():
-    free = case(free=True)
+    free = case()
     found = df.approach(free, zc=["1 um"])
     mode = free.problem.modes[0]
     own, rates, weights = 2.0 * math.pi * mode.memory.frequency, mode.memory.rates, mode.memory.weights
@@ -287,7 +287,7 @@ def test_modes_with_memory_move_over_a_shaken_base_as_the_whole_beam(ratio, foll
     # what the detector reads over Y, at the end of the beam in its fluid, solved as a beam: constants are 18 % off below
     # resonance, and fluid that follows the base takes 5.7 times of the drive
     drive = {"frequency": ratio * 34648.95609714, "fluid_follows": follows}
-    asked = case("base", free=True, modes=3, **drive).replace("readout", {"kind": kind})
+    asked = case("base", modes=3, **drive).replace("readout", {"kind": kind})
     found = asked.problem.detected_free[0] / asked.problem.base[0]
     # 8e-5 to 2e-4 here: modes that are left out, and the ten states
     assert abs(found / wanted - 1.0) < 3e-4
@@ -298,7 +298,7 @@ def test_modes_with_memory_move_over_a_shaken_base_as_the_whole_beam(ratio, foll
     [(1.0, 0.01068691267 - 1.456271227j, 6e-4), (0.5, 0.4802774088 - 0.05490973932j, 1.2e-3)],
 )
 def test_modes_with_memory_move_under_a_force_as_the_whole_beam(ratio, wanted, close):
-    problem = case(free=True, modes=3, frequency=ratio * 34648.95609714).problem
+    problem = case(modes=3, frequency=ratio * 34648.95609714).problem
     # modes that are left out: constants are 5.4 % off below resonance
     assert abs(problem.free[0].sum() / problem.tones[0].force / wanted - 1.0) < close
 

@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import dforce as df
 from dforce.results.curves import Picture, pictures_of
@@ -32,6 +33,31 @@ def test_several_results_have_a_color_and_a_name_in_the_legend_each():
     words = [text.get_text() for text in axes[0].get_legend().get_texts()]
     assert words == ["soft", "approach", "retract", r"stiff \$ as it is"]
     assert len({line.get_color() for line in axes[0].lines}) == 2
+
+
+def test_each_of_many_results_has_a_color_of_its_own():
+    layers = {str(number): result() for number in range(14)}
+    axes = df.plot.draw(layers, Picture("zc", ("phase",)))
+    assert len({line.get_color() for line in axes[0].lines}) == 14
+
+
+def test_each_of_many_columns_of_a_result_has_a_color_of_its_own():
+    one = result().isel(direction=[0], harmonic=slice(0, 1), missing_dims="ignore")
+    many = one.drop_dims("harmonic").assign(
+        high=one["amplitude"][..., 0] * xr.DataArray(np.arange(1.0, 10.0), dims="harmonic")
+    )
+    many["harmonic"] = np.arange(1, 10)
+    (axes,) = df.plot.draw(many, Picture("zc", ("high",)))
+    assert len({line.get_color() for line in axes.lines}) == len(axes.lines) == 9
+
+
+@pytest.mark.parametrize(("points", "title"), [(8, ""), (14, ", 12 of 14 cases")])
+def test_a_picture_of_a_sweep_draws_each_case_in_its_color_or_says_that_it_draws_some(points, title):
+    case = df.example("figure-3-air-jump").set("experiment.zc.points=3", "experiment.direction=approach")
+    sweep = df.sweep(case, {"sample.youngs_modulus": list(np.linspace(1e9, 2e9, points))})
+    axes = df.plot.overview(sweep, df.plot.Sheet())
+    assert len({line.get_color() for line in axes[0].lines}) == min(points, 12)
+    assert axes[0].get_title().replace("\n", " ") == sweep.attrs["title"] + title
 
 
 @pytest.mark.slow

@@ -1,7 +1,9 @@
 """Text with a unit to SI numbers and back."""
 
+import ast
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -16,6 +18,7 @@ from hypothesis import strategies as st
 from dforce.core import units
 from dforce.core.errors import UnitError
 
+SOURCES = sorted(Path(units.__file__).parents[1].rglob("*.py"))
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e100, max_value=1e100)
 
 
@@ -216,3 +219,28 @@ def test_both_ends_of_a_range_have_the_unit_of_the_larger_one():
     assert units.show_range(-6.9e-10, -8.1e-12, "m", 3) == "-0.69 nm to -0.0081 nm"
     assert units.show_range(-0.0, 7.4e-11, "m", 3) == "0 pm to 74 pm"
     assert units.show_range(0.5, 2.0, "1", 3) == "0.5 to 2"
+    assert units.show_range(9e-10, 1.2e-9, "N", 3, "and") == "0.9 nN and 1.2 nN"
+    assert units.show_range(1.2345e6, 2e6, "N/m", 3) == "1230000 N/m to 2000000 N/m"
+
+
+def test_ends_that_differ_by_more_than_a_thousand_have_units_of_their_own():
+    assert units.show_range(10.0, 2e12, "Pa", 3) == "10 Pa to 2000 GPa"
+    assert units.show_range(1e6, 1e9, "Pa", 3) == "0.001 GPa to 1 GPa"
+
+
+def test_no_sentence_writes_the_ends_of_a_range_each_in_a_unit_of_its_own():
+    """As in "900 pN to 1.2 nN"; `show_range` writes both ends in one unit."""
+    for path in SOURCES:
+        for text in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(text, ast.JoinedStr):
+                line = "".join(_piece(piece) for piece in text.values)
+                assert not re.search(r"# to #|etween # and #", line), f"{path.name}: {ast.unparse(text)}"
+
+
+def _piece(piece: ast.expr) -> str:
+    """Return text as it is, a number with the unit chosen for it as #, any other value as ?."""
+    if isinstance(piece, ast.Constant):
+        return str(piece.value)
+    value = piece.value if isinstance(piece, ast.FormattedValue) else piece
+    name = ast.unparse(value.func).rpartition(".")[2] if isinstance(value, ast.Call) else ""
+    return "#" if name in ("show", "shown", "number") else "?"

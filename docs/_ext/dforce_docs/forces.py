@@ -113,6 +113,7 @@ def page(model: type[df.Force], folder: Path) -> str:
         ".. rubric:: In a case file",
         ".. code-block:: toml\n\n" + textwrap.indent(example_toml(case), "   "),
         f"In Python: ``df.forces.{model.__name__}(...)`` with the same keys.",
+        *([f"Also found as: {', '.join(model.also_called)}."] if model.also_called else []),
         ".. rubric:: Interactions",
         f"{', '.join(model.contains)}. A second force with the same interaction is refused."
         if model.contains

@@ -34,6 +34,7 @@ from dforce.problem import Instrument, Problem
 from dforce.solvers import SolverSettings
 
 MOST_FORCES = 20
+NOT_TOML = "the case is not TOML"
 THERMAL = ("dwell", "thermal_spectrum")  # experiments that simulate thermal motion
 NAMING = ("title", "about")  # sections that say what a case is, and change nothing in it
 SHOWN = (
@@ -332,7 +333,7 @@ class Case(Parameters):
         try:
             table = read_toml(text)
         except ValueError as error:  # TOMLDecodeError, and integers of thousands of digits
-            raise CaseError(f"the case is not TOML: {shorten(str(error), 200)}") from None
+            raise CaseError(f"{NOT_TOML}: {shorten(str(error), 200)}") from None
         if not table:
             raise CaseError("the case is empty; it needs at least [cantilever] and [drive]")
         return cls(**table)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dforce import library
-from dforce.case._case import Case
+from dforce.case._case import NOT_TOML, Case
 from dforce.case.paths import with_number
 from dforce.core.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
 from dforce.core.files import beside, exists, read_input, write_whole
@@ -72,7 +72,9 @@ def load_case(path: str | os.PathLike[str]) -> Case:
     except UnicodeDecodeError:
         raise CaseError(f"'{name}' is not a text file in UTF-8") from None
     except (CaseError, ParameterError) as error:
-        raise CaseError(f"{shorten(file.name, 100)}: {error}") from None
+        measured = str(error).startswith(NOT_TOML) and file.suffix.lower() != ".toml"
+        hint = "; to read a measured curve type dforce read FILE" if measured else ""
+        raise CaseError(f"{shorten(file.name, 100)}: {error}{hint}") from None
 
 
 def case_of(result: xr.Dataset) -> Case:

@@ -72,10 +72,8 @@ class Outlet:
             self._lose(error)
 
     def _lose(self, error: OSError) -> None:
-        if not self.needed:
+        if not self.needed or isinstance(error, BrokenPipeError):  # its reader has seen enough
             return
-        if isinstance(error, BrokenPipeError):  # its reader has seen enough
-            raise error
         raise df.ResultError(f"the output could not be written: {str(error.strerror).lower()}") from error
 
 
@@ -83,7 +81,8 @@ class Outlet:
 def careful() -> Iterator[None]:
     """Let both output streams, while the context lasts, spell out what they cannot encode, and lose no work when they are full.
 
-    A text for stdout that cannot be written is an error. One for stderr is dropped, and so is what is left at the end.
+    A text for stdout that cannot be written is an error. One for stderr is dropped, and so is one whose reader has gone: the
+    command does its work and keeps its exit code.
     """
     codecs.register_error("dforce-plain", plain)
     for stream in (sys.stdout, sys.stderr):

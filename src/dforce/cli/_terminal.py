@@ -134,7 +134,7 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
             heard()
             say("dforce: stopped")
             raise typer.Exit(STOPPED) from None
-        except (typer.Exit, BrokenPipeError):  # a broken pipe: its reader has seen enough
+        except typer.Exit:
             raise
         except Exception as error:  # whatever it is ends in one sentence  # noqa: BLE001
             say(f"dforce: an error inside dForce, please report it: {type(error).__name__}: {error}")

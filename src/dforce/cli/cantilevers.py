@@ -9,7 +9,6 @@ import typer
 import dforce as df
 from dforce.cli._options import Json
 from dforce.cli._terminal import DONE, print_json, tell
-from dforce.core.errors import nearest, shorten
 
 
 def cantilevers(
@@ -24,11 +23,7 @@ def cantilevers(
         else:
             tell(known.as_text())
         return DONE
-    if name not in known:
-        raise df.ParameterError(
-            f"there is no cantilever '{shorten(name)}'{nearest(name[:100], known, 'dforce cantilevers')}"
-        )
-    probe = known[name]
+    probe = known.meant(name)
     if json:
         print_json(vars(probe))
         return DONE

@@ -9,7 +9,6 @@ import typer
 import dforce as df
 from dforce.cli._options import Json
 from dforce.cli._terminal import DONE, print_json, tell
-from dforce.core.errors import nearest, shorten
 
 
 def materials(
@@ -18,13 +17,9 @@ def materials(
 ) -> int:
     """List the samples of the library, or show one: nominal values with their range and source."""
     known = df.materials()
-    if name is not None and name not in known:
-        raise df.ParameterError(
-            f"there is no material '{shorten(name)}'{nearest(name[:100], known, 'dforce materials')}"
-        )
-    shown = known if name is None else known[name]
+    shown = known if name is None else known.meant(name)
     if json:
-        print_json([vars(one) for one in known.values()] if name is None else vars(known[name]))
+        print_json([vars(one) for one in known.values()] if name is None else vars(shown))
     else:
         tell(shown.as_text())
     return DONE

@@ -16,7 +16,7 @@ from dforce.cli._names import complete_models
 from dforce.cli._options import Json
 from dforce.cli._page import readable
 from dforce.cli._terminal import BAD_INPUT, DONE, columns, console, print_json, width, wrapped
-from dforce.core.errors import nearest, short_for, shorten
+from dforce.core.errors import short_for
 from dforce.core.notation import first_sentence, plain_math
 
 ZERO = re.compile(r"^0 .*")  # a zero with its unit
@@ -57,9 +57,7 @@ def models(
     model = registry[short[0]] if len(short) == 1 else None
     found = [registry[one] for one in short] or _mentioning(name.lower())
     if model is None and not found:
-        raise df.ParameterError(
-            f"there is no force model '{shorten(name)}'{nearest(name[:100], registry, 'dforce models')}"
-        )
+        model = registry[name]  # raises
     if json:
         print_json([_described(one) for one in found] if model is None else _described(model))
     elif model is None:
@@ -72,7 +70,8 @@ def models(
 def _mentioning(word: str) -> list[type[df.Force]]:
     """Return the models with a word, of at least three letters, in their name, interactions, page or source."""
     texts = {
-        model: f"{model.name} {model.contains} {model.__doc__} {model.source}" for model in df.forces.REGISTRY.values()
+        model: f"{model.name} {model.also_called} {model.contains} {model.__doc__} {model.source}"
+        for model in df.forces.REGISTRY.values()
     }
     return [model for model, text in texts.items() if len(word) > 2 and word in text.lower()]
 
@@ -101,6 +100,7 @@ def _described(model: type[df.Force]) -> dict[str, Any]:
     keys = model.keys()
     return {
         "name": model.name,
+        "also_called": list(model.also_called),
         "summary": first_sentence(model.__doc__ or ""),
         "description": inspect.cleandoc(model.__doc__ or ""),
         "parameters": [_parameter(model, key) for key in keys],
@@ -198,6 +198,8 @@ def _page(model: type[df.Force]) -> None:
     if model.shared_fields():
         given = f"from the instrument: {', '.join(model.shared_fields().values())}"
         terminal.print("\n" + wrapped(given, width()))
+    if model.also_called:
+        terminal.print(wrapped(f"also found as: {', '.join(model.also_called)}", width()))
     terminal.print(wrapped(f"interactions: {', '.join(model.contains) or 'unknown'}", width()))
     terminal.print(f"dissipates energy: {'yes' if model.dissipative else 'no'}")
     terminal.print(wrapped(f"source: {model.source}", width()))

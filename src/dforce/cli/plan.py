@@ -13,9 +13,7 @@ from dforce.cli._outputs import Outputs
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
-from dforce.core.quantities import NONE
 from dforce.core.stopping import late_stop_waits
-from dforce.core.units import show
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,6 +95,7 @@ def _point(found: xr.Dataset, name: str) -> dict[str, Any]:
 
 def _text(point: xr.Dataset, values: dict[str, Any]) -> str:
     """Return a point for a reader."""
+    from dforce.findings.finding import number
     from dforce.results.significance import is_none
 
     words = []
@@ -104,8 +103,6 @@ def _text(point: xr.Dataset, values: dict[str, Any]) -> str:
         if isinstance(value, str):
             words += [f"{name.replace('_', ' ')} {value}"] if value else []
             continue
-        unit = str(point[name].attrs.get("units", "1"))
-        shown = f"{value:.4g}°" if unit == "degree" else show(value, unit, 4)
-        shown = NONE if is_none(point, name).ravel()[0] else shown
+        shown = number(value, str(point[name].attrs.get("units", "1")), name, bool(is_none(point, name).ravel()[0]))
         words.append(f"{name.replace('_', ' ')} {shown}{' margins' if name == 'room' else ''}")
     return ", ".join(words)

@@ -26,7 +26,7 @@ from dforce.cli._terminal import (
 )
 from dforce.core.errors import shorten
 from dforce.core.files import check_target
-from dforce.core.units import show
+from dforce.core.units import show, show_range
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -207,10 +207,10 @@ def _print(data: xr.Dataset, file: str) -> None:
 
 def _rows(data: xr.Dataset) -> list[tuple[str, str]]:
     directions = [word for word in ("approach", "retract") if (data["direction"].values == word).any()]
-    low, high = (show(float(end), "m", 5) for end in (data["height"].min(), data["height"].max()))
+    heights = show_range(float(data["height"].min()), float(data["height"].max()), "m", 5)
     rows = [
         ("points", f"{data.sizes['point']} ({' and '.join(directions)})"),
-        ("heights", f"{low} to {high} ({data.attrs.get('height_kind', '')})"),
+        ("heights", f"{heights} ({data.attrs.get('height_kind', '')})"),
     ]
     for label, name, unit in NUMBERS:
         if name in data.attrs:

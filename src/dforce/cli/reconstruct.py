@@ -15,7 +15,7 @@ from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, print_json, say, tell
 from dforce.core.errors import shorten
 from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
-from dforce.core.units import show
+from dforce.core.units import show, show_range
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -139,7 +139,7 @@ def _lines(found: xr.Dataset) -> list[str]:
     counts = ", ".join(f"{count} {name}" for name, count in first["distances"].items() if count)
     return [
         *([title] if title else []),
-        f"force from {show(first['from'], 'm', 4)} to {show(first['to'], 'm', 4)}, by {first['points']} points",
+        f"force from {show_range(first['from'], first['to'], 'm', 4)}, by {first['points']} points",
         f"lowest force: {show(first['lowest_force'], 'N', 3)} ± {show(first['lowest_force_error'], 'N', 2)} "
         f"at {show(first['at'], 'm', 3)}",
         f"chi2: {first['chi2']:.1f} for {first['points']} points",

@@ -7,12 +7,13 @@ import functools
 import re
 import reprlib
 from collections.abc import Callable, Iterable
-from typing import ParamSpec, TypeVar
+from typing import ClassVar, Never, ParamSpec, TypeVar
 
 from dforce.core.argument_kinds import full_signature, miscall, misfit
 
 P = ParamSpec("P")
 R = TypeVar("R")
+T = TypeVar("T")
 
 SAYS_SOMETHING = 3  # letters; fewer begin too many names
 FEW = 3  # names of an answer
@@ -71,7 +72,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 def nearest(name: str, known: Iterable[str], listed_by: str = "") -> str:
     """Return "; did you mean 'x'?" for the known name that is meant, else the known names, or the nearest of many.
 
-    Meant is a name that begins so, has these initials (vdw), contains it, or is spelled much like it.
+    Meant is a name that begins so, has this synonym or these initials (vdw), contains it, or is spelled much like it.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ def nearest(name: str, known: Iterable[str], listed_by: str = "") -> str:
     begun = [other for other, letters in names.items() if fits(letters, bare)]
     if begun:  # figure3 for figure-3-air: the first letters say more than the length
         return f"; did you mean '{min(begun, key=len)}'?"
-    meant = short_for(name, names)
+    meant = [other for other, words in _synonyms(known).items() if bare in map(_bare, words)] or short_for(name, names)
     meant = meant or [other for other, letters in names.items() if len(bare) >= SAYS_SOMETHING and bare in letters]
     meant = meant or difflib.get_close_matches(name, names, n=1, cutoff=0.6)
     if meant:
@@ -109,6 +110,37 @@ def short_for(name: str, known: Iterable[str]) -> list[str]:
     same = [other for other in every if _bare(other) == bare]
     words = {other: re.findall(r"[^\W_]+", other.casefold()) for other in every}
     return same or [other for other in every if len(bare) > 1 and "".join(word[0] for word in words[other]) == bare]
+
+
+class UnknownNameError(ParameterError, KeyError):
+    """A catalog has no entry of this name."""
+
+    __str__ = Exception.__str__  # a KeyError shows its sentence in quotes
+
+
+class Catalog(dict[str, T]):
+    """A dict by names that users type: an unknown one is answered with the nearest, and with the command that lists all."""
+
+    kind: ClassVar[str] = "entry"
+    listed_by: ClassVar[str] = ""
+
+    def __missing__(self, name: object) -> Never:
+        """Refuse an unknown name."""
+        hint = nearest(str(name)[:100], self, self.listed_by)
+        raise UnknownNameError(f"there is no {self.kind} '{shorten(str(name))}'{hint}")
+
+    def meant(self, name: str) -> T:
+        """Return the entry of a name as typed, whatever its capitals and signs; an unknown name is refused."""
+        short = short_for(name[:100], self)
+        return self[short[0] if len(short) == 1 else name]
+
+    def synonyms(self) -> dict[str, tuple[str, ...]]:
+        """Return the other words that the field has for entries."""
+        return {}
+
+
+def _synonyms(known: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    return known.synonyms() if isinstance(known, Catalog) else {}
 
 
 def _bare(name: str) -> str:

@@ -349,15 +349,20 @@ def show(value: float, unit: str, digits: int | None = None) -> str:
     return f"{value!r} {unit}" if unit != "1" else repr(value)
 
 
-def show_range(low: float, high: float, unit: str, digits: int) -> str:
-    """Return a range of SI values as text, both ends in the unit of the larger one.
+def show_range(low: float, high: float, unit: str, digits: int, between: str = "to") -> str:
+    """Return a range of SI values as text, both ends in the unit of the larger one unless they differ by more than 1000.
 
-    >>> show_range(-6.9e-10, -8.1e-12, "m", 3)
-    '-0.69 nm to -0.0081 nm'
+    >>> show_range(-6.9e-10, -8.1e-12, "m", 3), show_range(9e-10, 1.2e-9, "N", 3, "and")
+    ('-0.69 nm to -0.0081 nm', '0.9 nN and 1.2 nN')
     """
-    scale, chosen = reader_unit(max(abs(low), abs(high)), unit)
-    suffix = f" {chosen}" if chosen != "1" else ""
-    return " to ".join(f"{end / scale + 0.0:.{digits}g}{suffix}" for end in (low, high))
+    largest = max(abs(low), abs(high))
+
+    def text(end: float) -> str:
+        scale, chosen = reader_unit(abs(end) if 0.0 < abs(end) < 0.999e-3 * largest else largest, unit)
+        number = float(f"{end / scale + 0.0:.{digits}g}")
+        return f"{number:.15g}{f' {chosen}' if chosen != '1' else ''}"
+
+    return f"{text(low)} {between} {text(high)}"
 
 
 @functools.lru_cache(maxsize=4096)

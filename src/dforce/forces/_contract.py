@@ -11,14 +11,13 @@ from collections.abc import Callable, Mapping
 from itertools import product
 from typing import Any, ClassVar, Self, get_args
 
-from dforce.core.errors import ForceError, ParameterError, nearest
+from dforce.core.errors import Catalog, ForceError, ParameterError, nearest
 from dforce.core.parameters import Parameters
 
 MOTION = ("d", "rate", "t")
 ROOT_DEPTHS = (1e-17, 1e-13, 1e-11)  # m behind a kink
 ROOT_RATES = (0.0, -1e-3, 1e-3)  # m/s
 ROOT_SHARE, ROUNDING = 1.0 / 30.0, 1e-10
-REGISTRY: dict[str, type[Force]] = {}
 
 OF_ADHESION = dict.fromkeys(
     ("gamma", "W", "work_of_adhesion", "adhesion", "adhesion_energy"),
@@ -86,6 +85,8 @@ class Force(Parameters):
         Key of the model in case files.
     title
         Its name for readers, such as ``"van der Waals"``; by default the name of the class.
+    also_called
+        Its other names and abbreviations in the field, for searches.
     contains
         The interactions in the model, from :data:`INTERACTIONS`; two forces with the same interaction are refused.
     dissipative
@@ -101,6 +102,7 @@ class Force(Parameters):
 
     name: ClassVar[str] = ""
     title: ClassVar[str] = ""
+    also_called: ClassVar[tuple[str, ...]] = ()
     contains: ClassVar[tuple[str, ...]] = ()
     dissipative: ClassVar[bool] = False
     timed: ClassVar[bool] = False
@@ -234,6 +236,20 @@ class Force(Parameters):
     def layout(self) -> tuple[int | None, ...]:
         """Return the length of each argument as a tuple; None for a plain number."""
         return tuple(len(value) if isinstance(value, tuple) else None for value in self.values())
+
+
+class Models(Catalog[type[Force]]):
+    """All force models by their keys."""
+
+    kind = "force model"
+    listed_by = "dforce models"
+
+    def synonyms(self) -> dict[str, tuple[str, ...]]:
+        """Return the other names of each model."""
+        return {name: model.also_called for name, model in self.items()}
+
+
+REGISTRY = Models()
 
 
 @functools.lru_cache(maxsize=256)

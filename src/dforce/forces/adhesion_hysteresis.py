@@ -24,6 +24,7 @@ class AdhesionHysteresis(Force):
 
     name = "adhesion_hysteresis"
     title = "Adhesion hysteresis"
+    also_called = ("surface energy hysteresis", "adhesive hysteresis")
     contains = ("van der Waals",)
     dissipative = True
     source = "R. García, C. J. Gómez, N. F. Martínez et al., Phys. Rev. Lett. 97, 016103 (2006)"

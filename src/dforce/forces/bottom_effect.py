@@ -40,6 +40,15 @@ class BottomEffect(Force):
 
     name = "bottom_effect"
     title = "Thin sample (bottom effect)"
+    also_called = (
+        "bottom effect correction",
+        "Dimitriadis",
+        "Gavara",
+        "substrate effect",
+        "finite thickness",
+        "thin film",
+        "thin layer",
+    )
     contains = ("elastic contact",)
     source = (
         "N. Gavara, R. S. Chadwick, Nat. Nanotechnol. 7, 733 (2012); P. D. Garcia, R. Garcia, Biophys. J. "

@@ -34,6 +34,14 @@ class Capillary(Force):
 
     name = "capillary"
     title = "Capillary neck"
+    also_called = (
+        "meniscus",
+        "water bridge",
+        "liquid bridge",
+        "capillary bridge",
+        "capillary condensation",
+        "Kelvin radius",
+    )
     contains = ("capillary neck",)
     dissipative = True
     source = (

@@ -77,6 +77,7 @@ class Custom(Force):
 
     name = "custom"
     title = "Own law"
+    also_called = ("own force", "user-defined force", "formula")
     source = "H. V. Guzman, P. D. Garcia, R. Garcia, Beilstein J. Nanotechnol. 6, 369 (2015), eq. 22"
     example: ClassVar[Mapping[str, Any]] = {
         "law": "-P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5 - P4*indentation*velocity",

@@ -46,6 +46,16 @@ class DLVO(Force):
     """
 
     name = "dlvo"
+    also_called = (
+        "EDL",
+        "double layer",
+        "electrical double layer",
+        "electric double layer",
+        "Debye",
+        "Debye-Hückel",
+        "Poisson-Boltzmann",
+        "screened electrostatic",
+    )
     contains = ("double layer", "van der Waals")
     source = (
         "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011); "

@@ -30,6 +30,7 @@ class DMT(Force):
     """
 
     name = "dmt"
+    also_called = ("Derjaguin", "Derjaguin-Muller-Toporov", "adhesive contact")
     contains = ("van der Waals", "elastic contact")
     source = (
         "B. V. Derjaguin, V. M. Muller, Yu. P. Toporov, J. Colloid Interface Sci. 53, 314 (1975); "

@@ -34,6 +34,7 @@ class Electrostatic(Force):
     """
 
     name = "electrostatic"
+    also_called = ("KPFM", "Kelvin probe", "contact potential difference", "CPD", "Coulomb", "EFM")
     contains = ("electrostatic bias",)
     source = "S. Hudlet, M. Saint Jean, C. Guthmann, J. Berger, Eur. Phys. J. B 2, 5 (1998)"
 

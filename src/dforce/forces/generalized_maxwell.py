@@ -23,6 +23,7 @@ class GeneralizedMaxwell(Viscoelastic):
 
     name = "generalized_maxwell"
     title = "Generalized Maxwell solid"
+    also_called = ("Prony", "Prony series", "Wiechert", "Maxwell-Wiechert", "generalized SLS", "relaxation spectrum")
     source = (
         "T. C. T. Ting, J. Appl. Mech. 33, 845 (1966); V. L. Popov, M. Heß, Method of Dimensionality "
         "Reduction, Springer (2015)"

@@ -17,6 +17,7 @@ class Hertz(Force):
     """
 
     name = "hertz"
+    also_called = ("Hertzian", "sphere contact", "elastic sphere")
     contains = ("elastic contact",)
     source = "H. Hertz, J. reine angew. Math. 92, 156 (1881); R. García, Amplitude Modulation AFM, Wiley (2010)"
 

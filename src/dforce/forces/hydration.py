@@ -19,6 +19,7 @@ class Hydration(Force):
     """
 
     name = "hydration"
+    also_called = ("hydrophobic", "hydrophilic", "structural repulsion", "water layer")
     contains = ("hydration",)
     source = "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011)"
 

@@ -30,6 +30,7 @@ class JKR(AdhesiveContact):
     """
 
     name = "jkr"
+    also_called = ("JKRS", "Johnson-Kendall-Roberts", "Johnson-Kendall-Roberts-Sperling", "adhesive contact")
     source = "K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. London A 324, 301 (1971)"
 
     hamaker: Number = param("0 J", low="0 J", symbol="H", doc="Hamaker constant of the attraction outside contact")

@@ -29,6 +29,7 @@ class KelvinVoigt(Force):
 
     name = "kelvin_voigt"
     title = "Kelvin–Voigt"
+    also_called = ("Voigt", "viscous contact", "dashpot", "viscosity", "damper")
     contains = ("contact viscosity",)
     dissipative = True
     source = (

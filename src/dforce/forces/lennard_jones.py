@@ -26,6 +26,7 @@ class LennardJones(Force):
 
     name = "lennard_jones"
     title = "Lennard-Jones"
+    also_called = ("12-6", "6-12", "L-J")
     contains = ("van der Waals", "elastic contact")
     source = "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011); integrated here"
     example: ClassVar[Mapping[str, Any]] = {"work_of_adhesion": "50 mJ/m^2"}

@@ -22,6 +22,7 @@ class MagneticDipole(Force):
 
     name = "magnetic_dipole"
     title = "Magnetic dipoles"
+    also_called = ("MFM", "magnetic force")
     contains = ("magnetic",)
     source = "J. D. Jackson, Classical Electrodynamics, Wiley (1999), section 5.7; derived again here"
 

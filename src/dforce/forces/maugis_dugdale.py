@@ -41,6 +41,7 @@ class MaugisDugdale(AdhesiveContact):
 
     name = "maugis_dugdale"
     title = "Maugis–Dugdale"
+    also_called = ("Maugis", "Dugdale", "JKR-DMT transition", "adhesive contact")
     source = "D. Maugis, J. Colloid Interface Sci. 150, 243 (1992)"
 
     hamaker: MaybeNumber = param(

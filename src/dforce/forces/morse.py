@@ -19,6 +19,7 @@ class Morse(Force):
     """
 
     name = "morse"
+    also_called = ("chemical bond", "covalent bond", "short-range bond")
     contains = ("chemical bond",)
     source = "P. M. Morse, Phys. Rev. 34, 57 (1929); R. Pérez et al., Phys. Rev. B 58, 10835 (1998)"
 

@@ -31,6 +31,7 @@ class PowerLaw(Viscoelastic):
 
     name = "power_law"
     title = "Power-law rheology"
+    also_called = ("fractional", "springpot", "spring-pot", "soft glassy rheology", "SGR", "PLR", "structural damping")
     source = "Y. M. Efremov, W.-H. Wang, S. D. Hardy, R. L. Geahlen, A. Raman, Sci. Rep. 7, 1541 (2017)"
 
     modulus_at_reference: Number = param(

@@ -23,6 +23,7 @@ class SLS(StandardSolid, Viscoelastic):
 
     name = "sls"
     title = "Standard linear solid"
+    also_called = ("Zener", "three-element", "Ting", "Lee-Radok")
     source = (
         "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845 "
         "(1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction, Springer (2015)"

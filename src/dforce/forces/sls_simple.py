@@ -25,6 +25,7 @@ class SLSSimple(StandardSolid):
 
     name = "sls_simple"
     title = "Standard linear solid, simple"
+    also_called = ("Zener", "three-element", "Lee-Radok")
     source = "E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960)"
     memory = 1
     memory_scale = 3e-14  # m^1.5: an indentation of 1 nm

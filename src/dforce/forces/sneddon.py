@@ -29,6 +29,7 @@ class Sneddon(Force):
     """
 
     name = "sneddon"
+    also_called = ("cone", "pyramid", "Bilodeau", "Love", "flat punch", "indenter")
     contains = ("elastic contact",)
     source = "I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965); G. G. Bilodeau, J. Appl. Mech. 59, 519 (1992)"
 

@@ -17,6 +17,7 @@ class Solvation(Force):
     """
 
     name = "solvation"
+    also_called = ("oscillatory", "structural force", "layering", "solvent layers")
     contains = ("solvation",)
     source = "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011)"
 

@@ -33,6 +33,7 @@ class Tatara(Force):
     """
 
     name = "tatara"
+    also_called = ("particle compression", "double contact", "nanoparticle")
     contains = ("elastic contact",)
     source = "Y. Tatara, J. Eng. Mater. Technol. 113, 285 (1991); derived again here"
 

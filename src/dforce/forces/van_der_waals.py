@@ -34,6 +34,7 @@ class VanDerWaals(Force):
 
     name = "van_der_waals"
     title = "van der Waals"
+    also_called = ("Hamaker", "dispersion", "London", "Lifshitz")
     contains = ("van der Waals",)
     source = (
         "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011); "

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, Bools
 from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import Dwell
-from dforce.inverse._plan_words import missing_damping, sentences
+from dforce.inverse._plan_words import UNSTEADY, missing_damping, sentences
 from dforce.inverse.wishes import SLOPE, Goal, Wishes
 from dforce.maps.axes import Axis
 from dforce.results.dataset import describe
@@ -38,9 +38,9 @@ TRACES = ("deflection", "velocity", "distance", "force", "indentation")
 
 
 def result_of(
-    case: Case, axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, rest: Rest | None
+    case: Case, axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, rest: Rest | None, unsteady: Bools
 ) -> xr.Dataset:
-    """Put a plan together; without the rest it is one that was stopped."""
+    """Put a plan together; without the rest it is one that was stopped. `unsteady` is over the grid and the set points."""
     import xarray as xr
 
     lengths = (*(len(axis.values) for axis in axes), len(shares))
@@ -75,6 +75,7 @@ def result_of(
     variables["others"] = whole, spread(judged.others, False)
     variables["allowed"] = whole, spread(allowed, False)
     variables["limit_hit"] = whole, spread(judged.hit, "no state")
+    variables["unsteady"] = dims, unsteady
     variables["room"] = whole, spread(room, 0.0)
     if any(goal.key == SLOPE for goal in goals):
         variables[SLOPE] = whole, spread(next(values for goal, values in goals.items() if goal.key == SLOPE), np.nan)
@@ -83,7 +84,6 @@ def result_of(
         variables[name] = whole, spread(mark, False)
     coords: dict[str, Any] = {axis.name: axis.coordinate() for axis in axes}
     data = describe(xr.Dataset(variables, coords=coords | {"set_point": shares}))
-    data["set_point"].attrs = {"units": "1", "long_name": "set point", "symbol": "A/A_0"}
     if SLOPE in data:
         data[SLOPE].attrs = {"units": "degree", "long_name": "slope of the phase by the logarithm of the parameter"}
     data["room"].attrs = {"units": "1", "long_name": "distance from the nearest boundary in margins"}
@@ -105,6 +105,8 @@ def result_of(
         data = data.assign_attrs(interrupted=1)
     else:
         said = sentences(axes, shares, wishes, judged, marks["recommended"], bool(rest.walked))
+        if any(unsteady[tuple(places[number])] for number in np.flatnonzero(marks["recommended"])):
+            said.append(f"At the recommended settings {UNSTEADY}.")
         said += [] if allowed.any() else missing_damping(case)
         data = data.assign_attrs(findings="\n".join(said))
     return _with_dwell(case, axes, judged, marks.get("recommended"), data)

@@ -10,7 +10,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
-from dforce.core.units import show
+from dforce.core.units import show, show_range
 from dforce.instrument.lever import DENSEST
 from dforce.inverse.wishes import Wishes
 from dforce.maps.axes import Axis
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 WALKED = "the stable states on the branches of each case"
 MET = "the states on approach and retract; with fewer cases also the states on the branches"
+UNSTEADY = "a motion exists that alternates or beats, with a force that is not known"
 DIGITS = 3
 LIQUID = 10.0  # quality factor below which a lever is in a liquid
 
@@ -32,7 +33,7 @@ def sentences(
     said = [f"The limits apply to {WALKED if walked else MET}."]
     if chosen.any():
         return [*said, *_beside(wishes, judged, int(np.flatnonzero(chosen)[0]))]
-    ranges = ", ".join([*map(_range, axes), f"set points {_ends(shares, lambda value: f'{value:.3g}')}"])
+    ranges = ", ".join([*map(_range, axes), f"set points {_in_percent(shares)}"])
     if allowed.any():
         return [
             *said,
@@ -70,12 +71,12 @@ def _beside(wishes: Wishes, judged: Judged, number: int) -> Iterator[str]:
 
 def _range(axis: Axis) -> str:
     unit = axis.quantity.unit if axis.quantity is not None else "1"
-    return f"{axis.path} {_ends(np.asarray(axis.values, dtype=float), lambda value: show(value, unit, 4))}"
+    return f"{axis.path} {_ends(np.asarray(axis.values, dtype=float), unit)}"
 
 
-def _ends(values: Array, text: Any) -> str:
-    low, high = text(float(values.min())), text(float(values.max()))
-    return low if low == high else f"{low} to {high}"
+def _ends(values: Array, unit: str) -> str:
+    low, high = float(values.min()), float(values.max())
+    return show(low, unit, 4) if low == high else show_range(low, high, unit, 4)
 
 
 def _binding(axes: Sequence[Axis], shares: Array, judged: Judged, allowed: Any) -> Iterator[str]:
@@ -119,7 +120,13 @@ def _setting(axes: Sequence[Axis], judged: Judged, place: int) -> str:
     said = [
         f"{axis.path} = {show(float(value), axis.quantity.unit if axis.quantity else '1', 4)}" for axis, value in values
     ]
-    return ", ".join([*said, f"set point {judged.points.set_points[place]:.3g}"])
+    return ", ".join([*said, f"set point {_in_percent(judged.points.set_points[place])}"])
+
+
+def _in_percent(shares: Array) -> str:
+    """Return a share, or the range of several, for a reader."""
+    low, high = (f"{100.0 * float(end):.3g} %" for end in (np.min(shares), np.max(shares)))
+    return low if low == high else f"{low} to {high}"
 
 
 def _values(judged: Judged, name: str) -> Array:

@@ -10,7 +10,7 @@ from dforce.core import units as known_units
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
 from dforce.inverse.table import Column, MeasuredTable, Reader
-from dforce.inverse.words import DENSITY, MEANINGS, amplitude_kind, bare, known_unit, quantity_of, scale_to
+from dforce.inverse.words import DENSITY, MEANINGS, amplitude_kind, bare, known_unit, naming, quantity_of, scale_to
 
 HEIGHTS = ("height_sensor", "height", "height_piezo")  # in the order in which they are taken
 HEIGHT_WORDS = {"height_sensor": "sensor", "height": "as named in the file", "height_piezo": "piezo"}
@@ -41,7 +41,7 @@ def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, 
         if len(claimed) > 1:
             names = ", ".join(f"'{column.name}'" for column in claimed)
             raise ParameterError(
-                f"{name} has several columns for the {quantity}: {names}; choose one with columns = {{'{quantity}': ...}}"
+                f"{name} has several columns for the {quantity}: {names}; choose one with {naming(quantity)}"
             )
         found[quantity] = claimed[0]
     return _with_height(found, columns, height, name)
@@ -112,7 +112,7 @@ def refuse_missing(found: Mapping[str, Column], table: MeasuredTable, name: str)
         there = ", ".join(f"'{shorten(column.name, 30)}'" for column in table.columns[:20])
         raise ParameterError(
             f"{name} has no column for the {' or the '.join(missing)}; "
-            f"name it with columns = {{'{missing[0]}': ...}}; its columns: {there}"
+            f"name it with {naming(missing[0])}; its columns: {there}"
         )
 
 

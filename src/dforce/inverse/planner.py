@@ -20,7 +20,7 @@ from dforce.inverse._states import Judged, PlannedPoints, Rest, Solver, one_of_e
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.regime_map import refuse_others, shares_of
-from dforce.maps.seeds import NEAR, Curves, curves_of, walk
+from dforce.maps.seeds import NEAR, Curves, Seed, curves_of, walk
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 50_000  # of a plan: cases times set points; each takes some milliseconds
 HALVINGS = 18  # of the way between two neighbors of the grid, to locate a boundary
-MOST_WALKED = 40  # cases whose branches are followed; each takes about a second
+MOST_WALKED = 40  # cases whose branches are followed; each takes a second, or some where motions double
 MOST_WITH_MEMORY = 13  # the same for forces with memory, which take some twenty times as long
-STAGES = 6  # that progress counts
+STAGES = 6  # that progress counts, beside the cases whose branches are followed
 
 
 @checked
@@ -74,10 +74,11 @@ def plan(
     -------
     xarray.Dataset
         Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
-        `others`, `allowed`, `limit_hit` (the first limit that fails). `room` is the distance from the nearest boundary, in
-        units of the margins (default 5 % and 0.03). `recommended` is the allowed point with the most room, if any. With a goal
-        also `best` and `pareto`; if nothing is allowed, `least_violation`. Along `edge` the located boundaries. Along `time`
-        the motion at the recommended point.
+        `others`, `allowed`, `limit_hit` (the first limit that fails). `unsteady` is true where a branch passes a set point
+        without a stable state: motions alternate or beat there, with unknown forces. `room` is the distance from the
+        nearest boundary, in units of the margins (default 5 % and 0.03). `recommended` is the allowed point with the most room,
+        if any. With a goal also `best` and `pareto`; if nothing is allowed, `least_violation`. Along `edge` the located
+        boundaries. Along `time` the motion at the recommended point.
 
     Raises
     ------
@@ -93,15 +94,16 @@ def plan(
     bare = case.model_copy(update={"sweep": None, "experiment": None})
     grid = np.array(list(itertools.product(*(axis.values for axis in axes))), dtype=float)
     with watched(progress, case.title) as report_progress:
-        report_progress(0, STAGES, "curves")
+        stages = STAGES + _walks(case, len(grid))
+        report_progress(0, stages, "curves")
         rows = {axis.path: column for axis, column in zip(axes, grid.T, strict=True)}
-        curves = curves_of(bare, rows, float(shares.min()), lambda *_: report_progress(0, STAGES, "curves"))
+        curves = curves_of(bare, rows, float(shares.min()), lambda *_: report_progress(0, stages, "curves"))
         if curves.interrupted:
             raise KeyboardInterrupt
         work = _Work(bare, axes, shares, wishes, grid, curves, report_progress)
         data = work.run()
         if not data.attrs.get("interrupted"):
-            report_progress(STAGES, STAGES, "")
+            report_progress(stages, stages, "")
     return data
 
 
@@ -124,6 +126,12 @@ def _check(case: Case, axes: Sequence[Axis], shares: Array) -> None:
         raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed; use fewer values")
 
 
+def _walks(case: Case, count: int) -> int:
+    """Return of how many cases the branches are followed: of all, or of none where there are many."""
+    most = MOST_WITH_MEMORY if any(force.memory for force in case.problem.forces) else MOST_WALKED
+    return count if count <= most else 0
+
+
 class _Work:
     """A plan while it is made."""
 
@@ -139,13 +147,14 @@ class _Work:
     ) -> None:
         self.case, self.axes, self.shares, self.wishes = case, axes, shares, wishes
         self.grid, self.curves, self.report_progress, self.stage = grid, curves, report_progress, "branches"
-        self.number = 1
+        self.number, self.walks = 1, _walks(case, len(grid))
         self.solver = Solver(case, [axis.path for axis in axes], curves, self.check_cancelled)
         self.shape = (*(len(axis.values) for axis in axes), len(shares))
+        self.unsteady = np.zeros(self.shape, dtype=bool)
 
     def check_cancelled(self) -> None:
         """Tell how far the plan is."""
-        self.report_progress(self.number, STAGES, self.stage)
+        self.report_progress(self.number, STAGES + self.walks, self.stage)
 
     def next(self, stage: str) -> None:
         """Begin another stage."""
@@ -161,7 +170,7 @@ class _Work:
         except KeyboardInterrupt:  # the states are solved, and are kept
             heard()
             judged.hit, rest = at_states, None
-        return result_of(self.case, self.axes, self.shares, self.wishes, judged, rest)
+        return result_of(self.case, self.axes, self.shares, self.wishes, judged, rest, self.unsteady)
 
     def _rest(self, judged: Judged) -> Rest:
         """Look around the states: write margins that fail, and return boundaries, room and goals."""
@@ -178,10 +187,9 @@ class _Work:
 
     def _walk(self) -> None:
         """Follow the branches of all cases, where these are few."""
-        has_memory = any(force.memory for force in self.case.problem.forces)
-        if len(self.grid) <= (MOST_WITH_MEMORY if has_memory else MOST_WALKED):
-            for number, values in enumerate(self.grid):
-                walk(self.curves, number, self.solver.case_at(values), self.check_cancelled)
+        for number, values in enumerate(self.grid[: self.walks]):
+            walk(self.curves, number, self.solver.case_at(values), float(self.shares.min()), self.check_cancelled)
+            self.next(self.stage)
 
     def _states(self) -> PlannedPoints:
         """Return where all stable states at the set points are, each once."""
@@ -190,11 +198,10 @@ class _Work:
         seeds = list(self.curves.seeds(self.shares))
         if not seeds:
             missing = " ".join(missing_damping(self.case))
+            lowest = f"the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is {100.0 * self.curves.lowest_ratio():.3g} %"
             raise ParameterError(
-                f"no curve reaches any of the set points: the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is "
-                f"{self.curves.lowest_ratio():.3g}; choose other set points, or other values under vary. {missing}".rstrip(
-                    ". "
-                )
+                f"no curve reaches any of the set points: {lowest}; choose other set points, or other values under vary. "
+                f"{missing}".rstrip(". ")
             )
         near = np.array([seed.case for seed in seeds])
         points = PlannedPoints(
@@ -206,9 +213,20 @@ class _Work:
         )
         found = self.solver.solve(points)
         stable = found.columns["multiplier_modulus"][:, 0] < 1.0
+        self._note_unsteady(seeds, found.found & stable)
         points = points.take(np.flatnonzero(found.found & stable))
         length = np.array([self.solver.problem(values).tones[0].A0 for values in points.values])
         return points.take(one_of_each(points, length))
+
+    def _note_unsteady(self, seeds: Sequence[Seed], steady: Bools) -> None:
+        """Note where branches pass set points without a stable state there: the motion alternates or beats."""
+        pairs: dict[tuple[int, int, tuple[float, float]], bool] = {}
+        for seed, is_steady in zip(seeds, steady.tolist(), strict=True):
+            if seed.between is not None:
+                key = seed.case, seed.set_point, seed.between
+                pairs[key] = pairs.get(key, False) or is_steady
+        for (case, set_point, _), is_steady in pairs.items():
+            self.unsteady.reshape(-1, len(self.shares))[case, set_point] |= not is_steady
 
     def judge(self, points: PlannedPoints, tells_others: bool = False) -> Judged:
         """Solve operating points near some, and hold the limits against them; a point that is not found fails the first.

@@ -10,9 +10,10 @@ import numpy as np
 from dforce.case import Case
 from dforce.core.arrays import Bools, Indices
 from dforce.core.errors import ParameterError, UnitError, checked, shorten
-from dforce.core.units import parse, parse_share, show
+from dforce.core.units import parse, parse_share, show, show_range
 from dforce.experiments.base import Progress
 from dforce.findings.fits import NO_MODEL, is_constrained, judged_fit, verdict
+from dforce.inverse._plan_words import UNSTEADY
 from dforce.inverse.planner import plan
 
 if TYPE_CHECKING:
@@ -49,8 +50,8 @@ def safe_settings(
     -------
     xarray.Dataset
         Over `A0` (m), from an eighth of the free amplitude of the case: `peak_force` (N) and `max_indentation` (m) of the
-        hardest state, `states` (number of stable states), `allowed`. The attribute `findings` lists sentences;
-        doubts about a fit come first.
+        hardest state, `states` (number of stable states), `unsteady` and `allowed`. Where `unsteady` is true motions alternate
+        or beat, with unknown forces. The attribute `findings` lists sentences; doubts about a fit come first.
 
     Raises
     ------
@@ -72,6 +73,7 @@ def safe_settings(
     bare = case.model_copy(update={"fit": None, "data": None})
     found = plan(bare, {path: amplitudes.tolist()}, [share], {"peak_force": f"< {most!r} N"}, progress=progress)
     forces, depths = (found[name].values[:, 0, :] for name in ("peak_force", "max_indentation"))
+    unsteady = found["unsteady"].values[:, 0]
     states = np.isfinite(forces).sum(axis=1)
     hardest = np.argmax(np.where(np.isfinite(forces), forces, -np.inf), axis=1)[:, None]
     force, depth = (np.take_along_axis(values, hardest, axis=1)[:, 0] for values in (forces, depths))
@@ -80,7 +82,8 @@ def safe_settings(
             "peak_force": ("A0", force, {"units": "N"}),
             "max_indentation": ("A0", depth, {"units": "m"}),
             "states": ("A0", states),
-            "allowed": ("A0", force < most),
+            "unsteady": ("A0", unsteady),
+            "allowed": ("A0", (force < most) & ~unsteady),
         },
         {"A0": ("A0", amplitudes, {"units": "m"})},
         {"kind": "safe_settings", "limit": most, "set_point": share},
@@ -125,12 +128,17 @@ def _sentences(found: xr.Dataset) -> Iterator[str]:
     allowed = found["allowed"].values
     limit, share = show(found.attrs["limit"], "N", DIGITS), f"{100.0 * found.attrs['set_point']:.3g} %"
     yield _at(found, len(amplitudes) - 1, share)
-    known = np.flatnonzero(np.isfinite(force))
+    unsteady = found["unsteady"].values
+    known = np.flatnonzero(np.isfinite(force) | unsteady)
+    if unsteady.any():
+        some = amplitudes[unsteady].tolist()
+        ends = show(some[0], "m", DIGITS) if len(some) == 1 else show_range(some[0], some[-1], "m", DIGITS)
+        yield f"At {share} of {len(some)} of {len(amplitudes)} free amplitudes ({ends}) {UNSTEADY}: they are not allowed."
     if not len(known):
         return
     if allowed[known].all():
-        ends = (show(float(amplitudes[place]), "m", DIGITS) for place in (known[0], known[-1]))
-        yield f"The peak force stays below {limit} at every free amplitude from {' to '.join(ends)}."
+        every = show_range(float(amplitudes[known[0]]), float(amplitudes[known[-1]]), "m", DIGITS)
+        yield f"The peak force stays below {limit} at every free amplitude from {every}."
         return
     highest = _highest(allowed, known)
     if highest is None:

@@ -120,12 +120,9 @@ def find_free_part(work: Work) -> None:
             continue
         work.free[word], work.tilted[word] = chosen, tilted
         work.found[word] = {name: stretch(height[chosen], work.values(name)[chosen]) for name in work.channels}
-        ends = sorted((float(height[chosen[0]]), float(height[chosen[-1]])))
+        low, high = sorted((float(height[chosen[0]]), float(height[chosen[-1]])))
         how = ", as set" if work.given.free_part is not None else ", along a drift" if tilted else ""
-        work.history.append(
-            f"free part: {count} points of the {word}, from {units.show(ends[0], 'm', 5)} to "
-            f"{units.show(ends[1], 'm', 5)}{how}"
-        )
+        work.history.append(f"free part: {count} points of the {word}, from {units.show_range(low, high, 'm', 5)}{how}")
     _refuse_no_free_part(work)
     mask = np.zeros(len(height), dtype=bool)
     for rows in work.free.values():
@@ -144,8 +141,8 @@ def _refuse_no_free_part(work: Work) -> None:
     if work.free:
         return
     if work.given.free_part is not None:
-        low, high = (units.show(end, "m", 5) for end in work.given.free_part)
-        raise ParameterError(f"free_part: fewer than 3 points lie from {low} to {high}")
+        asked = units.show_range(*work.given.free_part, "m", 5)
+        raise ParameterError(f"free_part: fewer than 3 points lie from {asked}")
     needed = [name for name in work.channels if name not in work.given.errors]
     missing = [
         *(["free_amplitude"] if work.given.free_amplitude is None else []),

@@ -27,7 +27,7 @@ from dforce.instrument.resonances import FittedResonance, Resonance, most_likely
 from dforce.inverse.readers import content_of, tables_in
 from dforce.inverse.table import OF_NOBODY, Column, MeasuredTable
 from dforce.inverse.values import ends, measured, show
-from dforce.inverse.words import DENSITY, bare, known_unit, scale_to
+from dforce.inverse.words import DENSITY, bare, known_unit, naming, scale_to
 from dforce.results.dataset import describe
 
 if TYPE_CHECKING:
@@ -246,10 +246,14 @@ def _spectrum(
         )
     scale *= float(sensitivity or 1.0) ** (2.0 / power) if volts else 1.0
     f = np.asarray(frequency.values, dtype=float) * scale_to(frequency.unit or "Hz", "Hz")
-    s = (np.asarray(density.values, dtype=float) * scale) ** power
+    s = np.asarray(density.values, dtype=float) * scale
+    for column, values in ((frequency, f), (density, s)):
+        if not (values > 0.0).any():
+            what = "no numbers" if not np.isfinite(values).any() else f"no value above 0 in its {len(values)} points"
+            raise ResultError(f"{name}: the column '{shorten(column.name, 30)}' contains {what}; choose another column")
     keep = np.isfinite(f) & np.isfinite(s) & (s > 0.0) & (f > 0.0)
     order = np.argsort(f[keep], kind="stable")
-    return f[keep][order], s[keep][order], f"density: column '{density.name}' in {said}"
+    return f[keep][order], s[keep][order] ** power, f"density: column '{density.name}' in {said}"
 
 
 def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
@@ -261,9 +265,7 @@ def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], what
     if len(found) != 1:
         there = ", ".join(f"'{shorten(column.name, 30)}'" for column in numbers[:20])
         asked = f"no column '{shorten(wanted)}'" if wanted else f"{len(found)} columns" if found else "no column"
-        raise ParameterError(
-            f"{name} has {asked} for the {what}; name it with columns = {{'{what}': ...}}; its columns: {there}"
-        )
+        raise ParameterError(f"{name} has {asked} for the {what}; name it with {naming(what)}; its columns: {there}")
     return found[0]
 
 
@@ -285,8 +287,12 @@ def _fitted(frequency: Array, power: Array, band: tuple[float, float] | None, na
     if band is not None:
         inside = (frequency >= band[0]) & (frequency <= band[1])
         frequency, power = frequency[inside], power[inside]
-    if len(frequency) < FEWEST:
-        raise ResultError(f"{name} has {len(frequency)} points of a spectrum, but a fit needs {FEWEST} or more")
+    if (count := len(np.unique(frequency))) < FEWEST:
+        where = "" if band is None else " in the band"
+        raise ResultError(
+            f"{name} has densities above 0 at {count} {'frequency' if count == 1 else 'frequencies'}{where}, but a fit "
+            f"needs {FEWEST} or more"
+        )
     every, start = (frequency, power), _start(frequency, power, name)
     fit = _most_likely(frequency, power, start, name)
     for widths in (3.0 * WIDTHS, WIDTHS) if band is None else ():
@@ -299,8 +305,7 @@ def _fitted(frequency: Array, power: Array, band: tuple[float, float] | None, na
         raise ResultError(f"{name} has no clear peak for f0 and Q; pass the band of frequencies around it")
     ends = (float(frequency[0]), float(frequency[-1]))
     history = (
-        f"fit: {len(frequency)} points from {units.show(ends[0], 'Hz', 5)} to {units.show(ends[1], 'Hz', 5)}, as of "
-        f"{fit.averages:.3g} averaged spectra",
+        f"fit: {len(frequency)} points from {units.show_range(*ends, 'Hz', 5)}, as of {fit.averages:.3g} averaged spectra",
         *doubts,
         f"f0: {show(peak.f0, peak.f0 * errors[0], 'Hz')}",
         f"Q: {show(peak.Q, peak.Q * errors[1], '1')}",

@@ -133,3 +133,8 @@ def scale_to(unit: str, stored: str) -> float:
     if stored == "degree":
         return 1.0 if unit in ("deg", "degree") else math.degrees(units.parse(f"1 {unit}", "rad"))
     return units.parse(f"1 {unit}", stored)
+
+
+def naming(quantity: str) -> str:
+    """Return how to name the column of a quantity, for a sentence."""
+    return f"columns = {{'{quantity}': ...}}, or --columns {quantity}=... in a terminal"

@@ -331,15 +331,14 @@ def load_solvers(
 
 
 def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
-    """Return functions that are the same for any forces with as many states as a problem's, see ``any_force``."""
-    modes, late, forces = len(problem.modes), problem.late_fluid, problem.forces
-    states = sum(force.memory for force in forces), sum(force.switch is not None for force in forces)
+    """Return functions that are the same for any forces with states, or for any without, see ``any_force``."""
+    modes, late, functions = len(problem.modes), problem.late_fluid, any_force.functions_of(problem.forces)
     return _loaded(
-        ("any", modes, late, states, tuple(entries.items())),
+        ("any", modes, late, tuple(functions), tuple(entries.items())),
         lambda: texts.remembered(
-            ("any", modes, late, states, _places(entries)),
+            ("any", modes, late, tuple(functions), _places(entries)),
             (),
-            lambda: any_force.compose_any(modes, late, forces, entries),
+            lambda: any_force.compose_any(modes, late, functions, entries),
         ),
         _solvers_for(modes),
         tuple(entries),

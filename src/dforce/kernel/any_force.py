@@ -1,9 +1,9 @@
 """Code that is compiled once for any sum of forces, and calls their laws by address.
 
 Beside the motion this code knows the forces by whole numbers: where the first number of their laws lies, how far the next one
-is from it (bytes), where the compiled functions lie that are called, and whether one begins like a root beside a kink. All but
-the first two are the last numbers of the parameters. The text counts modes and states of fluid and forces; no number of a
-force, and no tone.
+is from it (bytes), where the compiled functions lie that are called, whether one begins like a root beside a kink, and behind
+which column of samples their branches lie. All but the first two are the last numbers of the parameters. The text counts modes
+and states of the fluid, and knows whether forces have states; no number of them, and no tone.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from dforce.kernel.linker import Linker
 LAWS = "Tuple((f8,f8,f8,f8,i8,i8,i8,i8,i8))"
 FIRST = OMEGA + 1
 STATES = "f8[::1],f8[::1]"
+Functions = dict[str, tuple[str, str]]
 # what each function takes, with its types: of forces that are functions of motion and time, and of all others
 PLAIN = {
     "force": ("d, rate, t", f"f8(f8,f8,f8,{LAWS})"),
@@ -41,10 +42,9 @@ WITH_STATES = {
 }
 
 
-def functions_of(forces: Sequence[Force]) -> dict[str, tuple[str, str]]:
+def functions_of(forces: Sequence[Force]) -> Functions:
     """Return the functions of forces that are called by their address: what each takes, and its types."""
-    has_states = any(force.memory or force.switch is not None for force in forces)
-    return WITH_STATES if has_states else PLAIN
+    return WITH_STATES if any(force.memory or force.switch is not None for force in forces) else PLAIN
 
 
 def _given(name: str) -> str:
@@ -52,12 +52,14 @@ def _given(name: str) -> str:
     return (PLAIN | WITH_STATES)[name][0]
 
 
-def compose_any(modes: int, late: int, forces: Sequence[Force], entries: dict[str, Callable[..., Any]]) -> str:
+def compose_any(modes: int, late: int, functions: Functions, entries: dict[str, Callable[..., Any]]) -> str:
     """Return the text of a module with entry functions for any forces, see ``codegen.compose``.
 
-    Of the forces only the numbers of their states count.
+    Of the forces only `functions_of` them counts. The code reads from its arrays how many states they have.
     """
-    sizes = sizes_of(modes, forces, late)
+    sizes = sizes_of(modes, (), late) | {"has_states": int(functions is WITH_STATES)}
+    if functions is WITH_STATES:
+        del sizes["memory_size"], sizes["latch_count"]
     linker = Linker(sizes)
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
     linker.emit(pointers())
@@ -66,7 +68,7 @@ def compose_any(modes: int, late: int, forces: Sequence[Force], entries: dict[st
         linker.emit(text, "inlined")
     laws = tuple_of([*(f"p[{k}]" for k in range(FIRST)), *(f"p[{first + k}]" for k in range(5))])
     linker.emit(f"def is_rooted(p):\n    return p[{first + 5}] == 1", "inlined")
-    functions = functions_of(forces)
+    linker.emit(f"def branches_begin(p):\n    return p[{first + 6}]", "inlined")
     for place, (name, (taken, types)) in enumerate(functions.items(), FIRST + 2):
         tip = taken.count(",") + 1
         text = f"def {name}_at(context, {taken}, p):\n    return call_by_address({types!r}, {tip}, {place}, {taken}, p)"
@@ -108,10 +110,10 @@ def _lanes(modes: int, first: int) -> list[str]:
     drive = tuple_of([f"u{n}" for n in range(modes)])
     mine = [f"table[{k}, j]" for k in range(first)]
     laws = [f"table.ctypes.data + ({first} * table.shape[1] + j) * 8", "table.shape[1] * 8"]
-    laws += [f"np.int64(table[table.shape[0] - {k}, j])" for k in (4, 3, 2, 1)]
+    laws += [f"np.int64(table[table.shape[0] - {k}, j])" for k in (5, 4, 3, 2, 1)]
     numbers = [f"p[{k}]" for k in range(OTHERS)] + [f"others[{k - OTHERS}]" for k in range(OTHERS, first)]
     whole = [f"others.ctypes.data + {8 * (first - OTHERS)}", "np.int64(8)"]
-    whole += [f"np.int64(others[others.shape[0] - {k}])" for k in (4, 3, 2, 1)]
+    whole += [f"np.int64(others[others.shape[0] - {k}])" for k in (5, 4, 3, 2, 1)]
     return [
         f"def parameters_of(table, j):\n    return {tuple_of([*mine, *laws])}",
         "def waves_at(waves, i):\n    return waves, i",

@@ -143,7 +143,8 @@ def compose(
     for text in (*shared_text(sizes, modes, late), *_lanes(modes, tones, count, lagging)):
         linker.emit(text, "inlined")
     rooted = f"def is_rooted(p):\n    return {any(force.is_rooted for force in forces)}"
-    for text in (rooted, *forces_text(linker, parameter_count(modes, late), forces)):
+    begin = f"def branches_begin(p):\n    return {sizes['motion_size'] + sizes['memory_size']}"
+    for text in (rooted, begin, *forces_text(linker, parameter_count(modes, late), forces)):
         linker.emit(text, "inlined")
     for name, function in entries.items():
         linker.add_entry(function, name)
@@ -168,6 +169,7 @@ def sizes_of(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
         "mode_count": modes,
         "memory_size": memory,
         "latch_count": latches,
+        "has_states": int(memory + latches > 0),
         "fluid_size": late * modes,
         "motion_size": motion_size(modes, late),
     }

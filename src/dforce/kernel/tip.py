@@ -37,8 +37,8 @@ class TipFunctions:
         size = size_of(problem)
         self._types = {name: native_types(function, size, len(called)) for name, function in called.items()}
         self._addresses = dict.fromkeys(called, 0)
-        # numbers behind all parameters: addresses of the laws, and whether one begins like a root beside a kink
-        self._laws = np.zeros(len(any_force.WITH_STATES) + 1)
+        # numbers behind all parameters: addresses of laws, whether one begins like a root, and where branches begin
+        self._laws = np.zeros(len(any_force.WITH_STATES) + 2)
 
     def at(self, p: tuple[float, ...], names: Sequence[str]) -> tuple[Any, ...]:
         """Return it for one parameter tuple, with these functions compiled."""
@@ -52,10 +52,12 @@ class TipFunctions:
         return (*p[:OTHERS], np.array([*p[OTHERS:], *self._laws]), *self._addresses.values())
 
     def numbers(self, table: Array) -> Array:
-        """Return parameters (problems, parameters) as the solvers take them, (parameters + 4, problems), after :meth:`at`."""
+        """Return parameters (problems, parameters) as the solvers take them, (parameters + 5, problems), after :meth:`at`."""
         return np.ascontiguousarray(np.vstack([table.T, np.repeat(self._laws[:, None], len(table), axis=1)]))
 
     def _find_laws(self) -> None:
-        laws, self._laws[-1] = load_laws(self._problem.forces), any(force.is_rooted for force in self._problem.forces)
-        for place, (name, (_, types)) in enumerate(any_force.functions_of(self._problem.forces).items()):
+        forces = self._problem.forces
+        laws, self._laws[-2] = load_laws(forces), any(force.is_rooted for force in forces)
+        self._laws[-1] = size_of(self._problem) + sum(force.memory for force in forces)
+        for place, (name, (_, types)) in enumerate(any_force.functions_of(forces).items()):
             self._laws[place] = laws.address(f"{name}_at", types)  # whole numbers below 2**53 are exact

@@ -23,6 +23,16 @@ def latch_count() -> int:
     raise NotImplementedError
 
 
+def has_states() -> bool:
+    """Say whether forces have a memory or branches: code for any forces knows no more of them while it is compiled."""
+    raise NotImplementedError
+
+
+def branches_begin(p: Any) -> int:
+    """Return the column of a period's samples with the first branch, behind motion and memory; the force is in the last."""
+    raise NotImplementedError
+
+
 def mode_count() -> int:
     """Return the number of modes."""
     raise NotImplementedError

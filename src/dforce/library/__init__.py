@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any
 
-from dforce.core.errors import ParameterError, nearest, shorten
+from dforce.core.errors import Catalog
 from dforce.core.listing import Shown, html_table, paragraphs
 
 # folders of the examples, in the order in which they are listed: a question each, and the paper
@@ -36,8 +36,11 @@ class Example:
     text: str = field(repr=False)
 
 
-class Examples(Shown, dict[str, Example]):
+class Examples(Shown, Catalog[Example]):
     """What :func:`examples` returns: a dict by name, shown as a table."""
+
+    kind = "example"
+    listed_by = "dforce examples"
 
     def as_text(self) -> str:
         """Return each name and title, and what the case shows."""
@@ -76,11 +79,7 @@ def example_text(name: str) -> str:
     ParameterError
         When there is no example of this name; the sentence holds the nearest one.
     """
-    try:
-        return examples()[name].text
-    except KeyError:
-        hint = nearest(name[:100], examples(), "dforce examples")
-        raise ParameterError(f"there is no example '{shorten(name)}'{hint}") from None
+    return examples()[name].text
 
 
 @functools.cache

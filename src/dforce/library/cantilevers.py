@@ -16,7 +16,7 @@ from pathlib import Path
 
 from dforce.core import units
 from dforce.core.columns import lines_of
-from dforce.core.errors import ParameterError, shorten
+from dforce.core.errors import Catalog, ParameterError, shorten
 from dforce.core.listing import Shown, aligned, html_table
 
 UNITS = {"f0": "Hz", "k": "N/m", "Q": "1", "length": "m", "width": "m", "thickness": "m", "tip_radius": "m"}
@@ -58,8 +58,11 @@ class Probe:
 HEAD = ("name", "maker", "f0", "k", "tip radius")
 
 
-class Probes(Shown, dict[str, Probe]):
+class Probes(Shown, Catalog[Probe]):
     """What :func:`cantilevers` returns: a dict by name, shown as a table."""
+
+    kind = "cantilever"
+    listed_by = "dforce cantilevers"
 
     def as_text(self) -> str:
         """Return a row for each."""

@@ -10,6 +10,7 @@ from importlib import resources
 from typing import Any
 
 from dforce.core import units
+from dforce.core.errors import Catalog
 from dforce.core.listing import Shown, aligned, html_table
 
 
@@ -43,7 +44,7 @@ class Material:
         """The range of Young's modulus as text, empty where the source gives one value."""
         if self.low is None or self.high is None:
             return ""
-        return f"{units.show(self.low, 'Pa', 3)} to {units.show(self.high, 'Pa', 3)}"
+        return units.show_range(self.low, self.high, "Pa", 3)
 
     def hamaker_with(self, other: Material, medium: str = "air") -> float | None:
         """Return the Hamaker constant (J) of two materials across air, vacuum or water; None where one has no value.
@@ -76,8 +77,11 @@ HEAD = ("name", "Young's modulus", "range", "Poisson's ratio", "Hamaker constant
 NOMINAL = "your sample may differ by the whole range; a Hamaker constant is for two bodies of the material"
 
 
-class Materials(Shown, dict[str, Material]):
+class Materials(Shown, Catalog[Material]):
     """What :func:`materials` returns: a dict by name, shown as a table."""
+
+    kind = "material"
+    listed_by = "dforce materials"
 
     def as_text(self) -> str:
         """Return a row for each."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -9,13 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
-from dforce.core.arrays import Array
-from dforce.core.quantities import MOTION, REPEATS
-from dforce.experiments import Approach, Branches
+from dforce.core.arrays import Array, Bools
+from dforce.core.quantities import MOTION
+from dforce.experiments import Approach
 from dforce.experiments.base import Progress
 from dforce.findings.set_point import at_set_point
 from dforce.maps._sweep import sweep
-from dforce.runs import carry_out
+from dforce.procedures.motion import base_of, rows_of, scales_of
+from dforce.solvers.continuation import Curve
+from dforce.solvers.parameter_range import ParameterRange
+from dforce.solvers.search import Known, search
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,18 +30,57 @@ FAR = 1.6  # free amplitudes: where curves start
 NEAR = (0.3, -0.2, -1.2)
 STEPS = 0.0125  # of the free amplitude: between two points of a curve
 SEARCHED, LARGEST_STEP = 3, 0.05  # of branches: distances at which others are looked for, and their largest step
+MOST_POINTS = 10_000  # of the branches of a case
 KEPT = ("amplitude_ratio", "virial", MOTION)
 
 
 @dataclass(frozen=True)
 class Seed:
-    """A motion near a set point: number of the case and of the set point, distance (m), motion in SI, and its direction."""
+    """A motion near a set point: number of the case and of the set point, distance (m), motion in SI, and its direction.
+
+    A branch passes the set point `between` two distances (m), with states that are no saddles; else it is None.
+    """
 
     case: int
     set_point: int
     zc: float
     motion: Array
     direction: str
+    between: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Branch:
+    """The states of one branch in order, all after one common period.
+
+    Attributes
+    ----------
+    zc, amplitude_ratio, motions
+        Distances (m), amplitude ratios and motions in SI.
+    stable, saddle
+        Whether each is stable, or a saddle. What is neither alternates or beats.
+    """
+
+    zc: Array
+    amplitude_ratio: Array
+    motions: Array
+    stable: Bools
+    saddle: Bools
+
+    def at_ratio(self, set_point: float) -> Iterator[tuple[int, int]]:
+        """Give the pairs of neighbors, not both saddles, between which the amplitude ratio passes a set point."""
+        yield from _pairs(self.amplitude_ratio - set_point, ~(self.saddle[1:] & self.saddle[:-1]))
+
+    def goes_on(self, near: float, lowest: float) -> bool:
+        """Say whether the branch, but for saddles, ends at the nearest distance with an amplitude ratio above the lowest."""
+        ends = [0, -1]
+        is_there = np.isclose(self.zc[ends], near, rtol=1e-9, atol=0.0)
+        return bool((is_there & ~self.saddle[ends] & (self.amplitude_ratio[ends] > lowest)).any())
+
+    def at_distance(self, zc: float) -> Iterator[int]:
+        """Give the points next to where stable states pass a distance (m)."""
+        for pair in _pairs(self.zc - zc, self.stable[1:] & self.stable[:-1]):
+            yield min(pair, key=lambda n: abs(self.zc[n] - zc))
 
 
 @dataclass
@@ -46,7 +89,7 @@ class Curves:
 
     parts: list[tuple[Any, xr.Dataset]]
     interrupted: bool = False
-    walked: dict[int, xr.Dataset] = field(default_factory=dict)  # branches of cases, by their numbers
+    walked: dict[int, list[Branch]] = field(default_factory=dict)  # of cases, by their numbers
 
     def _of(self, case: int) -> Iterator[tuple[Array, Array]]:
         """Give the distances (m) and the motions (directions, distances, components) of a case, where it has curves."""
@@ -79,9 +122,11 @@ class Curves:
                     nearest = min(beside, key=lambda i: abs(ratio[place, d, i] - set_point))  # used at once
                     yield Seed(int(numbers[place]), j, float(zc[place, nearest]), motion[place, d, nearest], str(way))
         for number, branches in self.walked.items():
-            for j, set_point in enumerate(set_points):
-                for i in _passes(branches, "amplitude_ratio", float(set_point)):
-                    yield Seed(number, j, float(branches["zc"][i]), branches[MOTION].values[i], "branches")
+            for branch, (j, set_point) in itertools.product(branches, enumerate(set_points)):
+                for pair in branch.at_ratio(float(set_point)):
+                    ends = None if branch.saddle[list(pair)].any() else _ordered(branch.zc[list(pair)])
+                    for i in pair:
+                        yield Seed(number, j, float(branch.zc[i]), branch.motions[i], "branches", ends)
 
     def beside(self, case: int, zc: float) -> Iterator[tuple[float, Array]]:
         """Give distances and motions of a case's curves that are next to a distance, in both directions."""
@@ -90,9 +135,9 @@ class Curves:
                 for way in motion[:, i]:
                     if np.isfinite(way).all():
                         yield float(own[i]), way
-        if case in self.walked:
-            for i in _passes(self.walked[case], "zc", zc):
-                yield float(self.walked[case]["zc"][i]), self.walked[case][MOTION].values[i]
+        for branch in self.walked.get(case, []):
+            for i in branch.at_distance(zc):
+                yield float(branch.zc[i]), branch.motions[i]
 
 
 def _distances(numbers: Any, data: xr.Dataset) -> Array:
@@ -100,29 +145,65 @@ def _distances(numbers: Any, data: xr.Dataset) -> Array:
     return np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))
 
 
-def _passes(branches: xr.Dataset, name: str, value: float) -> Iterator[int]:
-    """Give the points next to where stable states of one common period pass a value."""
-    past = branches[name].values - value
-    usable = branches["stable"].values & (branches[REPEATS].values == branches[REPEATS].values.min())
-    together = usable[1:] & usable[:-1] & (np.diff(branches["branch"].values) == 0)
-    for i in np.flatnonzero((past[1:] * past[:-1] <= 0.0) & together).tolist():
-        yield min((i, i + 1), key=lambda n: abs(past[n]))
+def _pairs(past: Array, among: Bools) -> Iterator[tuple[int, int]]:
+    """Give two neighbors each between which a value passes zero, where the pair is among some."""
+    for i in np.flatnonzero((past[1:] * past[:-1] <= 0.0) & among).tolist():
+        yield i, i + 1
 
 
-def walk(curves: Curves, number: int, case: Case, check_cancelled: Callable[[], None]) -> None:
+def _ordered(ends: Array) -> tuple[float, float]:
+    return float(ends.min()), float(ends.max())
+
+
+def walk(curves: Curves, number: int, case: Case, lowest: float, check_cancelled: Callable[[], None]) -> None:
     """Follow the branches of one of the cases through folds, and look for others, over the distances of its curves.
 
-    Raises
-    ------
-    KeyboardInterrupt
-        When it is stopped.
+    Nearer ones follow where a motion other than that of the curves is still above the `lowest` amplitude ratio. Only motions
+    of one common period are followed, and none is measured as accurately as asked: seeds need neither.
     """
-    span = {"start": FAR * case.problem.tones[0].A0, "stop": curves.nearest(number)}
-    experiment = Branches(zc=span, search=SEARCHED, largest_step=LARGEST_STEP, harmonics=1)
-    found = carry_out(case.model_copy(update={"experiment": experiment}), lambda *_: check_cancelled())
-    if found.attrs.get("interrupted"):
-        raise KeyboardInterrupt
-    curves.walked[number] = found
+    A0, nearest = case.problem.tones[0].A0, curves.nearest(number)
+    searched = np.linspace(FAR * A0, nearest, SEARCHED).tolist()
+    for near in (nearest, *(share * A0 for share in NEAR if share * A0 < nearest - STEPS * A0)):
+        searched += [near] if near < nearest else []
+        branches = _followed(case, searched, check_cancelled)
+        if not any(branch.goes_on(near, lowest) for branch in branches):
+            break
+    curves.walked[number] = branches
+
+
+def _followed(case: Case, searched: list[float], check_cancelled: Callable[[], None]) -> list[Branch]:
+    """Return the branches between the first and the last of some distances (m), at all of which states are looked for."""
+    problem, far, near = case.problem, searched[0], searched[-1]
+    among = ParameterRange(lambda _: problem, far, near, case.solver, 1)
+    found: list[Curve] = []
+
+    def grow(curve: Curve) -> None:
+        left = MOST_POINTS - sum(len(one.points) for one in found)
+        if left > 1:
+            found.append(curve)
+            curve.grow(among, LARGEST_STEP, left, check_cancelled)
+
+    free = among.free_orbit(far / among.span)
+    if free is not None:
+        grow(Curve.rising(free, near - far))
+    for value in np.array(searched) / among.span:
+        for curve in search(Known(among, found, value), check_cancelled):
+            if curve.repeats == 1:
+                grow(curve)
+    return [_branch(among, curve) for curve in found]
+
+
+def _branch(among: ParameterRange, curve: Curve) -> Branch:
+    """Return the states of a curve."""
+    problem, orbits = among.problem, curve.points
+    base = base_of(problem) * scales_of(problem)
+    return Branch(
+        np.array([orbit.value for orbit in orbits]),
+        np.array([np.ravel(among.steady(orbit).values["amplitude_ratio"])[0] for orbit in orbits]),
+        np.concatenate([rows_of(orbit.kept, np.ones(1), base, problem) for orbit in orbits]),
+        np.array([orbit.is_stable for orbit in orbits]),
+        np.array([orbit.index < 0 for orbit in orbits]),
+    )
 
 
 def curves_of(case: Case, rows: dict[str, Any], lowest: float, progress: Progress | bool | None) -> Curves:

@@ -24,14 +24,14 @@ from dforce.kernel.linker import inlined
 from dforce.kernel.vocabulary import (
     arrived,
     bent,
+    branches_begin,
     coasted,
     distance,
     drive_at,
     force,
     forced,
     free_acceleration,
-    latch_count,
-    memory_size,
+    has_states,
     motion,
     motion_of,
     motion_size,
@@ -90,16 +90,13 @@ FROM, TO, D0, V0, A0, D1, V1, A1, BEGIN, END, LATE, STEP, PIECE = range(13)
 def force_at(d: float, rate: float, share: float, i: int, late: bool, record: Any, p: Any) -> float:
     """Return the force at a share of step i; `late` takes the branches from its end."""
     block, h, start, rates, stage, _ = record
-    place = motion_size()
-    size = memory_size()
     t = start + i * h
-    for k in range(size):
-        begin, end = block[i, place + k], block[i + 1, place + k]
-        stage[k] = cubic(share, h * p[3], begin, rates[i, k], end, rates[i + 1, k])
-    place += size
-    if latch_count():
-        which = i + 1 if late else i
-        return force(d, rate, t + share * h, stage, block[which, place : place + latch_count()], p)
+    if has_states():
+        place, which = motion_size(), i + 1 if late else i
+        for k in range(stage.shape[0]):
+            begin, end = block[i, place + k], block[i + 1, place + k]
+            stage[k] = cubic(share, h * p[3], begin, rates[i, k], end, rates[i + 1, k])
+        return force(d, rate, t + share * h, stage, block[which, branches_begin(p) :], p)
     return force(d, rate, t + share * h, stage, stage, p)
 
 
@@ -136,8 +133,8 @@ def add_pieces(piece: Any, rooted: bool, record: Any, drive: Any, phasor: Any, c
         event += 1.0
     if not contact_is_kink:
         count = cut_at(cuts, count, p[4], event, top, ends)
-    if latch_count():
-        for which in range(latch_count()):
+    if has_states():
+        for which in range(block.shape[1] - 1 - branches_begin(p)):
             count = insert(cuts, count, switching_share(which, i, record, p), SWITCH - which)
     if count == turns:
         if turns:
@@ -244,9 +241,9 @@ def time_to(event: float, d: float, rate: float, a: float, share: float, i: int,
         for _ in range(4):
             off -= (d + off * (rate + 0.5 * off * a) - level) / (rate + off * a)
         return off
-    if latch_count():
-        which, place, t = int(SWITCH - event), motion_size() + memory_size(), start + i * h + share * h
-        latched, off, near = block[i, place : place + latch_count()], 0.0, 1e-9 / p[3]
+    if has_states():
+        which, t = int(SWITCH - event), start + i * h + share * h
+        latched, off, near = block[i, branches_begin(p) :], 0.0, 1e-9 / p[3]
         for _ in range(4):
             here = switch(which, latched, d + off * (rate + 0.5 * off * a), rate + off * a, t + off, p)
             off += near
@@ -312,7 +309,7 @@ def add_piece(piece: Any, first: int, after: int, record: Any, drive: Any, phaso
 def switching_share(which: int, i: int, record: Any, p: Any) -> float:
     """Return where in step i a branch switched, or 1 when it did not."""
     block, h, start, _, _, _ = record
-    place, t = motion_size() + memory_size(), start + i * h
+    place, t = branches_begin(p), start + i * h
     if block[i, place + which] == block[i + 1, place + which]:
         return 1.0
     a, b = motion_of(block, i), motion_of(block, i + 1)
@@ -321,7 +318,7 @@ def switching_share(which: int, i: int, record: Any, p: Any) -> float:
     for _ in range(40):
         s = 0.5 * (low + high)
         d, rate = cubic(s, h, d0, v0, d1, v1), cubic_rate(s, h, d0, v0, d1, v1)
-        if switch(which, block[i, place : place + latch_count()], d, rate, t + s * h, p) > 0.0:
+        if switch(which, block[i, branches_begin(p) :], d, rate, t + s * h, p) > 0.0:
             high = s
         else:
             low = s

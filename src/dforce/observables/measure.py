@@ -21,11 +21,11 @@ import numpy as np
 from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.kernel.linker import by_address, inlined, reordered
 from dforce.kernel.vocabulary import (
+    branches_begin,
     distance,
     each_force,
     evolve,
-    latch_count,
-    memory_size,
+    has_states,
     mode_count,
     motion,
     motion_of,
@@ -157,11 +157,11 @@ def measure_force(block: Any, waves: Any, drive: Any, kinks: Any, p: Any, room: 
     for i in range(points + 1):
         y = motion_of(block, i)
         d[i], v[i], f[i] = distance(y, p), rate_of(y, p), block[i, last]
-    place, states = motion_size(), max(memory_size(), 1)
-    stage, rates = np.zeros(states), np.empty((points + 1 if memory_size() else 1, states))
-    if memory_size():
-        for i in range(points + 1):
-            memory = block[i, place : place + memory_size()]
+    states = branches_begin(p) - motion_size()
+    stage, rates = np.zeros(states), np.empty((points + 1, states))
+    if has_states():
+        for i in range(points + 1 if states else 0):
+            memory = block[i, motion_size() : branches_begin(p)]
             evolve(d[i], v[i], start + i * h, memory, memory, rates[i], p)
     path, middle, kind = (d, v, f, room[7], room[8], room[9]), (room[3], room[4], room[5]), room[6]
     record, result = (block, h, start, rates, stage, kinks), (np.empty(SUMS), np.empty((2, PIECE)), out)
@@ -248,7 +248,7 @@ def extremes(h: float, d: Any, v: Any, f: Any, sums: Any) -> None:
 def forces_at(s: float, first: int, d: Any, v: Any, out: Any, record: Any, p: Any) -> None:
     """Write the forces at the share s of the steps from `first` on, where distances and velocities are these."""
     _, h, start, _, _, _ = record
-    if memory_size() or latch_count():
+    if has_states():
         for i in range(out.shape[0]):
             out[i] = force_at(d[i], v[i], s, first + i, False, record, p)
     else:
@@ -272,7 +272,7 @@ def sort_steps(path: Any, middle: Any, kind: Any, record: Any, p: Any) -> None:
         outside = d0 > near and d1 > near
         whole = v0 * v1 > 0.0 and not (d0 - p[4]) * (d1 - p[4]) < 0.0
         kind[i] = (FLAT if flat and outside else STEEP) if whole else CUTS
-    for k in range(block.shape[1] - 1 - latch_count(), block.shape[1] - 1):
+    for k in range(branches_begin(p), block.shape[1] - 1):
         for i in range(points):
             kind[i] = kind[i] if block[i, k] == block[i + 1, k] else CUTS
     mark_kinks(d, kinks, kind)

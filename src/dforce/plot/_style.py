@@ -12,6 +12,7 @@ import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure, FigureBase, SubFigure
 from matplotlib.text import Text
 
@@ -26,6 +27,7 @@ from dforce.results.status import check_computed
 # Okabe and Ito, Color Universal Design (2008): told apart by the color-blind, and in print
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 COLORS = (BLUE, GREEN, VERMILLION, PURPLE, ORANGE, SKY)
+SCALE, LIGHTEST = "viridis", 0.93  # of more lines than colors; its last part is hardly seen on white
 GRAY, LIGHT = "0.45", "0.88"
 DIRECTIONS: dict[str, dict[str, Any]] = {
     "approach": {"color": BLUE, "linestyle": "-", "label": "← approach"},
@@ -162,8 +164,10 @@ def colored_axes(host: Axes, count: int) -> list[Axes]:
 
 
 def color_cycle(count: int) -> list[str]:
-    """Return colors for `count` lines."""
-    return [COLORS[number % len(COLORS)] for number in range(count)]
+    """Return a color for each of `count` lines, all different: more than have names take a scale from dark to light."""
+    if count <= len(COLORS):
+        return list(COLORS[:count])
+    return [to_hex(color) for color in matplotlib.colormaps[SCALE](np.linspace(0.0, LIGHTEST, count))]
 
 
 def head(target: Axes | FigureBase, dataset: xr.Dataset, extra: str = "") -> None:

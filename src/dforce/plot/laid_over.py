@@ -13,9 +13,9 @@ from matplotlib.lines import Line2D
 
 from dforce.plot._points import draw_points
 from dforce.plot._states import MARKS, UNSTABLE
-from dforce.plot._style import COLORS, GRAY, axis_text, colored_axes, head, new_figure, tidy, without_errors
+from dforce.plot._style import GRAY, axis_text, color_cycle, colored_axes, head, new_figure, tidy, without_errors
 from dforce.results.curves import Line, Picture, lines_of
-from dforce.results.dataset import reader_unit
+from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.significance import largest_error
 
 BACK = (0, (4, 1.5))  # dashes of the way back
@@ -42,6 +42,7 @@ class _Drawing:
         self.measured = None if picture.logarithmic else measured
         self.first = next(iter(layers.values()))
         self.looks: dict[str, Any] = {}  # of the legend
+        self.colors = color_cycle(len(layers) if self.several else self._most())
 
     def on(self, figure: FigureBase | None) -> list[Axes]:
         """Draw, and return the axes."""
@@ -68,6 +69,13 @@ class _Drawing:
         if not self.several:
             head(axes[0], self.first)
         return axes
+
+    def _most(self) -> int:
+        """Return how many colors the lines of one result need: two for each column, and one more for each quantity."""
+        last = (
+            sum(size - 1 for dim, size in self.first[y].sizes.items() if dim in COLUMN_DIMS) for y in self.picture.y
+        )
+        return 2 * max(last) + 1 + len(self.picture.y)
 
     def _unit(self, name: str) -> str:
         return str(self.first[name].attrs.get("units", "1"))
@@ -116,14 +124,14 @@ class _Drawing:
         back = line.direction in ("retract", "down")
         dash: Any = UNSTABLE if not line.stable else BACK if back else "-"
         if self.several:
-            color = COLORS[number % len(COLORS)]
+            color = self.colors[number]
             self._note(list(self.layers)[number][:LONGEST_NAME], color, "-")
             if line.direction or not line.stable:
                 self._note(line.direction or "unstable", GRAY, dash)
             return {"color": color, "linestyle": dash}
         together = self.picture.together and len(self.picture.y) > 1
         place = self.picture.y.index(name) if together else 0
-        color = COLORS[(place + 2 * line.column + (back and not together)) % len(COLORS)]
+        color = self.colors[place + 2 * line.column + (back and not together)]
         words = [str(self.first[name].attrs.get("long_name", name))] * together + [line.name] * bool(line.name)
         self._note(", ".join(words), color, dash)
         return {"color": color, "linestyle": dash}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 import xarray as xr
@@ -10,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from dforce.core.errors import ParameterError
-from dforce.plot._style import COLORS, head
+from dforce.plot._style import head
 from dforce.plot.laid_over import lay_over
 from dforce.plot.maps import map as map_of_two
 from dforce.results.curves import Picture, drawable, first_state, goes_along
@@ -18,7 +19,7 @@ from dforce.results.dataset import reader_unit
 from dforce.results.kinds import swept
 from dforce.results.status import check_computed
 
-MOST = len(COLORS)  # cases in a picture, so that each has a color of its own
+MOST = 12  # cases in a picture, so that each has a color of its own and a line in the legend
 FIRST = ("share", "amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities
 PANELS = 3
 
@@ -46,7 +47,8 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
         raise ParameterError("this sweep has no quantity along a distance or a parameter, so it has no overview")
     axes = lay_over(layers, Picture(along, tuple(names)), figure)
     if len(layers) > 1:
-        head(axes[0], dataset)
+        total = math.prod(dataset.sizes[name] for name in swept(dataset, along))
+        head(axes[0], dataset, f"{len(layers)} of {total} cases" if len(layers) < total else "")
     return axes
 
 

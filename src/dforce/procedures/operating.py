@@ -40,6 +40,7 @@ MOST_STEPS = 12  # of the secant method; from a curve of some hundred points it 
 CLOSE = 1e-10  # of the free amplitude: how well the amplitude is met
 NUDGE = 1e-4  # of the free amplitude: a first step along the distance, which gives the slope
 LARGEST = 0.1  # of the free amplitude: longer steps are shortened
+SHORTER = 0.4  # times a step on which the orbit is lost: the next one is at most so long
 POLISH = 4  # times that the distance is corrected for the samples of a finer orbit
 
 
@@ -145,12 +146,16 @@ class _Search:
         self.points.steps[:], self.points.settling[:] = 0.0, 0.0
         self.miss: Array = np.full(len(self.zc), np.nan)  # amplitude ratio minus set point
         self.slope: Array = np.full(len(self.zc), np.nan)  # of the amplitude ratio by zc / A0
+        self.longest = LARGEST * self.length
 
     def write(self, out: OperatingPoints, which: Any) -> None:
         """Find the points, and write them into their places."""
         everything = np.arange(len(self.zc))
         self._move(everything, self.zc)
-        self._move(everything, self.zc + NUDGE * self.length)
+        for nudge in (NUDGE, -NUDGE):  # a stretch without stable orbits may lie on one side
+            some = np.flatnonzero(np.isnan(self.slope) & np.isfinite(self.miss))
+            if len(some):
+                self._move(some, self.zc[some] + nudge * self.length[some])
         for _ in range(MOST_STEPS):
             left = np.flatnonzero(np.abs(self.miss) > CLOSE)
             if not len(left):
@@ -181,13 +186,13 @@ class _Search:
         return self.block.scales_of(everything, self.zc), self.block.base_of(everything, self.zc)
 
     def _step(self, which: Any, miss: Array) -> Array:
-        longest = LARGEST * self.length[which]
+        longest = self.longest[which]
         with np.errstate(divide="ignore", invalid="ignore"):  # a slope of 0: the longest step
             step = self.length[which] * miss / self.slope[which]
         return np.asarray(np.clip(np.nan_to_num(step), -longest, longest))
 
     def _move(self, which: Any, to: Array, keep_slope: bool = False) -> None:
-        """Follow orbits to other distances; one that ends before is lost."""
+        """Follow orbits to other distances; one that is lost on the way stays, and its next step is shorter."""
         block, points = self.block, self.points
         branch = block.follow(which, points.states.take((which, 0)), self.zc[which], to[:, None])
         there = branch.done == 1
@@ -196,17 +201,18 @@ class _Search:
         ratio = finish_each(
             block.batch.example, block.harmonics, branch.rows[:, 0], even, numbers[which], tones[which]
         )["amplitude_ratio"]
-        miss = np.where(there, ratio - self.wanted.set_points[which], np.nan)
+        miss, step = ratio - self.wanted.set_points[which], to - self.zc[which]
         with np.errstate(invalid="ignore", divide="ignore"):
-            slope = (miss - self.miss[which]) / (to - self.zc[which]) * self.length[which]
+            slope = (miss - self.miss[which]) / step * self.length[which]
         if not keep_slope:
-            self.slope[which] = np.where(np.isfinite(slope), slope, self.slope[which])
-        self.miss[which], self.zc[which] = miss, np.where(there, to, self.zc[which])
+            self.slope[which] = np.where(there & np.isfinite(slope), slope, self.slope[which])
+        self.longest[which] = np.where(there, LARGEST * self.length[which], SHORTER * np.abs(step))
+        moved = which[there]
+        self.miss[moved], self.zc[moved] = miss[there], to[there]
         last = States.last_of(branch)
-        points.states.put((which[there], 0), last.take(there))
-        points.rows[which], points.monodromy[which] = branch.rows, branch.monodromy
-        points.residual[which] = np.where(there[:, None], branch.residual, np.nan)
-        points.error[which] = np.nan
+        points.states.put((moved, 0), last.take(there))
+        points.rows[moved], points.monodromy[moved] = branch.rows[there], branch.monodromy[there]
+        points.residual[moved], points.error[moved] = branch.residual[there], np.nan
 
     def _measured(self) -> dict[str, Array]:
         """Return the observables of the orbits, as accurate as asked for."""

@@ -149,8 +149,8 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
     if content.startswith(b"CDF"):
         raise ResultError(f"{name} is not from dForce: it is netCDF-3")
     if not content.startswith(hdf5.START):
-        hint = "; pandas.read_csv(path, comment='#') reads a table" if suffix.lower() == ".csv" else ""
-        raise ResultError(f"{name} is not a netCDF file{hint}")
+        hint = "; pandas.read_csv(path, comment='#') reads a table of dForce, dforce read FILE a measured curve"
+        raise ResultError(f"{name} is not a netCDF file{hint if suffix.lower() == '.csv' else ''}")
     # HDF5 may run for ever on a damaged file, so it is asked only about what may be whole
     dataset = _dataset(content) if is_whole(content) else None
     if dataset is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from dforce.core.units import show_range
 from dforce.experiments import FrequencySweep
 from dforce.experiments.base import values_of
 from dforce.library.cantilevers import NOMINAL
@@ -58,8 +59,8 @@ def unusual_value(seen: Evidence) -> Advice | None:
         "unusual_value",
         value,
         limit,
-        f"No usual instrument or sample has {said}: usual are {shown(usual.low, usual.unit)} to "
-        f"{shown(usual.high, usual.unit)}{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if it is "
+        f"No usual instrument or sample has {said}: usual are {show_range(usual.low, usual.high, usual.unit, 3)}"
+        f"{' for the first of them' if len(odd) > 1 else ''}. Check the unit; if it is "
         "right, the models may not be valid.",
         "usual instruments and samples, with a margin of a factor of ten",
         tuple(path for path, _, _ in odd),

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from dforce.core.units import show_range
 from dforce.experiments import Approach
 from dforce.validity._advice import Advice, shown
 from dforce.validity._evidence import Evidence
@@ -51,7 +52,7 @@ def _runs_that_overlap(seen: Evidence) -> str | None:
         return None
     unit = str(seen.result.variables[str(along)].attrs.get("units", "1"))
     low, high = min(pair[0] for pair in common), max(pair[1] for pair in common)
-    return f"Between {shown(low, unit)} and {shown(high, unit)} two stable states exist"
+    return f"Between {show_range(low, high, unit, 3, 'and')} two stable states exist"
 
 
 def _ways_that_differ(seen: Evidence) -> str | None:
@@ -62,7 +63,7 @@ def _ways_that_differ(seen: Evidence) -> str | None:
     if not apart.any():
         return None
     ways, unit = ("approach and retract", "m") if seen.along == "zc" else ("the sweeps up and down", "Hz")
-    where = f"Between {shown(float(x[apart].min()), unit)} and {shown(float(x[apart].max()), unit)}"
+    where = f"Between {show_range(float(x[apart].min()), float(x[apart].max()), unit, 3, 'and')}"
     return f"{where} {ways} end in different states"
 
 
@@ -89,7 +90,7 @@ def set_point_met_twice(seen: Evidence) -> Advice | None:
                 "set_point_met_twice",
                 float(rise[top]),
                 least,
-                f"On the {way} the amplitude steps up from {shown(low, 'm')} to {shown(float(amplitude[top]), 'm')} at zc = "
+                f"On the {way} the amplitude steps up from {show_range(low, float(amplitude[top]), 'm', 3)} at zc = "
                 f"{shown(float(zc[top]), 'm')}: such set points occur at several distances, and a feedback jumps "
                 "between them. Choose a set point outside of this range, or another A0.",
                 BISTABLE,
@@ -112,9 +113,9 @@ def set_point_unreachable(seen: Evidence) -> Advice | None:
                 "set_point_unreachable",
                 float(high - low),
                 least,
-                f"On the {way} the amplitude falls from {shown(float(high), 'm')} to {shown(float(low), 'm')} between "
-                f"{shown(float(zc[i]), 'm')} and {shown(float(zc[i + 1]), 'm')}: set points between them do not exist, and "
-                "a feedback drives the tip through the jump. Choose a set point outside of this range.",
+                f"On the {way} the amplitude falls from {show_range(float(high), float(low), 'm', 3)} between "
+                f"{show_range(float(zc[i]), float(zc[i + 1]), 'm', 3, 'and')}: set points between them do not exist, and a "
+                "feedback drives the tip through the jump. Choose a set point outside of this range.",
                 BISTABLE,
                 ("experiment.zc", seen.of_tone(0, "A0")),
                 "m",

@@ -211,4 +211,5 @@ def choose_force(take: Callable[[str], None]) -> None:
 
 
 def _item(model: type[df.forces.Force]) -> dict[str, str]:
-    return {"name": model.name, "title": name_of(model), "text": plain(first_line(model))}
+    also = ", ".join(model.also_called)
+    return {"name": model.name, "title": name_of(model), "also": also, "text": plain(first_line(model))}

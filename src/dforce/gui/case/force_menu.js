@@ -1,4 +1,4 @@
-// All force models in groups, and a search over their names, keys and sentences.
+// All force models in groups, and a search over their names, synonyms, keys and sentences.
 export default {
   template: `
     <div class="df-forces">
@@ -26,7 +26,7 @@ export default {
     shown() {
       const words = this.wanted.toLowerCase().split(/\s+/).filter(Boolean);
       const has = (one, group) => {
-        const text = `${one.title} ${one.name} ${one.text} ${group.title}`.toLowerCase();
+        const text = `${one.title} ${one.name} ${one.also} ${one.text} ${group.title}`.toLowerCase();
         return words.every((word) => text.includes(word));
       };
       return this.groups

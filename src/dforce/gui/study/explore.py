@@ -229,7 +229,7 @@ def words_of(settings: Mapping[str, tuple[float, str]], labels: Mapping[str, str
     """Return settings in words."""
     found = []
     for path, (value, unit) in settings.items():
-        scale, name = reader_unit(xr.DataArray([value], attrs={"units": unit}))
+        scale, name = reader_unit(xr.DataArray([value], name=path, attrs={"units": unit}))
         found.append(f"{labels.get(path, path)} {with_unit(f'{value / scale:.4g}', name)}")
     return ", ".join(found)
 

@@ -297,7 +297,7 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
     missing += ["free_amplitude"] * (free is None)
     if missing or free is None:
         raise ParameterError(
-            f"the data lack {' and '.join(missing)} of the instrument; pass a case, or calibrate the data"
+            f"the data lack values of the instrument: {', '.join(missing)}; pass a case, or calibrate the data"
         )
     drive = {"A0": float(free)} | (
         {"frequency": float(data.attrs["drive_frequency"])} if "drive_frequency" in data.attrs else {}
