@@ -155,16 +155,15 @@ def test_a_fit_does_not_depend_on_the_order_the_origin_of_heights_or_the_size_of
         df.fit(case, one, free=[H], search=False) for one in (data, data.isel(point=order), far, noisy)
     )
     errors = plain["error"]
-    # sums in another order end the search elsewhere within its tolerance: 1e-11 of chi2 is 5e-5 errors at most
-    assert float((abs(mixed["value"] - plain["value"]) / errors).max()) < 5e-5
-    assert mixed.attrs["chi2"] == pytest.approx(plain.attrs["chi2"], rel=1e-9)
+    # orbits are accepted within 1e-9 of A0, so on other ways chi2 = 199 differs by some 5e-9 of it: 1e-3 errors at most
+    assert float((abs(mixed["value"] - plain["value"]) / errors).max()) < 1e-3
+    assert mixed.attrs["chi2"] == pytest.approx(plain.attrs["chi2"], rel=5e-9)
     moved = shifted["value"] - plain["value"]
     assert float(moved.sel(parameter="zc_offset")) == pytest.approx(-1e-9, rel=1e-6)
-    # searches on other ways end among the small edges of the sampled map, which change chi2 by 1e-10: 3e-4 errors at most
-    assert shifted.attrs["chi2"] == pytest.approx(plain.attrs["chi2"], rel=2e-10)
+    assert shifted.attrs["chi2"] == pytest.approx(plain.attrs["chi2"], rel=5e-9)
     for name in (H, "A0", "phase_offset"):
-        assert abs(float(moved.sel(parameter=name))) < 3e-4 * float(errors.sel(parameter=name)), name
-    assert (doubled["error"] / errors).values == pytest.approx(2.0, rel=1e-6)
+        assert abs(float(moved.sel(parameter=name))) < 1e-3 * float(errors.sel(parameter=name)), name
+    assert (doubled["error"] / errors).values == pytest.approx(2.0, rel=5e-5)
     assert doubled.attrs["chi2"] == pytest.approx(0.25 * plain.attrs["chi2"], rel=1e-6)
 
 

@@ -54,10 +54,14 @@ def test_a_run_keeps_what_was_computed_however_often_it_is_told_to_stop(name, ev
             terminate(number)
             terminate(number)
 
-    result = df.run(df.example("figure-3-air"), progress=stop_soon)
+    before = signal.signal(number, signal.SIG_DFL)  # under nohup SIGHUP is ignored
+    try:
+        result = df.run(df.example("figure-3-air"), progress=stop_soon)
+        assert signal.getsignal(number) is signal.SIG_DFL
+    finally:
+        signal.signal(number, before)
     found = count_status(result)
     assert result.attrs["interrupted"] and found[df.Status.NOT_COMPUTED]
-    assert signal.getsignal(number) is signal.SIG_DFL
 
 
 def test_a_run_under_nohup_goes_on_without_its_terminal(every_look):
