@@ -58,7 +58,7 @@ class Branch:
     zc, amplitude_ratio, motions
         Distances (m), amplitude ratios and motions in SI.
     stable, saddle
-        Whether each is stable, or a saddle. What is neither alternates or beats.
+        Whether each state is stable, or a saddle. All other states alternate or beat.
     """
 
     zc: Array
@@ -158,8 +158,8 @@ def _ordered(ends: Array) -> tuple[float, float]:
 def walk(curves: Curves, number: int, case: Case, lowest: float, check_cancelled: Callable[[], None]) -> None:
     """Follow the branches of one of the cases through folds, and look for others, over the distances of its curves.
 
-    Nearer ones follow where a motion other than that of the curves is still above the `lowest` amplitude ratio. Only motions
-    of one common period are followed, and none is measured as accurately as asked: seeds need neither.
+    The walk goes on to nearer distances while another motion than the curves' has more than the `lowest` amplitude ratio.
+    Motions of one common period alone are followed, and none is measured as accurately as asked: seeds need neither.
     """
     A0, nearest = case.problem.tones[0].A0, curves.nearest(number)
     searched = np.linspace(FAR * A0, nearest, SEARCHED).tolist()

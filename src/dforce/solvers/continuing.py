@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.solvers.newton import CONVERGED, longest
+from dforce.solvers.newton import CONVERGED, longest, solve_both
 
 LARGEST = 0.1  # of the parameter's unit: step
 EXACT = 1e-8  # of the free amplitude: where predictions are so good, as far from the surface, steps may be longer
@@ -19,7 +19,7 @@ STEEP, TOWARDS = 1.0, 0.75  # slope (per unit) from which a fold is foretold; sh
 TINY = 1e-12  # of what a test allows, or of a step
 PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction continues the one before
 CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
-BENT = 0.1  # of a step times the slope: how far the chord may differ from that of the mean slope
+BENT = 0.1  # of a step times the slope: allowed difference of the chord and the mean slope times the step
 TURNED = 0.01  # of the free amplitude: change of the slope, times the step; with more a test may be passed by chance
 CLOSE, FORETOLD = 0.1, 2.0  # margin within which no window of instability is sought; change of it, of the one foretold
 SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
@@ -113,19 +113,10 @@ def margins_of(monodromy: Any, out: Any) -> None:
         matrix, product = monodromy.copy(), 1.0
         for k in range(size):
             matrix[k, k] += 2.0 * side - 1.0
+        regular = solve_both(matrix, np.zeros(size), np.zeros(size))  # it leaves the pivots on the diagonal
         for k in range(size):
-            pivot = k
-            for i in range(k + 1, size):
-                if abs(matrix[i, k]) > abs(matrix[pivot, k]):
-                    pivot = i
-            product *= abs(matrix[pivot, k])
-            for j in range(size if product > 0.0 else 0):
-                matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
-            for i in range(k + 1, size if product > 0.0 else 0):
-                factor = matrix[i, k] / matrix[k, k]
-                for j in range(k, size):
-                    matrix[i, j] -= factor * matrix[k, j]
-        out[side] = product**0.5
+            product *= abs(matrix[k, k])
+        out[side] = product**0.5 if regular else 0.0
 
 
 def may_have_passed(margin: Any, before: Any, closing: Any, gap: float) -> bool:
@@ -146,7 +137,7 @@ def next_step(longer: float, gap: float, reach: float) -> float:
 
 
 def shortened(longer: float) -> float:
-    """Return how much of a step is tried again, by how much longer it might have been; 1 or more: the orbit is not stable."""
+    """Return how much of a step is tried again, by how much longer it might have been; stability refuses 1 or more."""
     return SHRINK if longer >= 1.0 else min(max(SAFETY * longer, SHRINK), SHORTENED)
 
 
