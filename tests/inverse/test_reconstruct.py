@@ -187,6 +187,13 @@ def test_least_squares_choose_a_smoothing_that_the_noise_does_not_move():
     assert (np.abs([fit.values - law for fit in fits]) < 2.0 * sigma).mean() > 0.95
 
 
+def test_errors_of_least_squares_are_above_zero_where_the_data_tell_all_curvatures():
+    place = np.linspace(0.0, 1.0, 60)
+    matrix = np.exp(-60.0 * np.abs(place[:, None] - place) - 20.0 * place[:, None])
+    found = solve(matrix, matrix @ np.random.default_rng(1).standard_normal(60), np.full(60, 1e-9))
+    assert (np.diag(found.noise + found.smoothing) > 0.0).all()  # smoothing hides less than its parts are rounded by
+
+
 @pytest.mark.long
 def test_the_predicted_noise_is_the_spread_of_noisy_repeats():
     grid = np.linspace(0.25e-9, 1e-9, 60)
@@ -228,6 +235,57 @@ def test_distances_that_only_noise_leads_to_are_not_determined():
     sure = found["force_status"].values == 0
     near = found["distance"].values < -0.3e-9  # the kink of the contact is smoothed, as `resolution` shows
     assert sure[near].sum() > 100 and off[near & sure].max() < 4.0 < off[near].max()
+
+
+def measured(case, zc, points, amplitude_error, phase_error, seed=1):
+    """Return approach and retract with noise, as a measured curve, and the law's force at distances."""
+    curve = df.approach(case, zc={"start": zc[0], "stop": zc[1], "points": points}, direction="both")
+    draw, ways = np.random.default_rng(seed), ("approach", "retract")
+
+    def column(name):
+        return np.concatenate([curve[name].sel(direction=way).values.reshape(-1) for way in ways])
+
+    (mode,) = case.problem.modes
+    columns = {
+        "height": np.concatenate([curve["zc"].values] * 2),
+        "amplitude": column("amplitude") + amplitude_error * draw.normal(size=2 * points),
+        "phase": column("phase") + phase_error * draw.normal(size=2 * points),
+        "direction": np.repeat(ways, points),
+    }
+    attrs = {"k": mode.k, "f0": mode.f0, "Q": mode.Q, "free_amplitude": float(abs(case.problem.detected_free[0]))}
+    attrs |= {"amplitude_error": amplitude_error, "phase_error": phase_error}
+    return xr.Dataset({name: ("point", values) for name, values in columns.items()}, attrs=attrs)
+
+
+def dmt(f0, k, q, a0, radius, modulus, hamaker):
+    return df.Case(
+        cantilever={"f0": f0, "k": k, "Q": q}, drive={"A0": a0}, tip={"radius": radius},
+        sample={"youngs_modulus": modulus, "poisson_ratio": 0.3}, forces=[df.forces.DMT(hamaker=hamaker)],
+    )  # fmt: skip
+
+
+STIFF = dmt("157 kHz", "5.6 N/m", 180, "10.5 nm", "12.3 nm", "14 GPa", "14.5 zJ")
+SOFT = dmt("105 kHz", "0.5 N/m", 207, "14.7 nm", "9 nm", "55 MPa", "25 zJ")
+
+
+@pytest.mark.parametrize(
+    ("case", "zc", "points", "noise"),
+    [
+        pytest.param(STIFF, ("18.5 nm", "3.1 nm"), 100, (2e-12, 0.01), id="a kink"),
+        pytest.param(SOFT, ("15.7 nm", "4.4 nm"), 100, (2e-12, 0.01), id="a force that does not end with the curve"),
+    ],
+)
+def test_a_determined_force_lies_within_three_errors_of_the_law(case, zc, points, noise):
+    found = df.reconstruct(measured(case, zc, points, *noise))
+    law = df.force_curve(case, distance=found.distance.values[::-1]).force.sel(direction="approach").values[::-1]
+    off = (np.abs(found.force - law) / found.force_error).values[found.force_status.values == 0]
+    assert off.max() < 3.0 and np.mean(off < 2.0) > 0.95
+
+
+def test_a_force_between_points_far_apart_has_an_error_that_covers_it():
+    found = df.reconstruct(locked().isel(point=slice(0, None, 4)))  # 40 pm apart, with a well 0.1 nm wide
+    off = np.abs(found.force - morse(found.distance.values)) / found.force_error
+    assert off.max() < 2.0
 
 
 def test_noise_of_the_distances_counts_in_the_error_of_a_steep_force():

@@ -276,12 +276,12 @@ AXES = DRIFTING | table(
 
 RECONSTRUCTED = table(
     Quantity("force_error", r"\sigma_F", "N", "nN", "error of the force",
-             "standard deviation of a reconstructed force from noise, smoothing and gaps",
+             "standard deviation of a reconstructed force from all known sources",
              ("distance",)),
     Quantity("force_noise", r"\sigma_F", "N", "nN", "noise of the force",
              "standard deviation of a reconstructed force from the errors of amplitude and phase alone", ("distance",)),
     Quantity("gap_error", r"\sigma_F", "N", "nN", "error of the force from gaps",
-             "standard deviation of a reconstructed force from gaps nearby or farther out", ("distance",)),
+             "standard deviation of a reconstructed force from gaps and from the spacing of points", ("distance",)),
     Quantity("resolution", r"\Delta d", "m", "nm", "resolution",
              "distance over which a reconstructed force is averaged", ("distance",)),
     Quantity("force_status", "", "1", "1", "status of the force",

@@ -14,7 +14,8 @@ WIDER = 4.0  # times the spacing of the points beside it: a gap
 BESIDE = 5  # points on each side that tell the spacing
 ERRORS = 6.0  # of the distances: a gap that is narrower may be chance
 LEAST = 1.0 / 400.0  # of the range of distances; what is narrower hides nothing
-SHAPES = 3  # half waves of what is not known within a gap
+SHAPES = 3  # half waves of what is not known between two points
+SAMPLES = 31  # of the force around them
 
 
 class Gap(NamedTuple):
@@ -40,26 +41,28 @@ def gaps_in(closest: Array, error: float) -> list[Gap]:
     return found
 
 
-def hidden_force(gap: Gap, law: Law) -> Array:
-    r"""Return forces (N) that may hide in a gap, one standard deviation each, shape (shapes, nodes).
+def hidden_forces(closest: Array, law: Law) -> Array:
+    r"""Return forces (N) that may hide between neighboring closest distances, a standard deviation each, (forces, nodes).
 
-    Half waves :math:`S \sin(m \pi t) / m` between the ends of the gap, with S the range of the force within a gap's width
-    of it.
+    Half waves :math:`S \sin(m \pi t) / m` from one distance to the next, with S the range by which the force found
+    within half a step of them deviates from a line: next to nothing where points lie close.
     """
-    width = gap.high - gap.low
-    near = np.linspace(gap.low - width, gap.high + width, 201)
-    near = near[(near >= law.nodes[0]) & (near <= law.nodes[-1])]
-    size = float(np.ptp(force_of(law, law.force, near)))
-    share = (law.nodes - gap.low) / width
+    place = np.unique(closest)
+    low, high = place[:-1], place[1:]
+    width = high - low
+    around = np.linspace(
+        np.maximum(low - 0.5 * width, law.nodes[0]), np.minimum(high + 0.5 * width, law.nodes[-1]), SAMPLES
+    )
+    force = force_of(law, law.force, around)
+    size = np.ptp(force - np.linspace(force[0], force[-1], SAMPLES), axis=0)
+    share = (law.nodes - low[:, None]) / width[:, None]
     inside = (share > 0.0) & (share < 1.0)
-    return np.stack([np.where(inside, size / m * np.sin(m * np.pi * share), 0.0) for m in range(1, SHAPES + 1)])
+    waves = [np.where(inside, size[:, None] / m * np.sin(m * np.pi * share), 0.0) for m in range(1, SHAPES + 1)]
+    return np.concatenate(waves)
 
 
-def gap_covariance(gaps: list[Gap], law: Law, gain: Array, rows: Rows) -> Array:
-    """Return the covariance of the force (N^2) by what the gaps hide, shape (nodes, nodes)."""
-    total = np.zeros((len(law.force), len(law.force)))
-    for gap in gaps:
-        hidden = hidden_force(gap, law)
-        seen = hidden @ rows.virial.T @ gain.T - hidden  # what is found of it, less what is there
-        total += seen.T @ seen
-    return total
+def hidden_error(law: Law, gain: Array, rows: Rows) -> Array:
+    """Return the error of the force (N) at the nodes by what hides between points."""
+    hidden = hidden_forces(rows.closest, law)
+    seen = hidden @ rows.virial.T @ gain.T - hidden  # what is found of it, less what is there
+    return np.asarray(np.sqrt(np.sum(seen**2, axis=0)))

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from dforce.core.arrays import Array
-from dforce.inverse.reconstruction._gaps import Gap, gap_covariance, gaps_in
+from dforce.inverse.reconstruction._gaps import Gap, gaps_in, hidden_error
 from dforce.inverse.reconstruction._law import Law, force_of, laid
 from dforce.inverse.reconstruction._least import LeastSquares, evidence, solve
 from dforce.inverse.reconstruction._path import Paths, Rows, closest, impulse, no_paths, paths_of, rows_of, virials
@@ -24,12 +24,14 @@ FIRST_WIDTH = 0.03
 DOUBTS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 CLOSE = 0.1  # share of that by which a virial may still change when paths have settled
 ROUNDS = 30
+LEAST_SHARE = 0.1  # of the way to the new paths; a smaller one leads nowhere
 SMALLEST_DOUBT = 1e-5  # of the largest virial: by nodes and instants
 PLAIN_DOUBT = 1e-3  # of a virial, by sinusoids for paths
 LEAST_SIZE = 0.1  # of the largest virial
 WIDTH_ROUND = 2
 SETTLED = 1e-4  # change of the force from round to round, as a share of its range
 FAR = 0.25  # share of the nodes, from the last one, that tell how the force falls beyond
+LONGER = 1.5  # times its length: an error of how the force falls beyond the last node
 BESIDE = 5  # points that share the error of computation
 SEEN = 3.0  # errors above which a force or a loss is seen
 LEAST_LOSS = 1e-3  # share of the energy that the medium takes, below which no loss is looked for
@@ -45,8 +47,9 @@ class Inverse:
         Force and damping at nodes.
     fit, damping
         The least squares behind both; None where no loss is seen.
-    hidden
-        Covariance of the force by what the gaps hide (N^2).
+    hidden, beyond, unsettled
+        Errors of the force (N) at the nodes by what hides between points, by the force beyond the last node, and by paths
+        that would still move.
     rows, balance, harmonics, when
         The last paths, and what they do.
     virial_error, energy_error, sample_energy
@@ -63,6 +66,8 @@ class Inverse:
     fit: LeastSquares
     damping: LeastSquares | None
     hidden: Array
+    beyond: Array
+    unsettled: Array
     rows: Rows
     balance: Balance
     virial_error: Array
@@ -102,10 +107,10 @@ def invert(
     sinusoid = _plain(law, balance, shifted)
     size = np.maximum(np.abs(balance.virial), LEAST_SIZE * np.abs(balance.virial).max())
     rounding = _rounding(reading, balance)
-    paths, off, rounds = impulse(motions, balance.virial), size, 0
+    paths, off, moved, rounds = impulse(motions, balance.virial), size, size, 0
     for doubt in DOUBTS:
-        started, before, done = (paths, off), np.inf, False
-        while not done and rounds < ROUNDS:
+        started, before, done, share = (paths, off, moved), np.inf, False, 1.0
+        while not done and rounds < ROUNDS and share > LEAST_SHARE:
             rounds += 1
             report_progress(rounds)
             law = _laid_anew(law, low, closest(motions, paths), law.width)
@@ -115,14 +120,16 @@ def invert(
             fit = solve(rows_of(law, motions, paths).virial, balance.virial, error)
             law = law._replace(force=fit.values, length=_fall(law, fit))
             new = paths_of(law, motions, paths, balance.virial)
-            off = maximum_filter1d(np.abs(virials(law, motions, new) - virials(law, motions, paths)), BESIDE)
+            moved = virials(law, motions, new) - virials(law, motions, paths)
+            off = maximum_filter1d(np.abs(moved), BESIDE)
             change = float(np.sqrt(np.mean((off / size) ** 2)))
             if rounds > WIDTH_ROUND + 1 and change > before:
-                break
-            paths, before, done = new, change, change < CLOSE * doubt
+                share *= 0.5  # the force is steep: the new paths go too far
+            paths = Paths(*(one + share * (other - one) for one, other in zip(paths, new, strict=True)))
+            before, done = change, change < CLOSE * doubt
         if not done:
             if doubt != DOUBTS[0]:
-                paths, off = started  # so little smoothed, the force is too noisy to bend the paths by
+                paths, off, moved = started  # so little smoothed, the force is too noisy to bend the paths by
             break
     law = _laid_anew(law, low, closest(motions, paths), law.width)
     virial_error = np.hypot(_virial_error(law, balance, shifted, paths), rounding)
@@ -136,9 +143,23 @@ def invert(
         damping = solve(rows.loss, sample, energy_error)
         law = law._replace(damping=damping.values)
     gaps = gaps_in(rows.closest, reading.distance_error)
-    hidden = gap_covariance(gaps, law, fit.gain, rows)
+    longer = rows_of(law._replace(length=LONGER * law.length), motions, paths).virial
     return Inverse(
-        law, fit, damping, hidden, rows, balance, virial_error, energy_error, sample, gaps, sinusoid, rounds, off
+        law=law,
+        fit=fit,
+        damping=damping,
+        hidden=hidden_error(law, fit.gain, rows),
+        beyond=np.abs(fit.gain @ ((longer - rows.virial) @ fit.values)),
+        unsettled=np.abs(fit.gain @ moved),
+        rows=rows,
+        balance=balance,
+        virial_error=virial_error,
+        energy_error=energy_error,
+        sample_energy=sample,
+        gaps=gaps,
+        sinusoid=sinusoid,
+        rounds=rounds,
+        off=off,
     )
 
 
@@ -181,8 +202,7 @@ def _fall(law: Law, fit: LeastSquares) -> float:
     r"""Return the length of the force beyond the last node, from the line of :math:`|F|^{-1/2}` over the outer nodes."""
     far = slice(int((1.0 - FAR) * len(law.force)), None)
     d, force = law.nodes[far], fit.values[far]
-    error = np.sqrt(np.diag(fit.noise)[far] + np.diag(fit.smoothing)[far])
-    if (np.abs(force) < SEEN * error).any() or np.ptp(np.sign(force)):
+    if (np.abs(force) < SEEN * fit.error[far]).any() or np.ptp(np.sign(force)):
         return float(law.nodes[-1] - law.nodes[0])
     slope, start = np.polyfit(d - d[-1], np.abs(force) ** -0.5, 1)
     return float(start / slope) if slope > 0.0 else float(law.nodes[-1] - law.nodes[0])

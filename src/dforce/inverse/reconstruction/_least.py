@@ -1,4 +1,7 @@
-"""Least squares with a penalty on the curvature: a force at nodes from what it does along paths."""
+"""Least squares with a penalty on the curvature: a force at nodes from what it does along paths.
+
+A force bends much near a contact and little far away. So the size of its curvature is found around each node, from the data.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,10 @@ from dforce.core.arrays import Array
 
 LEAST = 1e-12  # smallest singular value that counts, as a share of the largest: below it is rounding
 MORE = 2.0  # times the number of points: a chi2 beyond is no noise
+BEYOND = 0.25  # of the number of nodes: after as many more a force ends
+AROUND = 10.0  # nodes whose curvatures have about one size
+ALIKE = 1.0  # how many curvatures the data must tell around a node, to count as much as those of all nodes
+PASSES = 2  # of finding the sizes
 WEIGHTS = 240  # of the penalty that are tried for the evidence
 
 
@@ -26,7 +33,7 @@ class LeastSquares(NamedTuple):
         What each of the data does to them, shape (nodes, points).
     noise, smoothing
         Covariance of the values by errors of the data, and by what the penalty hides, shape (nodes, nodes): the values are
-        normal with the sum of both where their curvatures are normal with the variance :math:`1/\lambda`.
+        normal with the sum of both where their curvatures are normal with the variance :math:`\tau^2/\lambda`.
     chi2
         Sum of the squared residuals over the errors.
     reached
@@ -40,9 +47,14 @@ class LeastSquares(NamedTuple):
     chi2: float
     reached: bool
 
+    @property
+    def error(self) -> Array:
+        """Standard deviation of the values by noise and smoothing."""
+        return np.asarray(np.sqrt(np.diag(self.noise) + np.diag(self.smoothing)))
+
 
 class _Standard(NamedTuple):
-    """Least squares in the curvatures, by singular values."""
+    """Least squares in the curvatures, each as a share of its size, by singular values."""
 
     smooth: Array  # values by curvatures
     u: Array
@@ -61,13 +73,15 @@ class _Standard(NamedTuple):
         return np.asarray(-0.5 * (np.sum(np.log1p(size) + self.share**2 / (1.0 + size), axis=1) + self.rest))
 
 
-def _standard(matrix: Array, data: Array, error: Array) -> _Standard:
+def _standard(matrix: Array, data: Array, error: Array, size: Array) -> _Standard:
     nodes = matrix.shape[1]
     bend = np.zeros((nodes, nodes))
     place = np.arange(nodes - 2)
     bend[place, place], bend[place, place + 1], bend[place, place + 2] = 1.0, -2.0, 1.0
-    bend[-2, -2:], bend[-1, -1] = (1.0, -1.0), 1.0  # far away a force ends
-    smooth = scipy.linalg.solve_triangular(bend, np.eye(nodes))
+    # slope and value at the last node are what random curvatures beyond it, before the force ends, add up to
+    beyond = BEYOND * nodes
+    bend[-2, -2:], bend[-1, -1] = np.array([1.0, -1.0]) / np.sqrt(beyond), np.sqrt(3.0 / beyond**3)
+    smooth = scipy.linalg.solve_triangular(bend, np.diag(size))
     u, s, vt = scipy.linalg.svd(matrix / error[:, None] @ smooth, full_matrices=False)
     kept = s > LEAST * s[0]
     share = u[:, kept].T @ (data / error)
@@ -80,33 +94,56 @@ def evidence(matrix: Array, data: Array, error: Array) -> float:
 
     (MacKay, Neural Computation 4, 415 (1992).) It compares ways to lay nodes.
     """
-    made = _standard(matrix, data, error)
+    made = _standard(matrix, data, error, np.ones(matrix.shape[1]))
     around = np.log(1e8)
     return float(
         made.evidence(np.linspace(2.0 * np.log(made.s[-1]) - around, 2.0 * np.log(made.s[0]) + around, WEIGHTS)).max()
     )
 
 
-def solve(matrix: Array, data: Array, error: Array) -> LeastSquares:
-    r"""Return the values that are most likely if their curvatures are random, of the size that makes the data most likely.
-
-    Minimizes :math:`\chi^2 + \lambda |L F|^2` with second differences L between neighboring nodes, and at the last node the
-    value and the first difference. The weight :math:`\lambda` is that of the largest evidence (MacKay, Neural Computation 4,
-    415 (1992)). A weight that makes :math:`\chi^2` the number of points (Morozov) swings with the noise, so that values scatter
-    by more than their covariance says.
-    """
-    made = _standard(matrix, data, error)
-    s = made.s
-    low, high = 2.0 * np.log(s[-1]), 2.0 * np.log(s[0]) + 20.0
+def _weight(made: _Standard) -> float:
+    """Return the weight of the penalty that makes the data most likely."""
+    low, high = 2.0 * np.log(made.s[-1]), 2.0 * np.log(made.s[0]) + 20.0
     tried = np.linspace(low, high, WEIGHTS)
     best, step = float(tried[np.argmax(made.evidence(tried))]), float(tried[1] - tried[0])
     found = scipy.optimize.minimize_scalar(
         lambda x: -made.evidence(np.array([x]))[0], bounds=(best - step, best + step), method="bounded"
     )
-    weight = float(np.exp(found.x))
+    return float(np.exp(found.x))
+
+
+def _sizes(made: _Standard, weight: float) -> Array:
+    r"""Return the size of the curvatures around each node, over the size that was taken.
+
+    It is the root of :math:`\lambda \sum c^2 / \sum \gamma` with weights that fall with the distance from the node, where
+    :math:`\gamma` is how much of a curvature c the data tell (MacKay).
+    """
+    share = made.s**2 / (made.s**2 + weight)
+    curvature, told = (share / made.s * made.share) @ made.vt, share @ made.vt**2
+    place = np.arange(len(told))
+    near = np.exp(-0.5 * ((place[:, None] - place) / AROUND) ** 2)
+    return np.asarray(np.sqrt((near @ curvature**2 * weight + ALIKE) / (near @ told + ALIKE)))
+
+
+def solve(matrix: Array, data: Array, error: Array) -> LeastSquares:
+    r"""Return the values that are most likely if their curvatures are random, of the size that makes the data most likely.
+
+    Minimizes :math:`\chi^2 + \lambda |L F / \tau|^2` with second differences L between neighboring nodes, and at the last node
+    the value and the first difference. The weight :math:`\lambda` is that of the largest evidence, and :math:`\tau` is the size
+    of the curvatures around each node, found with it (MacKay, Neural Computation 4, 415 (1992)). A weight that makes
+    :math:`\chi^2` the number of points (Morozov) swings with the noise, so that values scatter by more than their covariance
+    says.
+    """
+    size = np.ones(matrix.shape[1])
+    made = _standard(matrix, data, error, size)
+    for _ in range(PASSES):
+        size = size * _sizes(made, _weight(made))
+        size /= np.sqrt(np.mean(size**2))
+        made = _standard(matrix, data, error, size)
+    weight, s = _weight(made), made.s
     back = made.smooth @ made.vt.T
     gain = back * (s / (s**2 + weight)) @ made.u.T / error
-    hidden = made.smooth @ made.smooth.T - back @ back.T  # curvatures that the data do not touch
-    smoothing = (back * (weight / (s**2 + weight) ** 2)) @ back.T + hidden / weight
+    hidden = made.smooth - back @ made.vt  # by curvatures that the data do not touch
+    smoothing = (back * (weight / (s**2 + weight) ** 2)) @ back.T + hidden @ hidden.T / weight
     chi2 = made.chi2(weight)
     return LeastSquares(gain @ data, gain, (gain * error**2) @ gain.T, smoothing, chi2, chi2 < MORE * len(data))

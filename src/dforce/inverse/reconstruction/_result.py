@@ -53,15 +53,14 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
 
     law, balance = inverse.law, inverse.balance
     distance = law.nodes
-    noise, smoothing, hidden = (
-        np.sqrt(np.maximum(np.diag(one), 0.0)) for one in (inverse.fit.noise, inverse.fit.smoothing, inverse.hidden)
-    )
+    fit, hidden = inverse.fit, inverse.hidden
     blind = np.zeros(len(distance), dtype=bool)
     for gap in inverse.gaps:
         blind |= (distance > gap.low) & (distance < gap.high)
     span = float(np.ptp(law.force[~blind]))
     shifted = _by_distance(law, inverse.gaps, reading.distance_error)
-    total = np.sqrt(noise**2 + smoothing**2 + hidden**2 + shifted**2 + (BY_NODES * span) ** 2)
+    parts = (fit.error, hidden, inverse.beyond, inverse.unsettled, shifted, np.full(len(distance), BY_NODES * span))
+    total = np.sqrt(np.sum(np.square(parts), axis=0))
     unsure = (total > UNSURE * span) | _by_noise(inverse, reading.distance_error)
     status = np.where(blind, BLIND, np.where(unsure, UNCERTAIN, DETERMINED)).astype(np.int8)
     open_ = np.where(blind, np.nan, 1.0)  # a gap stays a gap
@@ -69,7 +68,7 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
     variables: dict[str, Any] = {
         "force": ("distance", law.force * open_),
         "force_error": ("distance", total * open_),
-        "force_noise": ("distance", noise * open_),
+        "force_noise": ("distance", np.sqrt(np.diag(fit.noise)) * open_),
         "gap_error": ("distance", hidden * open_),
         "resolution": ("distance", _resolution(inverse) * open_),
         "force_status": ("distance", status),
@@ -89,10 +88,9 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
         "energy_error": ("point", inverse.energy_error),
     }
     if inverse.damping is not None and not any(force.name in PATH_DEPENDENT for force in case.forces):
-        error = np.sqrt(np.diag(inverse.damping.noise) + np.diag(inverse.damping.smoothing))
         variables |= {
             "damping": ("distance", inverse.damping.values * open_),
-            "damping_error": ("distance", error * open_),
+            "damping_error": ("distance", inverse.damping.error * open_),
         }
     if known:
         variables["law_force"] = ("distance", _known(case, distance))
