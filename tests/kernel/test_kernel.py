@@ -9,6 +9,7 @@ import threading
 import time
 import types
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -221,6 +222,17 @@ def test_the_solvers_are_the_same_for_all_forces_and_compiled_once():
     motions = [ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 1)[0] for ready in (few, many)]
     assert len(few.solvers.module.march_rk4.signatures) == 1
     assert motions[0].y != motions[1].y
+
+
+def test_a_memory_that_has_faded_is_nothing_and_no_number_that_takes_the_processor_long():
+    forces = [df.forces.SLS(elements=4, relaxation_time="1 us"), df.forces.Capillary(formation="1 nm")]
+    ready = INTEGRATORS["rk4"](problem(forces), df.SolverSettings(), 3)
+    ready.place(1e-6)  # the tip touches nothing
+    start = replace(with_amplitudes(ready, free_amplitudes(ready)), memory=np.full(ready.memory_size, 1e-9))
+    soon, _ = ready.lock_in(start, 2)
+    late, _ = ready.lock_in(start, 2000)
+    assert (soon.memory > 1e-30).all()
+    assert (late.memory == 0.0).all()
 
 
 def test_a_force_with_another_number_of_states_or_coefficients_is_another_kernel():
