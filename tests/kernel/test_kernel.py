@@ -87,7 +87,7 @@ def plain(problem, entries=MARCHES):
     real, module = sys.modules["numba"], {}
     sys.modules["numba"] = stand_in
     try:
-        exec(compose(len(problem.modes), len(problem.tones), problem.forces, entries), module)
+        exec(compose(len(problem.modes), problem.forces, entries, drive=(len(problem.tones), True)), module)
     finally:
         sys.modules["numba"] = real
     return types.SimpleNamespace(**module)
@@ -166,7 +166,7 @@ def test_functions_that_count_no_references_return_no_array(monkeypatch):
     asked = problem([df.forces.VanDerWaals(hamaker=2e-20), df.forces.Hertz(), df.forces.KelvinVoigt()])
     entries = MARCHES | {"advance_lanes": advance_lanes}
     module: dict = {}
-    exec(compose(1, 1, asked.forces, entries), module)
+    exec(compose(1, asked.forces, entries, drive=(1, True)), module)
     monkeypatch.undo()
     ready = INTEGRATORS["rk4"](asked, df.SolverSettings(method="transient", points_per_period=64), 3)
     ready.place(6e-9)
@@ -275,7 +275,7 @@ PATHS = ["text"]
 
 def test_a_law_that_reads_changing_values_is_refused():
     with pytest.raises(df.ForceError, match="a list"):
-        compose(1, 1, [Broken()], {})
+        compose(1, [Broken()], {})
 
 
 # --- the store -------------------------------------------------------------------------------------------------------
@@ -308,7 +308,7 @@ def test_a_changed_law_is_a_new_module(tmp_path):
         spec = importlib.util.spec_from_file_location("pull", path)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-        names.append(cache.fingerprint(compose(1, 1, [module.Pull()], {})))
+        names.append(cache.fingerprint(compose(1, [module.Pull()], {})))
     assert names[0] != names[1]
 
 
