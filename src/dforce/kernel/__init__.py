@@ -287,7 +287,10 @@ def signature(force: Force) -> tuple[Any, ...]:
 
 
 def load(
-    problem: Problem, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]] = (), lanes: bool = False
+    problem: Problem,
+    entries: dict[str, Callable[..., Any]],
+    called: Sequence[Callable[..., Any]] = (),
+    lanes: bool = False,
 ) -> Kernel:
     """Return the kernel of a problem's combination of modes and forces.
 

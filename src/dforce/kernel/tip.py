@@ -56,7 +56,9 @@ class TipFunctions:
         """Return the kernel that holds a function."""
         if name in self._shared:
             return load_any(self._problem, self._shared)
-        return load(self._problem, self._lanes, tuple(self._called.values()), True) if name in self._lanes else self._kernel
+        if name in self._lanes:
+            return load(self._problem, self._lanes, tuple(self._called.values()), lanes=True)
+        return self._kernel
 
     def numbers(self, table: Array) -> Array:
         """Return parameters (problems, parameters) as the solvers take them, (parameters + 5, problems), after :meth:`at`."""
