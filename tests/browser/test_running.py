@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 
 import numpy as np
 import pytest
@@ -80,6 +81,30 @@ def test_the_lines_that_follow_a_slider_are_those_of_a_chart_that_is_drawn_anew(
         assert share == pytest.approx(
             0.8, rel=1e-3
         )  # the ring of this curve at its set point, not that of the one before
+
+
+def test_a_slider_sends_the_newest_value_and_no_two_messages_close_together(window):
+    handle = slider(window, AMPLITUDE)
+    sent = handle.evaluate(
+        """async (one) => {
+            const sent = [], emit = window.socket.emit;
+            window.socket.emit = function (name, ...all) {
+                if (name === "event") sent.push([performance.now(), all[0].args]);
+                return emit.call(this, name, ...all);
+            };
+            for (let n = 0; n <= 100; n++) {
+                one.value = 6 + 0.02 * n;
+                one.dispatchEvent(new Event("input"));
+                await new Promise((then) => setTimeout(then, 4));
+            }
+            await new Promise((then) => setTimeout(then, 200));
+            window.socket.emit = emit;
+            return sent;
+        }"""
+    )
+    times = [time for time, _ in sent]
+    assert min(after - before for before, after in itertools.pairwise(times)) > 30.0  # ms; 25 a second at most
+    assert "8" in str(sent[-1][1])
 
 
 def test_a_slider_shows_what_is_typed_right_after_it_was_dragged(window):

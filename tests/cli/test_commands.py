@@ -364,7 +364,9 @@ def test_models_are_listed_with_their_parameters():
         ("prony", {"generalized_maxwell"}),
         ("Zener", {"sls", "sls_simple"}),
         ("EDL", {"dlvo"}),
-        ("Derjaguin", {"dlvo", "dmt", "hydration", "lennard_jones", "van_der_waals"}),
+        ("adhesion", {"adhesion_hysteresis", "dmt", "jkr", "maugis_dugdale"}),
+        ("viscoelastic", {"generalized_maxwell", "kelvin_voigt", "power_law", "sls", "sls_simple"}),
+        ("Derjaguin", {"dlvo", "dmt"}),
     ],
 )
 def test_a_word_lists_the_models_that_mention_it(word, found):

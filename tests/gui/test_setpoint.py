@@ -8,10 +8,12 @@ import functools
 
 import numpy as np
 import pytest
-from simulated import element, send, show, window
+from simulated import element, send, show, until, window
 
 import dforce as df
 from dforce.core.units import parse
+from dforce.findings.crossings import Crossings
+from dforce.gui.case.sliders import SliderElement
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.setpoint import SetPointTable, states_of, table_of, three_digits
 from dforce.gui.document.document import Document
@@ -145,3 +147,39 @@ def test_a_set_point_out_of_range_is_not_taken(tmp_path):
     for wrong in (-5.0, 1.0, float("nan"), "0.8"):
         with pytest.raises(df.CaseError):
             Document.from_plain(plain | {"set_point": wrong})
+
+
+def test_while_a_slider_is_dragged_curves_do_not_wait_for_their_states_which_are_solved_at_rest(tmp_path, monkeypatch):
+    solving, drawn = [], []
+    solve = Crossings.solved
+    monkeypatch.setattr(Crossings, "solved", lambda *args: solving.append(args[1].attrs["case"]) or solve(*args))
+
+    def solved():
+        return sum('A0 = "7 nm"' in case for case in solving)
+
+    async def flow():
+        async with window(tmp_path) as (user, page):
+            await until(lambda: solving and not any(work.busy for work in page.view._works))
+            compose = page.view.compose
+
+            def composed(curve):
+                figure = compose(curve)
+                if page.view.curve.document.value(("drive", "A0")) == "7 nm":
+                    drawn.append((solved(), figure))
+                return figure
+
+            page.view.compose = composed
+            send(element(user, SliderElement), "slide", 7.0)
+            await until(lambda: drawn)
+            assert drawn[0][0] == 0
+            wanted = df.at_set_point(page.view.result, 0.8)
+            # rings of both directions and frames: at first on the straight lines between 221 points
+            for place, key in ((1e9 * wanted["zc"].values, "xanchor"), (wanted["phase"].values[:, 0], "yanchor")):
+                rings = [ring[key] for ring in drawn[0][1]["layout"]["shapes"]]
+                assert sorted(rings[-len(place) :]) == pytest.approx(sorted(place), rel=1e-3)
+            await until(lambda: solved() and not any(work.busy for work in page.view._works))
+            places = [ring["xanchor"] for ring in drawn[-1][1]["layout"]["shapes"]]
+            assert places == pytest.approx([*1e9 * wanted["zc"].values] * 2, rel=1e-12)
+            assert page.plots.layers[-1].states["solved"].all()
+
+    asyncio.run(flow())

@@ -280,6 +280,8 @@ def test_a_value_with_its_error_is_read_as_people_write_it(given, value, error):
 def test_errors_are_shown_to_two_digits():
     assert show(29.98612e-9, 0.0138e-9, "m") == "29.986 ± 0.014 nm"
     assert show(180.0, 4.0, "1") == "180.0 ± 4.0"
+    assert show(69.9999999999e3, 2e-11, "Hz") == "70.000000 ± 2e-14 kHz"  # no digit that nobody reads
+    assert show(0.0, 2e-9, "m") == "0.0 ± 2.0 nm"
 
 
 def test_the_slope_of_a_stretch_has_the_error_that_its_noise_makes():

@@ -505,3 +505,8 @@ def test_a_bad_plan_file_is_one_sentence(tmp_path: Path, change, sentence):
     assert done.exit_code == 2
     assert sentence in done.stderr
     assert dforce(str(tmp_path / "nothing.toml")).exit_code == 2
+
+
+def test_of_an_example_a_plan_asks_for_the_table_and_not_for_a_file():
+    done = dforce("figure-3-air")
+    assert done.exit_code == 2 and "figure-3-air: the table [plan] is missing" in done.stderr

@@ -9,6 +9,7 @@ import threading
 import time
 import types
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -86,7 +87,7 @@ def plain(problem, entries=MARCHES):
     real, module = sys.modules["numba"], {}
     sys.modules["numba"] = stand_in
     try:
-        exec(compose(len(problem.modes), len(problem.tones), problem.forces, entries), module)
+        exec(compose(len(problem.modes), problem.forces, entries, drive=(len(problem.tones), True)), module)
     finally:
         sys.modules["numba"] = real
     return types.SimpleNamespace(**module)
@@ -165,7 +166,7 @@ def test_functions_that_count_no_references_return_no_array(monkeypatch):
     asked = problem([df.forces.VanDerWaals(hamaker=2e-20), df.forces.Hertz(), df.forces.KelvinVoigt()])
     entries = MARCHES | {"advance_lanes": advance_lanes}
     module: dict = {}
-    exec(compose(1, 1, asked.forces, entries), module)
+    exec(compose(1, asked.forces, entries, drive=(1, True)), module)
     monkeypatch.undo()
     ready = INTEGRATORS["rk4"](asked, df.SolverSettings(method="transient", points_per_period=64), 3)
     ready.place(6e-9)
@@ -223,6 +224,17 @@ def test_the_solvers_are_the_same_for_all_forces_and_compiled_once():
     assert motions[0].y != motions[1].y
 
 
+def test_a_memory_that_has_faded_is_nothing_and_no_number_that_takes_the_processor_long():
+    forces = [df.forces.SLS(elements=4, relaxation_time="1 us"), df.forces.Capillary(formation="1 nm")]
+    ready = INTEGRATORS["rk4"](problem(forces), df.SolverSettings(), 3)
+    ready.place(1e-6)  # the tip touches nothing
+    start = replace(with_amplitudes(ready, free_amplitudes(ready)), memory=np.full(ready.memory_size, 1e-9))
+    soon, _ = ready.lock_in(start, 2)
+    late, _ = ready.lock_in(start, 2000)
+    assert (soon.memory > 1e-30).all()
+    assert (late.memory == 0.0).all()
+
+
 def test_a_force_with_another_number_of_states_or_coefficients_is_another_kernel():
     few, many = df.forces.SLS(elements=6), df.forces.SLS(elements=12)
     bound = [problem([force]).forces[0] for force in (few, many, df.forces.SLS(elements=6, instant_modulus=2e9))]
@@ -263,7 +275,7 @@ PATHS = ["text"]
 
 def test_a_law_that_reads_changing_values_is_refused():
     with pytest.raises(df.ForceError, match="a list"):
-        compose(1, 1, [Broken()], {})
+        compose(1, [Broken()], {})
 
 
 # --- the store -------------------------------------------------------------------------------------------------------
@@ -296,7 +308,7 @@ def test_a_changed_law_is_a_new_module(tmp_path):
         spec = importlib.util.spec_from_file_location("pull", path)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-        names.append(cache.fingerprint(compose(1, 1, [module.Pull()], {})))
+        names.append(cache.fingerprint(compose(1, [module.Pull()], {})))
     assert names[0] != names[1]
 
 

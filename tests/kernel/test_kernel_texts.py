@@ -33,7 +33,7 @@ def forces(name: str = "figure-3-air") -> tuple[df.Force, ...]:
 
 
 def test_a_text_is_composed_once_and_is_then_read():
-    composer = Composer(compose(1, 1, forces(), ENTRIES))
+    composer = Composer(compose(1, forces(), ENTRIES))
     first = texts.remembered((1, 1), forces(), composer)
     assert texts.remembered((1, 1), forces(), composer) == first == composer.text
     assert composer.asked == 1

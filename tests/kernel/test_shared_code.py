@@ -8,7 +8,7 @@ from dforce import kernel
 from dforce.kernel import cache
 from dforce.kernel.tip import TipFunctions
 from dforce.problem import Problem
-from dforce.solvers.integrator import CALLED, OWN, SHARED, load_kernels
+from dforce.solvers.integrator import CALLED, LANES, SHARED, load_kernels
 
 CASE = df.example("figure-3-air")
 
@@ -16,7 +16,7 @@ CASE = df.example("figure-3-air")
 def addresses(*forces, names=("advance_lanes", *SHARED)):
     """Return by name where the functions lie that the solvers call for these forces."""
     problem: Problem = CASE.replace(forces=list(forces)).problem
-    tip = TipFunctions(load_kernels(problem)[0], problem, CALLED, SHARED)
+    tip = TipFunctions(load_kernels(problem)[0], problem, CALLED, LANES, SHARED)
     values = tip.at(kernel.parameters(problem, 1e-8), names)[-len(CALLED) :]
     return {name: at for name, at in zip(CALLED, values, strict=True) if name in names}
 
@@ -24,7 +24,13 @@ def addresses(*forces, names=("advance_lanes", *SHARED)):
 def test_what_measures_and_what_cuts_steps_is_the_same_code_for_all_forces():
     hertz, dmt = addresses(df.forces.Hertz()), addresses(df.forces.DMT(hamaker="6e-20 J"))
     assert {name for name in hertz if hertz[name] == dmt[name]} == set(SHARED)
-    assert hertz["advance_lanes"] != dmt["advance_lanes"] and "advance_lanes" in OWN
+    assert hertz["advance_lanes"] != dmt["advance_lanes"] and "advance_lanes" in LANES
+
+
+def test_plain_steps_are_the_same_code_whatever_drives_the_lever():
+    shaken = CASE.replace("drive.excitation", "base")
+    assert shaken.problem.lagging and not CASE.problem.lagging
+    assert load_kernels(shaken.problem)[0] is load_kernels(CASE.problem)[0]
 
 
 def test_what_measures_is_the_same_code_for_any_number_of_states():

@@ -68,12 +68,15 @@ def models(
 
 
 def _mentioning(word: str) -> list[type[df.Force]]:
-    """Return the models with a word, of at least three letters, in their name, interactions, page or source."""
-    texts = {
-        model: f"{model.name} {model.also_called} {model.contains} {model.__doc__} {model.source}"
-        for model in df.forces.REGISTRY.values()
-    }
-    return [model for model, text in texts.items() if len(word) > 2 and word in text.lower()]
+    """Return the models that a word of at least three letters names or sums up; else their group, or those that mention it."""
+    tiers: tuple[list[type[df.Force]], ...] = ([], [], [])
+    for title, members in df.forces.grouped(df.forces.REGISTRY.values()).items():
+        for model in members:
+            page = model.__doc__ or ""
+            head = f"{model.name} {model.also_called} {model.contains} {first_sentence(page)}"
+            for tier, text in zip(tiers, (head, title, f"{page} {model.source}"), strict=True):
+                tier += [model] if len(word) > 2 and word in text.lower() else []
+    return next(filter(None, tiers), [])
 
 
 def _check(file: Path | None, json: bool) -> int:

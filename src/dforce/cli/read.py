@@ -26,7 +26,7 @@ from dforce.cli._terminal import (
 )
 from dforce.core.errors import shorten
 from dforce.core.files import check_target
-from dforce.core.units import show, show_range
+from dforce.core.units import show_range
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -206,6 +206,8 @@ def _print(data: xr.Dataset, file: str) -> None:
 
 
 def _rows(data: xr.Dataset) -> list[tuple[str, str]]:
+    from dforce.inverse.values import show as with_error  # its folder loads NumPy
+
     directions = [word for word in ("approach", "retract") if (data["direction"].values == word).any()]
     heights = show_range(float(data["height"].min()), float(data["height"].max()), "m", 5)
     rows = [
@@ -214,15 +216,8 @@ def _rows(data: xr.Dataset) -> list[tuple[str, str]]:
     ]
     for label, name, unit in NUMBERS:
         if name in data.attrs:
-            rows.append((label, _with_error(float(data.attrs[name]), data.attrs.get(f"{name}_error"), unit)))
+            rows.append((label, with_error(float(data.attrs[name]), data.attrs.get(f"{name}_error"), unit)))
     return rows
-
-
-def _with_error(value: float, error: float | None, unit: str) -> str:
-    """Return a value as text, its error beside it."""
-    if unit == "deg":
-        return f"{value:.3f}°" + (f" ± {error:.2g}°" if error is not None else "")
-    return show(value, unit, 5) + (f" ± {show(float(error), unit, 2)}" if error is not None else "")
 
 
 def _answer(data: xr.Dataset, file: str, files: list[str], missing: str) -> dict[str, Any]:

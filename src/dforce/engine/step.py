@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from dforce.core.arrays import FADED
 from dforce.engine.lanes import BEGIN, D0, D1, F1, HIGH, LENGTH, LOW, OMEGA, SPEED, V0, V1, ZC, T, compiled, inlined
 from dforce.engine.laws import call_block
 from dforce.engine.tableau import ARRIVING, FIFTH, LEAVING, PACE, SHARE, STAGES, THIRD, WEIGHTS, A
@@ -255,12 +256,12 @@ def inside(mode: Any, turn: Any, u: Any, bent_x: float, bent_v: float, h: float,
 
 @compiled
 def take_step(lane: Any, h: float) -> None:
-    """Go to the end of the step that was tried."""
+    """Go to the end of the step that was tried; memory that has faded is nothing."""
     for n in range(lane.u.shape[0]):
         for k in range(lane.u.shape[2]):
             lane.u[n, 0, k], lane.u[n, 1, k] = lane.end[n, 0, k], lane.end[n, 1, k]
     for m in range(lane.memory.shape[1]):
-        lane.memory[0, m] = lane.memory[1, m]
+        lane.memory[0, m] = lane.memory[1, m] if abs(lane.memory[1, m]) > FADED else 0.0
     lane.state[T] += h
     for j in range(lane.turn.shape[0]):
         angle = lane.turn[j, 5] + lane.turn[j, 0] * lane.state[T]

@@ -16,6 +16,7 @@ DIGITS = 3  # of what is computed: the default accuracy promises them, and not a
 GIVEN_DIGITS = 5  # of what a user gave, and of frequencies: a narrow resonance is told from the drive by them
 GIVEN = ("zc", "frequency", "distance", "free_amplitude")
 LEAST = 0.001
+FINEST = 7  # place, counted from its first digit, beyond which no digit of a value is written, however small its error
 DEGREE = "degree"  # unit of phases in results, which the parser of units knows as an angle
 
 
@@ -82,7 +83,7 @@ def finding(
 
 
 def with_error(value: float, error: float, unit: str) -> tuple[str, str, str]:
-    """Return value, error and unit as text, with two digits of the error; "none" where it is not known."""
+    """Return value, error and unit as text, with two digits of the error where both have these places; "none" if unknown."""
     if unit == DEGREE or not math.isfinite(value):
         scale, name = 1.0, "deg" if unit == DEGREE else unit
     else:
@@ -98,5 +99,7 @@ def with_error(value: float, error: float, unit: str) -> tuple[str, str, str]:
         value, error, ending = value / 10.0**power, error / 10.0**power, f"e{power:+03d}"
     if not known:
         return f"{value:.5g}{ending}", "none", name
-    digits = min(max(1 - math.floor(math.log10(error)), 0), 9)
-    return f"{value:.{digits}f}{ending}", f"{error:.{digits}f}{ending}", name
+    first = math.floor(math.log10(abs(value))) if value else -FINEST
+    digits = max(min(1 - math.floor(math.log10(error)), FINEST - first), 0)
+    told = f"{error:.{digits}f}"
+    return f"{value:.{digits}f}{ending}", f"{told if float(told) else f'{error:.1g}'}{ending}", name

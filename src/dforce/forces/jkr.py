@@ -13,7 +13,7 @@ BEND = 18.0 * Q_PULL_OFF**2  # half the second derivative of delta(q) there
 
 
 class JKR(AdhesiveContact):
-    r"""Johnson–Kendall–Roberts contact of a sphere with a soft, strongly adhesive, flat sample.
+    r"""Johnson–Kendall–Roberts contact: strong adhesion of a sphere to a soft, flat sample.
 
     .. math:: \bar\delta = 3 q^4 - 4 q, \qquad \bar F = q^6 - 2 q^3, \qquad q \ge 3^{-1/3}
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from dforce.core.arrays import FADED
 from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.kernel.linker import uncounted
 from dforce.kernel.vocabulary import (
@@ -82,10 +83,10 @@ def keep_rest(block: Any, i: int, memory: Any, latched: Any, f: float) -> None:
 
 
 def remember(forces: Any) -> None:
-    """Take the memory to where the last step has led it."""
+    """Take the memory to where the last step has led it; what has faded is nothing."""
     memory, _, _, room = forces
     for k in range(memory_size()):
-        memory[k] = room[0, k]
+        memory[k] = room[0, k] if abs(room[0, k]) > FADED else 0.0
 
 
 def risen(y: Any, t: float, latched: Any, p: Any) -> int:

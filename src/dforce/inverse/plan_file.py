@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from dforce import library
 from dforce.case import Case
 from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
-from dforce.core.files import beside, read_input
+from dforce.core.files import beside, exists, read_input
 from dforce.core.toml import LONGEST, read_toml
 
 KEYS = ("vary", "set_points", "limits", "goal")
@@ -35,7 +36,7 @@ class PlanFile:
 
 @checked
 def load_plan(path: str | os.PathLike[str]) -> PlanFile:
-    """Return the plan in a file: a case file with a table ``[plan]``.
+    """Return the plan in a file: a case file with a table ``[plan]``; without such a file, in the shipped example of this name.
 
     Raises
     ------
@@ -43,7 +44,10 @@ def load_plan(path: str | os.PathLike[str]) -> PlanFile:
         When the file cannot be read, is not a case, or has no table ``[plan]`` with `vary`.
     """
     file, name = Path(path), f"'{shorten(str(path), 200)}'"
-    content = read_input(path, "plan", LONGEST, CaseError)
+    if str(path) in library.examples() and not exists(file):
+        content = library.example_text(str(path)).encode()
+    else:
+        content = read_input(path, "plan", LONGEST, CaseError)
     try:
         tables = read_toml(content.decode("utf-8-sig"))
     except UnicodeDecodeError:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, shorten
+from dforce.findings.finding import with_error
 
 WITH_ERROR = re.compile(r"\s*([+-]?\d+(?:\.(\d+))?)\((\d+(?:\.\d+)?)\)((?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*")
 
@@ -72,9 +73,4 @@ def show(value: float, error: float | None, unit: str) -> str:
         return f"{value:.3f}°" if error is None else f"{value:.3f}° ± {error:.2g}°"
     if error is None:
         return units.show(value, unit, 5)
-    if not value:
-        return f"0 ± {units.show(error, unit, 2)}"
-    scale, chosen = units.reader_unit(abs(value), unit)
-    places = max(0, 1 - int(f"{error / scale:e}".partition("e")[2])) if error > 0.0 else 3
-    suffix = "" if chosen == "1" else f" {chosen}"
-    return f"{value / scale:.{places}f} ± {error / scale:.{places}f}{suffix}"
+    return "{} ± {} {}".format(*with_error(value, error, unit)).rstrip()

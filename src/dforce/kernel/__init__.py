@@ -286,7 +286,12 @@ def signature(force: Force) -> tuple[Any, ...]:
     return type(force), force.law_function(), force.memory, force.layout(), force.is_rooted
 
 
-def load(problem: Problem, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]] = ()) -> Kernel:
+def load(
+    problem: Problem,
+    entries: dict[str, Callable[..., Any]],
+    called: Sequence[Callable[..., Any]] = (),
+    lanes: bool = False,
+) -> Kernel:
     """Return the kernel of a problem's combination of modes and forces.
 
     Parameters
@@ -297,16 +302,18 @@ def load(problem: Problem, entries: dict[str, Callable[..., Any]], called: Seque
         Entry functions by name, written over :mod:`dforce.kernel.vocabulary`.
     called
         All functions that the solvers call by their address, see :func:`codegen.compose`.
+    lanes
+        Whether they march lanes, and so are compiled for the number of tones, too.
     """
-    modes, tones = len(problem.modes), len(problem.tones)
+    modes, late = len(problem.modes), problem.late_fluid
     forces = tuple(signature(force) for force in problem.forces)
-    lagging, late = problem.lagging, problem.late_fluid
+    drive = (len(problem.tones), problem.lagging) if lanes else None
     return _loaded(
-        (modes, tones, forces, tuple(entries.items()), tuple(called), lagging, late),
+        (modes, forces, tuple(entries.items()), tuple(called), late, drive),
         lambda: texts.remembered(
-            (modes, tones, lagging, late, [rest for _, _, *rest in forces], _places(entries), _names(called)),
+            (modes, late, drive, [rest for _, _, *rest in forces], _places(entries), _names(called)),
             problem.forces,
-            lambda: compose(modes, tones, problem.forces, entries, called, lagging, late),
+            lambda: compose(modes, problem.forces, entries, called, late, drive),
         ),
         _tip_equation_for(problem.forces),
     )

@@ -107,19 +107,18 @@ def compose_solvers(
 
 def compose(
     modes: int,
-    tones: int,
     forces: Sequence[Force],
     entries: dict[str, Callable[..., Any]],
     called: Sequence[Callable[..., Any]] = (),
-    lagging: bool = True,
     late: int = 0,
+    drive: tuple[int, bool] | None = None,
 ) -> str:
     """Return the text of a module with the composed tip equation and the given entry functions.
 
     Parameters
     ----------
-    modes, tones
-        Number of cantilever modes and of drive tones.
+    modes
+        Number of cantilever modes.
     forces
         Bound forces; only their laws, layouts and numbers of states matter, not their parameters' values.
     entries
@@ -127,20 +126,20 @@ def compose(
     called
         All functions that the solvers call by address, in the order of the addresses. Other modules hold the functions that
         are no entries.
-    lagging
-        Whether the drive may have imaginary parts; lanes take longer with them.
     late
         States of the fluid's memory of each mode.
+    drive
+        Number of drive tones, and whether they may have imaginary parts, which take longer: lanes alone are compiled for these.
     """
     sizes = sizes_of(modes, forces, late)
     elsewhere = places_of(called, sizes["motion_size"])
     linker = Linker(sizes, {f: place for f, place in elsewhere.items() if f not in entries.values()})
     what = " + ".join(force.name for force in forces) or "no force"
-    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)}, {tones} tone{'s' * (tones > 1)} and {what}"))
+    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and {what}"))
     if called:
         linker.emit(pointers())
     count = parameter_count(modes, late) + sum(len(force.numbers()) for force in forces)
-    for text in (*shared_text(sizes, modes, late), *_lanes(modes, tones, count, lagging)):
+    for text in (*shared_text(sizes, modes, late), *_unpacked(count), *(_lanes(modes, *drive) if drive else ())):
         linker.emit(text, "inlined")
     rooted = f"def is_rooted(p):\n    return {any(force.is_rooted for force in forces)}"
     begin = f"def branches_begin(p):\n    return {sizes['motion_size'] + sizes['memory_size']}"
@@ -281,17 +280,22 @@ def _samples(places: Sequence[int]) -> list[str]:
     ]
 
 
-def _lanes(modes: int, tones: int, parameters: int, lagging: bool) -> list[str]:
-    waves = range(0, 2 * tones, 1 if lagging else 2)
-    products = [[f"amplitudes[{k * modes + n}, j] * c[{i}]" for i, k in enumerate(waves)] for n in range(modes)]
-    drive = [" + ".join(terms) for terms in products]
+def _unpacked(parameters: int) -> list[str]:
     first = [f"p[{k}]" for k in range(OTHERS)]
     others = [f"others[{k}]" for k in range(parameters - OTHERS)]
     return [
         f"def parameters_of(table, j):\n    return {tuple_of([f'table[{k}, j]' for k in range(parameters)])}",
+        f"def whole(p):\n    others = p[{OTHERS}]\n    return {tuple_of([*first, *others])}",
+    ]
+
+
+def _lanes(modes: int, tones: int, lagging: bool) -> list[str]:
+    waves = range(0, 2 * tones, 1 if lagging else 2)
+    products = [[f"amplitudes[{k * modes + n}, j] * c[{i}]" for i, k in enumerate(waves)] for n in range(modes)]
+    drive = [" + ".join(terms) for terms in products]
+    return [
         f"def waves_at(waves, i):\n    return {tuple_of([f'waves[{k}, i]' for k in waves])}",
         f"def lane_drive(amplitudes, j, c):\n    return {tuple_of(drive)}",
-        f"def whole(p):\n    others = p[{OTHERS}]\n    return {tuple_of([*first, *others])}",
     ]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.kernel import Kernel, any_force, load_any, load_laws, size_of
+from dforce.kernel import Kernel, any_force, load, load_any, load_laws, size_of
 from dforce.kernel.codegen import OTHERS, native_types
 from dforce.problem import Problem
 
@@ -22,6 +22,8 @@ class TipFunctions:
         Holds the functions that are compiled for this combination of forces.
     called
         All functions that the solvers call, in the order of their addresses.
+    lanes
+        Which of them march lanes, and are compiled for the number of tones, too.
     shared
         Which of them are the same for any forces, whose laws they call by address.
     """
@@ -31,9 +33,10 @@ class TipFunctions:
         kernel: Kernel,
         problem: Problem,
         called: dict[str, Callable[..., Any]],
+        lanes: dict[str, Callable[..., Any]],
         shared: dict[str, Callable[..., Any]],
     ) -> None:
-        self._kernel, self._problem, self._shared = kernel, problem, shared
+        self._kernel, self._problem, self._called, self._lanes, self._shared = kernel, problem, called, lanes, shared
         size = size_of(problem)
         self._types = {name: native_types(function, size, len(called)) for name, function in called.items()}
         self._addresses = dict.fromkeys(called, 0)
@@ -44,12 +47,18 @@ class TipFunctions:
         """Return it for one parameter tuple, with these functions compiled."""
         for name in names:
             if not self._addresses[name]:
-                is_shared = name in self._shared
-                where = load_any(self._problem, self._shared) if is_shared else self._kernel
-                self._addresses[name] = where.address(name, self._types[name])
-                if is_shared and not self._laws[0]:
+                self._addresses[name] = self._home(name).address(name, self._types[name])
+                if name in self._shared and not self._laws[0]:
                     self._find_laws()
         return (*p[:OTHERS], np.array([*p[OTHERS:], *self._laws]), *self._addresses.values())
+
+    def _home(self, name: str) -> Kernel:
+        """Return the kernel that holds a function."""
+        if name in self._shared:
+            return load_any(self._problem, self._shared)
+        if name in self._lanes:
+            return load(self._problem, self._lanes, tuple(self._called.values()), lanes=True)
+        return self._kernel
 
     def numbers(self, table: Array) -> Array:
         """Return parameters (problems, parameters) as the solvers take them, (parameters + 5, problems), after :meth:`at`."""

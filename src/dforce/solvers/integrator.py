@@ -25,10 +25,11 @@ from dforce.solvers.settings import SolverSettings
 if TYPE_CHECKING:
     from dforce.engine.marching import Marched
 
-# functions that the solvers call by address: compiled for each combination of forces, and once for all of them
-OWN: dict[str, Callable[..., Any]] = {"advance": rk4.advance, "advance_lanes": lanes.advance_lanes}
+# functions that the solvers call by address: compiled for each combination of forces, of forces and tones, and once for all
+OWN: dict[str, Callable[..., Any]] = {"advance": rk4.advance}
+LANES: dict[str, Callable[..., Any]] = {"advance_lanes": lanes.advance_lanes}
 SHARED: dict[str, Callable[..., Any]] = {"cut_lanes": lanes.cut_lanes, "measure_force": measure.measure_force}
-CALLED = OWN | SHARED
+CALLED = OWN | LANES | SHARED
 # compiled once for all forces
 SOLVERS: dict[str, Callable[..., Any]] = {
     "march_rk4": rk4.march,
@@ -161,7 +162,7 @@ class Integrator(ABC):
         self.kinks = kernel.kink_distances(problem)
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
-        self._tip = TipFunctions(self.kernel, problem, CALLED, SHARED)
+        self._tip = TipFunctions(self.kernel, problem, CALLED, LANES, SHARED)
         self._turns: lockin.Turns | None = None
 
     @property

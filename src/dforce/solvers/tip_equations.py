@@ -17,7 +17,7 @@ from dforce.observables import measure
 from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
 from dforce.problem import Problem
-from dforce.solvers.integrator import CALLED, SHARED, load_kernels
+from dforce.solvers.integrator import CALLED, LANES, SHARED, load_kernels
 from dforce.solvers.model import DISTANCE, FREQUENCY, Model, SharedDrive
 from dforce.solvers.problem_batch import Levers, ProblemBatch
 from dforce.solvers.retune import retune
@@ -60,7 +60,7 @@ class TipEquations:
             self.responses = np.repeat(kernel.responses(example)[None], len(batch), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
         own, self._solvers = load_kernels(example)
-        self._tip = TipFunctions(own, example, CALLED, SHARED)
+        self._tip = TipFunctions(own, example, CALLED, LANES, SHARED)
         self._drives: dict[int, SharedDrive] = {}
 
     @property

@@ -1,6 +1,7 @@
 // A parameter on a slider: a range between two ends, which can be typed, and a button that plays it.
 const SWEEP = 8000; // ms from one end to the other while it plays
 const EVERY = 60; // ms between two values while it plays
+const BETWEEN = 40; // ms between two messages
 const tell = (name) => window.dispatchEvent(new CustomEvent(name));
 
 export default {
@@ -38,6 +39,8 @@ export default {
   beforeUnmount() {
     clearTimeout(this.later);
     if (this.playing) this.play();
+    clearTimeout(this.pause);
+    this.send();
   },
   methods: {
     tidy: (end) => (end === undefined ? "" : Number(end.toPrecision(4))), // the room of an end; none is known of what is typed halfway
@@ -56,7 +59,16 @@ export default {
       tell("df-hold"); // the axes stand still
       this.value = value;
       this.sliding = performance.now();
-      this.$emit("slide", value);
+      this.next = value;
+      if (!this.pause) this.send();
+    },
+    // of the values since the last message the newest
+    send() {
+      this.pause = null;
+      if (this.next === undefined) return;
+      this.$emit("slide", this.next);
+      this.next = undefined;
+      this.pause = setTimeout(this.send, BETWEEN);
     },
     done() {
       tell("df-release");

@@ -17,7 +17,6 @@ from dforce.gui.document.document import LARGEST, MOST_SLIDERS, Path, Slider
 from dforce.gui.window.view import View
 
 STEPS = 200  # of a slider, about
-BETWEEN = 0.04  # s between two messages of a slider that is dragged
 
 
 def toggle(view: View, path: Path, field: Field) -> None:
@@ -106,7 +105,7 @@ class SliderElement(ui.element, component="slider.js"):
             self._there = float(event.args)
             on_slide(self._there)
 
-        self.on("slide", slide, throttle=BETWEEN)
+        self.on("slide", slide)
         self.on("range", lambda event: on_range([str(end)[:40] for end in event.args]))
 
     def show(self, unit: str, low: float, high: float, step: float, given: float) -> None:
@@ -197,9 +196,9 @@ class Sliders:
         if field.shapes[0].kind == "whole":
             text = round(value)
         elif field.quantity is None:
-            self.view.edit(self.view.document.put(path, value), name=f"slide {path}")
+            self.view.drag(self.view.document.put(path, value), name=f"slide {path}")
             return
-        self.view.edit(self.view.document.put(path, text), name=f"slide {path}")
+        self.view.drag(self.view.document.put(path, text), name=f"slide {path}")
 
     def _range(self, path: Path, field: Field, ends: Sequence[str]) -> None:
         unit = number_at(self.view, path, field)[1]

@@ -146,7 +146,7 @@ class Plots:
         self.wait()
 
     def prepare(self, result: xr.Dataset | None) -> None:
-        """Solve the states at the set point, which are remembered until the figure is made."""
+        """Solve the states at the set point, which are remembered until figure and table are made."""
         layers = self.kept.layers(result)
         if layers and (usual := pictures_of(layers[-1].result)):
             self.set_point.marked(layers, self.wanted(layers[-1].result, usual))
@@ -164,7 +164,7 @@ class Plots:
             self.drawn = figures.Drawn(figures.empty("The run was stopped before its first result."))
         else:
             self.usual, self.shown = usual, self.wanted(first, usual)
-            self.layers = self.set_point.marked(self.layers, self.shown)
+            self.layers = self.set_point.marked(self.layers, self.shown, solve=not self.view.dragged)
             self.drawn = figures.picture(self.layers, self.shown)
             points = [self.motion.place_in(layer.result) for layer in (*self.layers, *self._behind())]
             self.drawn = clicked(self.drawn, self.shown, points)
@@ -180,6 +180,7 @@ class Plots:
         self.kept.show(self.result)
         self._set_stage()
         if self.shown is not None:
+            self.layers = self.set_point.marked(self.layers, self.shown)
             self._offer(self.layers[-1].result, self.shown)
         self.picker.set_visibility(self.shown is not None)
         self.answer.show(self._answer())

@@ -14,7 +14,7 @@ import dforce as df
 from dforce.core.arrays import Bools
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import AMOUNTS, NONE
-from dforce.findings.set_point import SHOWN
+from dforce.findings.set_point import SHOWN, read_at_set_point
 from dforce.gui.curves.chart import unit_of_size
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.panel import Panel, Scene
@@ -62,12 +62,18 @@ class SetPoint(Panel):
         self.element.props.update(low=100.0 * LOWEST_SET_POINT, high=100.0 * HIGHEST_SET_POINT)
         self.element.on("percent", self._changed)
 
-    def marked(self, layers: Sequence[Layer], wanted: Picture) -> list[Layer]:
-        """Return layers, each curve with its states at the set point; the last layers are remembered."""
+    def marked(self, layers: Sequence[Layer], wanted: Picture, solve: bool = True) -> list[Layer]:
+        """Return layers, each curve with its states at the set point; the last that were solved are remembered.
+
+        Without `solve` states that are not known are read on the curve, for its picture.
+        """
         share = self.view.document.set_point
         asked = share, wanted, [(layer.name, layer.color, id(layer.result)) for layer in layers]
         if self._marked[0] != asked:
-            marked = [dataclasses.replace(layer, states=states_of(layer.result, share, wanted)) for layer in layers]
+            find = states_of if solve else rings_of
+            marked = [dataclasses.replace(layer, states=find(layer.result, share, wanted)) for layer in layers]
+            if not solve:
+                return marked
             self._marked = asked, marked
         return self._marked[1]
 
@@ -108,6 +114,15 @@ def states_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset |
     known = [name for name in names if name in result.variables and row_of(result, name) == row]
     try:
         return df.at_set_point(result, share, known)
+    except df.ParameterError:  # it is no curve
+        return None
+
+
+def rings_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset | None:
+    """Return the states as :func:`states_of` does, with what a picture draws alone, and read on the curve."""
+    names = [name for name in dict.fromkeys([wanted.x, *wanted.y]) if name in result.variables]
+    try:
+        return read_at_set_point(result, share, names)
     except df.ParameterError:  # it is no curve
         return None
 

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import dforce as df
-from dforce.gui.document.document import Document, Path
+from dforce.gui.case.fields import in_words, with_labels
+from dforce.gui.document.document import Document, Path, path_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,6 +99,24 @@ class Said:
     wrong: str = ""
     where: Path = ()
     advice: tuple[tuple[Path, str], ...] = ()
+
+    @classmethod
+    def of_error(cls, document: Document, error: Exception) -> Said:
+        """Return what is wrong with a document in the words of its forms, and where that is."""
+        return cls(in_words(document, str(error)), path_of(document, str(error)))
+
+    @classmethod
+    def of_advice(cls, document: Document, advice: list[df.Advice]) -> Said:
+        """Return each piece of advice with the path of the first field that it is about."""
+        return cls(
+            advice=tuple(
+                (
+                    next(filter(None, (path_of(document, name) for name in piece.about)), ()),
+                    with_labels(document, piece.text),
+                )
+                for piece in advice
+            )
+        )
 
 
 @dataclasses.dataclass(frozen=True)

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from nicegui import background_tasks
 
 import dforce as df
-from dforce.gui.case.fields import in_words, with_labels, with_models
+from dforce.gui.case.fields import with_models
 from dforce.gui.curves import figures
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.other_figures import ForceChart
 from dforce.gui.document.compute import LIVE, RECENT, Latest, Live, in_thread, key_of, live_curve
-from dforce.gui.document.document import Document, Path, path_of
+from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
 from dforce.gui.window.shown import DrawnResult, Followed, PagePart, Said, ShownParts, Waiting, WantedResult
 from dforce.results.curves import Picture
@@ -32,6 +32,7 @@ log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
 ADVICE_AFTER = 0.4  # s without a change
+RESTS = ADVICE_AFTER  # s without a value of a slider, after which it counts as no longer dragged
 BESIDE_EVERY = 0.5  # s between two looks of what stands beside the curves, while something is dragged
 SAY_AFTER = 1.0  # s after which a word says why nothing follows
 COMPUTING = "Computing ..."
@@ -70,7 +71,7 @@ class View:
     compose
         Makes the figure of the main chart from the result that it shows.
     prepare
-        Solves the states that the figure shows, in a thread.
+        Solves the states that the figure and the table show, in a thread.
     picture
         Returns what the main chart shows; None for a map, or nothing.
     on_beside
@@ -103,7 +104,7 @@ class View:
         self._works: list[Latest[Any]] = []
         self._latest = self.latest(self._safely(self._follow))
         self._beside = self.latest(self._safely(self._show_beside))
-        self._beside_at = -BESIDE_EVERY
+        self._beside_at, self._dragged_at = -BESIDE_EVERY, -RESTS
         self._advising = self.latest(self._safely(self._advise))
 
     @property
@@ -161,6 +162,16 @@ class View:
         """Take a new document; see :meth:`Session.edit`."""
         self.session.edit(document, name=name, anew=anew)
 
+    def drag(self, document: Document, name: str) -> None:
+        """Take a document while a slider is dragged: what is drawn meanwhile is quick, and drawn anew at rest."""
+        self._dragged_at = time.monotonic()
+        self.edit(document, name=name)
+
+    @property
+    def dragged(self) -> bool:
+        """Whether a slider was dragged a moment ago."""
+        return time.monotonic() - self._dragged_at < RESTS
+
     def open(self, document: Document) -> None:
         """Show a document from elsewhere; where its curve takes long, it is run at once."""
         self.edit(document, anew=True)
@@ -208,7 +219,7 @@ class View:
         try:
             await self.session.run(document)
         except (df.DForceError, TypeError) as error:
-            self._say(_wrong(document, error), document)
+            self._say(Said.of_error(document, error), document)
             return self.said.wrong
         return ""
 
@@ -250,6 +261,7 @@ class View:
         if self._beside.overtaken or self.said.wrong:  # of a later document, which asks for nothing beside
             return
         self._beside_at = time.monotonic()
+        await asyncio.to_thread(self.prepare, self.result)
         self.show_beside()
         with self._saying_what_is_wrong(followed.document):
             if not self.force.has_law(followed.case) and not await self._follow_force(followed):
@@ -268,7 +280,8 @@ class View:
         with self._saying_what_is_wrong(followed.document):
             await self._follow_force(followed)
             advice = df.advice(followed.case) if followed.result is None else advice_in(followed.result)
-            self._say(Said(advice=_places(followed.document, advice)), followed.document)
+            self._say(Said.of_advice(followed.document, advice), followed.document)
+        await self.draw()  # as it is at rest
 
     def show_beside(self) -> None:
         """Show what stands beside the curves."""
@@ -294,7 +307,7 @@ class View:
         try:
             yield
         except (df.DForceError, TypeError) as error:
-            self._say(_wrong(document, error), document)
+            self._say(Said.of_error(document, error), document)
             if curves:
                 self._status("")
 
@@ -346,7 +359,8 @@ class View:
             await self.session.load_shown()
             await self.session.measured.load(self.document)
             curve = self.curve
-            await asyncio.to_thread(self.prepare, self.result)
+            if not self.dragged:
+                await asyncio.to_thread(self.prepare, self.result)
             await self.main.draw(self.compose(self.result))
             self.shown.show(PagePart.CURVES, None if curve is None else curve.document)
 
@@ -382,16 +396,3 @@ class View:
         self.shown.show(PagePart.ADVICE, document if said.advice else None)
         for hook in self.on_said:
             hook(said)
-
-
-def _wrong(document: Document, error: Exception) -> Said:
-    """Return what is wrong with a document in the words of its forms, and where that is."""
-    return Said(in_words(document, str(error)), path_of(document, str(error)))
-
-
-def _places(document: Document, advice: list[df.Advice]) -> tuple[tuple[Path, str], ...]:
-    """Return each piece of advice with the path of the first field that it is about."""
-    return tuple(
-        (next(filter(None, (path_of(document, name) for name in piece.about)), ()), with_labels(document, piece.text))
-        for piece in advice
-    )
