@@ -354,3 +354,13 @@ def test_a_curve_of_two_tones_is_refused():
     )  # fmt: skip
     with pytest.raises(df.ParameterError, match="2 tones"):
         df.reconstruct(curve)
+
+
+def test_where_the_noise_hides_the_force_nothing_is_determined():
+    case = df.Case(
+        cantilever={"f0": "300 kHz", "k": "18 N/m", "Q": 374}, drive={"A0": "17.7 nm"}, tip={"radius": "2 nm"},
+        forces=[df.forces.Morse(bond_energy="105 zJ", decay=1.28e10, bond_length="0.2357 nm")],
+    )  # fmt: skip
+    found = df.reconstruct(measured(case, ("18.7 nm", "8 nm"), 100, 20e-12, 0.1))
+    assert not (np.abs(found.force) > 3.0 * found.force_error).any()
+    assert not (found.force_status == 0).any()

@@ -12,7 +12,7 @@ from dforce.core.arrays import Array, Bools
 from dforce.inverse.checks import doubts
 from dforce.inverse.reconstruction import _formulas
 from dforce.inverse.reconstruction._gaps import Gap
-from dforce.inverse.reconstruction._invert import Inverse
+from dforce.inverse.reconstruction._invert import SEEN, Inverse
 from dforce.inverse.reconstruction._law import Law, force_of
 from dforce.inverse.reconstruction._points import CurvePoints
 from dforce.results.dataset import describe
@@ -28,12 +28,12 @@ DETERMINED, BLIND, UNCERTAIN = 0, 1, 2
 SENTENCES = (
     "the curve determines the force",
     "no turning point at this distance: the force is unknown",
-    "the error of the force is above a tenth of its range, behind a gap or by noise, or only noise leads to this distance",
+    "the error of the force is above a tenth of the range that is seen, behind a gap or by noise, or only noise leads here",
 )
 BY_NODES = 2e-3  # of the range of the force: what nodes leave of kinks, by known laws
 BY_CHANCE = 3.0  # errors of the distance
 AROUND = 9  # distances within an error of one
-UNSURE = 0.1  # of the range of the force
+UNSURE = 0.1  # of the range of the force, as far as it is above its errors
 UNSETTLED = 0.01  # of the largest virial
 FAR, TOO_FAR = 0.05, 0.01  # virial at the far end over the largest: worth a note, and what is far enough
 PATH_DEPENDENT = (
@@ -57,10 +57,11 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
     blind = np.zeros(len(distance), dtype=bool)
     for gap in inverse.gaps:
         blind |= (distance > gap.low) & (distance < gap.high)
-    span = float(np.ptp(law.force[~blind]))
     shifted = _by_distance(law, inverse.gaps, reading.distance_error)
-    parts = (fit.error, hidden, inverse.beyond, inverse.unsettled, shifted, np.full(len(distance), BY_NODES * span))
-    total = np.sqrt(np.sum(np.square(parts), axis=0))
+    found = np.linalg.norm((fit.error, hidden, inverse.beyond, inverse.unsettled, shifted), axis=0)
+    seen = ~blind & (np.abs(law.force) > SEEN * found)
+    span = float(np.ptp(np.append(law.force[seen], 0.0)))
+    total = np.hypot(found, BY_NODES * span)
     unsure = (total > UNSURE * span) | _by_noise(inverse, reading.distance_error)
     status = np.where(blind, BLIND, np.where(unsure, UNCERTAIN, DETERMINED)).astype(np.int8)
     open_ = np.where(blind, np.nan, 1.0)  # a gap stays a gap
