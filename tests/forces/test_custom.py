@@ -271,7 +271,7 @@ P2 = 1e-9
 
 
 def composed(*forces):
-    return compose(1, 1, case(*forces).problem.forces, {})
+    return compose(1, case(*forces).problem.forces, {})
 
 
 def test_parameters_share_a_kernel_and_laws_do_not():

@@ -109,20 +109,20 @@ def test_a_result_finds_its_plugin_beside_itself_or_says_where_it_looked(folder,
 
 def test_a_plugin_that_has_changed_is_run_again_and_gives_another_kernel(folder):
     before = df.load_case(folder / "case.toml")
-    text = compose(1, 1, before.problem.forces, {})
+    text = compose(1, before.problem.forces, {})
     (folder / "repulsion.py").write_text(GOOD.replace("/ 1e-9", "/ 2e-9"))
     after = df.load_case(folder / "case.toml")
     assert after.forces[0] != before.forces[0]
-    assert compose(1, 1, after.problem.forces, {}) == text.replace("/ 1e-09", "/ 2e-09") != text
+    assert compose(1, after.problem.forces, {}) == text.replace("/ 1e-09", "/ 2e-09") != text
 
 
 def test_a_kernel_does_not_depend_on_where_the_plugin_lies(folder, tmp_path_factory):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     for name in ("case.toml", "repulsion.py"):
         (elsewhere / name).write_text((folder / name).read_text())
-    text = compose(1, 1, df.load_case(folder / "case.toml").problem.forces, {})
+    text = compose(1, df.load_case(folder / "case.toml").problem.forces, {})
     REGISTRY.pop("repulsion")
-    assert compose(1, 1, df.load_case(elsewhere / "case.toml").problem.forces, {}) == text
+    assert compose(1, df.load_case(elsewhere / "case.toml").problem.forces, {}) == text
 
 
 def test_a_plugin_passes_the_battery_and_a_bad_one_does_not(folder):
