@@ -68,7 +68,7 @@ def models(
 
 
 def _mentioning(word: str) -> list[type[df.Force]]:
-    """Return the models that a word of at least three letters names or sums up; else their group, or those that mention it."""
+    """Return the models with a word of at least three letters in name or summary, else in the group, else in the page."""
     tiers: tuple[list[type[df.Force]], ...] = ([], [], [])
     for title, members in df.forces.grouped(df.forces.REGISTRY.values()).items():
         for model in members:

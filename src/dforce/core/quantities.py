@@ -285,7 +285,7 @@ RECONSTRUCTED = table(
     Quantity("resolution", r"\Delta d", "m", "nm", "resolution",
              "distance over which a reconstructed force is averaged", ("distance",)),
     Quantity("force_status", "", "1", "1", "status of the force",
-             "determined, blind (no turning point at this distance) or uncertain (the error is above a tenth of the range)",
+             "determined, blind (no turning point there) or uncertain (the error is above a tenth of the range that is seen)",
              ("distance",)),
     Quantity("classic_force", "F", "N", "nN", "force by a formula",
              "force by a formula in use for sinusoidal paths: sader_jarvis, holscher, payam, or the inversion "

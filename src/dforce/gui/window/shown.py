@@ -102,7 +102,7 @@ class Said:
 
     @classmethod
     def of_error(cls, document: Document, error: Exception) -> Said:
-        """Return what is wrong with a document in the words of its forms, and where that is."""
+        """Return the fault of a document in the words of its forms, with its place."""
         return cls(in_words(document, str(error)), path_of(document, str(error)))
 
     @classmethod

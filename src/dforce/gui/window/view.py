@@ -163,7 +163,7 @@ class View:
         self.session.edit(document, name=name, anew=anew)
 
     def drag(self, document: Document, name: str) -> None:
-        """Take a document while a slider is dragged: what is drawn meanwhile is quick, and drawn anew at rest."""
+        """Take a document while a slider is dragged: pictures are quick meanwhile, and are drawn anew at rest."""
         self._dragged_at = time.monotonic()
         self.edit(document, name=name)
 

@@ -14,7 +14,7 @@ WIDER = 4.0  # times the spacing of the points beside it: a gap
 BESIDE = 5  # points on each side that tell the spacing
 ERRORS = 6.0  # of the distances: a gap that is narrower may be chance
 LEAST = 1.0 / 400.0  # of the range of distances; what is narrower hides nothing
-SHAPES = 3  # half waves of what is not known between two points
+SHAPES = 3  # half waves of an unknown force between two points
 SAMPLES = 31  # of the force around them
 
 

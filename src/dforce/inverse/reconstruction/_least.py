@@ -1,4 +1,4 @@
-"""Least squares with a penalty on the curvature: a force at nodes from what it does along paths.
+"""Least squares with a penalty on the curvature: a force at nodes from its integrals along paths.
 
 A force bends much near a contact and little far away. So the size of its curvature is found around each node, from the data.
 """
