@@ -9,17 +9,7 @@ import numpy as np
 from dforce.integrators.loops import TAU, grazes, passed, remember, seconds, tabulate
 from dforce.integrators.rk4 import cut_at_kink
 from dforce.integrators.steps import step
-from dforce.kernel.vocabulary import (
-    distance,
-    force,
-    from_vector,
-    latch_count,
-    memory_size,
-    mode_count,
-    motion_size,
-    rate_of,
-    row,
-)
+from dforce.kernel.vocabulary import distance, force, from_vector, mode_count, motion_size, rate_of, row
 
 ASIDE = 2e-6  # of the scale: steps are short, so that the rounding of their differences counts more than the bend of the force
 
@@ -40,11 +30,11 @@ def tangents(block: Any, drive: Any, kinks: Any, scale: Any, p: Any, change: Any
     work, ends
         Scratch: (8, memory), and (2, numbers).
     """
-    (tones, bases, period, points), size, states = drive, motion_size(), memory_size()
+    (tones, bases, period, points), size, states = drive, motion_size(), scale.shape[0]
     h = TAU / points
     table = np.empty((2 * points + 1, mode_count()))
     tabulate(tones, bases, points, table)
-    memory, branch, motion = np.empty(states), np.empty(latch_count()), np.empty(size)
+    memory, branch, motion = np.empty(states), np.empty(block.shape[1] - 1 - size - states), np.empty(size)
     forces = memory, branch, kinks, work
     for i in range(points):
         u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
@@ -59,7 +49,7 @@ def tangents(block: Any, drive: Any, kinks: Any, scale: Any, p: Any, change: Any
                     memory[k] = block[i, size + k] + (aside * scale[k] if size + k == e else 0.0)
                 reached = motion[e] if e < size else memory[e - size] / scale[e - size]
                 apart = reached - apart
-                for k in range(latch_count()):
+                for k in range(branch.shape[0]):
                     branch[k] = block[i, size + states + k]
                 y = from_vector(motion)
                 f = force(distance(y, p), rate_of(y, p), t, memory, branch, p)
