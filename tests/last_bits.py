@@ -18,8 +18,8 @@ def put_levers_off(patch: pytest.MonkeyPatch, ulps: int) -> None:
     def off(value):
         return value + ulps * float(np.spacing(value))
 
-    def built(*parts):
-        problem = build(*parts)
+    def built(*parts, **named):
+        problem = build(*parts, **named)
         modes = tuple(replace(mode, f0=off(mode.f0), k=off(mode.k), Q=off(mode.Q)) for mode in problem.modes)
         return replace(problem, modes=modes)
 

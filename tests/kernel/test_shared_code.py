@@ -33,12 +33,11 @@ def test_plain_steps_are_the_same_code_whatever_drives_the_lever():
     assert load_kernels(shaken.problem)[0] is load_kernels(CASE.problem)[0]
 
 
-def test_what_measures_is_the_same_code_for_any_number_of_states():
+def test_what_cuts_and_measures_is_the_same_code_for_any_number_of_states():
     two, four, neck = df.forces.SLS(), df.forces.SLS(elements=4), df.forces.Capillary()
-    assert (
-        len({addresses(*forces, names=["measure_force"])["measure_force"] for forces in ([two], [four], [two, neck])})
-        == 1
-    )
+    found = [addresses(*forces, names=["cut", "measure_force"]) for forces in ([two], [four], [two, neck])]
+    for name in ("cut", "measure_force"):
+        assert len({there[name] for there in found}) == 1
 
 
 @pytest.mark.slow  # two laws are compiled

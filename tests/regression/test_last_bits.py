@@ -5,8 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import last_bits
 import numpy as np
 import pytest
+
+import dforce as df
+from dforce.problem import Problem
 
 ROOT = Path(__file__).parents[2]
 # where states fold, double, end or are told apart; add `tests` to see all
@@ -45,3 +49,12 @@ def test_decisions_do_not_hang_on_last_bits(setting):
         cwd=ROOT, env=os.environ | environment, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout
+
+
+def test_levers_are_an_ulp_off_however_a_problem_is_built(monkeypatch):
+    case = df.example("figure-3-air")
+    parts = case.instrument, case.forces
+    levers = [mode.f0 for mode in Problem.build(*parts).modes]
+    last_bits.put_levers_off(monkeypatch, 1)
+    for problem in (Problem.build(*parts), Problem.build(parts[0], forces=parts[1])):
+        assert [mode.f0 for mode in problem.modes] == [np.nextafter(f0, np.inf) for f0 in levers]

@@ -39,8 +39,8 @@ def padded(count: int) -> int:
     return LANES * ((count + LANES - 1) // LANES)
 
 
-@by_address(f"void(f8[:,::1],f8[:,::1],i8,{COLUMNS},{PERIOD},i8[::1],f8[:,::1],{{p}})")
-def cut_lanes(here: Any, there: Any, i: int, lanes: Any, drive: Any, crossed: Any, work: Any, p: Any) -> None:
+@by_address(f"void(f8[:,::1],f8[:,::1],i8,{COLUMNS},{PERIOD},i8[::1],f8[:,::1],{{tip}})")
+def cut_lanes(here: Any, there: Any, i: int, lanes: Any, drive: Any, crossed: Any, work: Any, tip: Any) -> None:
     """Do step i again in each lane that is marked as `crossed`, from its sample `here` to the one `there`."""
     (numbers, forcing, kinks, tones), (phases, period, points, waves) = lanes, drive
     h, place, levels = TAU / points, motion_size(), work[1, : kinks.shape[0]]
@@ -61,7 +61,7 @@ def cut_lanes(here: Any, there: Any, i: int, lanes: Any, drive: Any, crossed: An
 
 
 @apart
-@by_address(f"i8(f8[:,:,::1],{COLUMNS},{PERIOD},i8[::1],f8[:,::1],{{p}})")
+@by_address(f"i8(f8[:,:,::1],{COLUMNS},{PERIOD},i8[::1],f8[:,::1],{{tip}})")
 def advance_lanes(block: Any, lanes: Any, drive: Any, crossed: Any, work: Any, tip: Any) -> int:
     """Advance motions of different problems by one period, cut at kinks, and keep their samples.
 

@@ -74,18 +74,18 @@ def tabulate(tones: Any, bases: Any, points: int, table: Any) -> None:
 def keep_rest(block: Any, i: int, memory: Any, latched: Any, f: float) -> None:
     """Write memory, branches and force as part of sample i of a period."""
     place = motion_size()
-    for k in range(memory_size()):
+    for k in range(memory_size(memory)):
         block[i, place + k] = memory[k]
-    place += memory_size()
-    for k in range(latch_count()):
+    place += memory_size(memory)
+    for k in range(latch_count(latched)):
         block[i, place + k] = latched[k]
-    block[i, place + latch_count()] = f
+    block[i, place + latch_count(latched)] = f
 
 
 def remember(forces: Any) -> None:
     """Take the memory to where the last step has led it; what has faded is nothing."""
     memory, _, _, room = forces
-    for k in range(memory_size()):
+    for k in range(memory_size(memory)):
         memory[k] = room[0, k] if abs(room[0, k]) > FADED else 0.0
 
 
@@ -93,7 +93,7 @@ def risen(y: Any, t: float, latched: Any, p: Any) -> int:
     """Return the first latch whose switching function is above zero, or -1."""
     d = distance(y, p)
     rate = rate_of(y, p)
-    for which in range(latch_count()):
+    for which in range(latch_count(latched)):
         if switch(which, latched, d, rate, t, p) > 0.0:
             return which
     return -1

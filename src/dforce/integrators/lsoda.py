@@ -35,7 +35,7 @@ def derivative(tau: float, state: Any, start: float, latched: Any, tones: Any, b
     change = np.empty(state.shape[0])
     y = motion_of(state.reshape(1, state.shape[0]), 0)
     d, rate, t = distance(y, p), rate_of(y, p), seconds(start + tau, p)
-    if memory_size():
+    if memory_size(state[size:]):
         evolve(d, rate, t, state[size:], latched, change[size:], p)
     slopes = motion(drive_at(tones, bases, tau), force(d, rate, t, state[size:], latched, p), y, p)
     keep(change.reshape(1, state.shape[0]), 0, slopes)

@@ -26,8 +26,8 @@ from dforce.integrators.loops import (
     touches_a_jump,
     turn_behind,
 )
-from dforce.integrators.steps import divided, part_step, step
-from dforce.kernel.linker import by_address, uncounted
+from dforce.integrators.steps import beside, divided, part_step, step
+from dforce.kernel.linker import by_address, inlined, uncounted
 from dforce.kernel.vocabulary import (
     bent,
     coasted,
@@ -40,13 +40,13 @@ from dforce.kernel.vocabulary import (
     force,
     forced,
     free_acceleration,
+    has_states,
     keep,
-    latch_count,
-    memory_size,
     mode_count,
     pushed,
     rate_of,
     row,
+    unpacked,
 )
 from dforce.observables.interpolant import crossing
 from dforce.observables.lockin import lock_in_turned
@@ -56,6 +56,7 @@ MOST_CUTS = 12  # of one step; a force that switches more often has no branch to
 NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off
 TRIES = 4  # to land behind a kink
 CLOSE = 1e-5  # how near there a landing must be, relative to the step
+DRIVE, FORCES = "Tuple((f8[:,::1],f8[::1],i8,i8))", "Tuple((f8[::1],f8[::1],f8[::1],f8[:,::1]))"  # types, see ``loops``
 LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
 
 
@@ -77,7 +78,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
             remember(forces)
             return end
         end = driven_step(y, tau, h, drive, forces, p)
-    elif memory_size() == 0 and latch_count() == 0:
+    elif not has_states():
         limits = interval(y, kinks, p)
         first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
         first += 0.5 * NEAR * h
@@ -218,30 +219,52 @@ def driven_step(y: Any, tau: float, h: float, drive: Any, forces: Any, p: Any) -
     return part_step(y, f, u, h, t, forces, points, p)
 
 
-@by_address(
-    "{y}({y},Tuple((f8[:,::1],f8[::1],i8,i8)),f8[:,::1],Tuple((f8[::1],f8[::1],f8[::1],f8[:,::1])),f8[:,::1],{p})"
-)
-def advance(y: Any, drive: Any, table: Any, forces: Any, block: Any, p: Any) -> Any:
+@by_address(f"{{y}}({{y}},{{y}},f8,i8,{DRIVE},f8[:,::1],{FORCES},{{tip}})")
+def cut(y: Any, plain: Any, f: float, i: int, drive: Any, table: Any, forces: Any, tip: Any) -> Any:
+    """Return the motion after step i, taken again beside a kink or a switch; the forces' states are updated.
+
+    `f` is the force at its start, `plain` is where the step leads that takes no notice of them.
+    """
+    (_, _, period, points), (_, _, kinks, _), p = drive, forces, unpacked(tip)
+    h = TAU / points
+    dt = seconds(h, p)
+    t = seconds(period * TAU, p) + i * dt
+    u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
+    if passed(y, plain, t + dt, forces, p) >= 0 or grazes(y, h, kinks, p):
+        return cut_at_kink(y, plain, f, u, i, drive, forces, p)
+    end = divided(y, plain, f, u, h, t, forces, p)
+    remember(forces)
+    return end
+
+
+@inlined
+def next_sample(y: Any, f: float, i: int, drive: Any, table: Any, forces: Any, tip: Any, p: Any) -> Any:
+    """Return the motion after step i from the force at its start; the forces' states are updated."""
+    (_, _, period, points), (_, _, kinks, _) = drive, forces
+    h = TAU / points
+    dt = seconds(h, p)
+    t = seconds(period * TAU, p) + i * dt
+    u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
+    end = step(y, f, u, h, t, forces, None, p)
+    if passed(y, end, t + dt, forces, p) >= 0 or grazes(y, h, kinks, p) or beside(y, end, h, kinks, p):
+        return cut(y, end, f, i, drive, table, forces, tip)
+    remember(forces)
+    return end
+
+
+@by_address(f"{{y}}({{y}},{DRIVE},f8[:,::1],{FORCES},f8[:,::1],{{tip}})")
+def advance(y: Any, drive: Any, table: Any, forces: Any, block: Any, tip: Any) -> Any:
     """Return the motion one period later; block[i] holds sample i of the period, both ends included.
 
     `table` is the drive on each mode at the ends and middles of all steps, (2 points + 1, modes).
     """
-    (_, _, period, points), (memory, latched, kinks, _) = drive, forces
-    h = TAU / points
-    start = seconds(period * TAU, p)
-    dt = seconds(h, p)
+    (_, _, period, points), (memory, latched, _, _), p = drive, forces, unpacked(tip)
+    start, dt = seconds(period * TAU, p), seconds(TAU / points, p)
     for i in range(points):
-        t = start + i * dt
-        f = force(distance(y, p), rate_of(y, p), t, memory, latched, p)
+        f = force(distance(y, p), rate_of(y, p), start + i * dt, memory, latched, p)
         keep(block, i, y)
         keep_rest(block, i, memory, latched, f)
-        u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
-        end = step(y, f, u, h, t, forces, None, p)
-        if passed(y, end, t + dt, forces, p) >= 0 or grazes(y, h, kinks, p):
-            y = cut_at_kink(y, end, f, u, i, drive, forces, p)
-        else:
-            y = divided(y, end, f, u, h, t, forces, p)
-            remember(forces)
+        y = next_sample(y, f, i, drive, table, forces, tip, p)
     f = force(distance(y, p), rate_of(y, p), start + points * dt, memory, latched, p)
     keep(block, points, y)
     keep_rest(block, points, memory, latched, f)

@@ -68,7 +68,7 @@ def step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any,
     (u0, u1, u2), (memory, latched, _, room) = u, forces
     half = seconds(0.5 * h, p)
     full = seconds(h, p)
-    size = memory_size()
+    size = memory_size(memory)
     stage = room[0] if size else memory
     d = distance(y, p)
     rate = rate_of(y, p)
@@ -194,6 +194,13 @@ def part_step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, points:
     return with_parts(y, end, around, u, h, t, forces, p)
 
 
+def beside(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
+    """Say whether a step that passes no kink lies so near one that it may have to be `divided`."""
+    if is_rooted(p) and min(since_root(y, h, kinks, p), until_root(y, end, h, kinks, p)) < REACH:
+        return True
+    return strides(y, end, h, kinks, p)
+
+
 @uncounted
 def divided(y: Any, whole: Any, f: float, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
     """Return where a step that passes no kink leads in parts where that is needed; the whole step leads to `whole`."""
@@ -225,7 +232,7 @@ def near_spikes(y: Any, end: Any, f: float, h: float, t: float, forces: Any, aro
     limits = interval(y, kinks, p)
     dm, vm = held(cubic(0.5, dt, d0, v0, d1, v1), limits), cubic_rate(0.5, dt, d0, v0, d1, v1)
     fm = force(dm, vm, t + 0.5 * dt, memory, latched, p)
-    f1 = force(held(d1, limits), v1, t + dt, room[0] if memory_size() else memory, latched, p)
+    f1 = force(held(d1, limits), v1, t + dt, room[0] if memory_size(memory) else memory, latched, p)
     steep, first = spike(f, fm, f1, abs(d1 - d0) / min(d0, d1), h, p), abs(f) > abs(f1)
     steps = REACH
     for kink in kinks:
@@ -254,7 +261,8 @@ def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forc
     `around` says how many steps it begins behind a root and ends before one, and how much the parts count: those that become
     longer from its beginning, and those that become shorter to its end.
     """
-    size, (before, after, at_begin, at_end), (_, _, _, room) = memory_size(), around, forces
+    (before, after, at_begin, at_end), (memory, _, _, room) = around, forces
+    size = memory_size(memory)
     for k in range(size):
         room[5, k], room[6, k] = room[0, k], room[0, k]
     first, last = whole, whole
@@ -280,7 +288,7 @@ def in_parts(y: Any, mesh: Any, u: Any, h: float, t: float, forces: Any, p: Any)
     """
     (steps, parts, mirrored), (u0, u1, u2), (memory, latched, kinks, room) = mesh, u, forces
     share, now, limits = 0.0, room[7], interval(y, kinks, p)
-    for k in range(memory_size()):
+    for k in range(memory_size(memory)):
         now[k] = memory[k]
     inside = now, latched, kinks, room
     for k in range(1, parts + 1):

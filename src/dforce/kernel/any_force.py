@@ -68,6 +68,9 @@ def compose_any(modes: int, late: int, functions: Functions, entries: dict[str, 
         linker.emit(text, "inlined")
     laws = tuple_of([*(f"p[{k}]" for k in range(FIRST)), *(f"p[{first + k}]" for k in range(5))])
     linker.emit(f"def is_rooted(p):\n    return p[{first + 5}] == 1", "inlined")
+    if functions is WITH_STATES:
+        for name in ("memory_size", "latch_count"):
+            linker.emit(f"def {name}(states):\n    return states.shape[0]", "inlined")
     linker.emit(f"def branches_begin(p):\n    return p[{first + 6}]", "inlined")
     for place, (name, (taken, types)) in enumerate(functions.items(), FIRST + 2):
         tip = taken.count(",") + 1
@@ -118,5 +121,5 @@ def _lanes(modes: int, first: int) -> list[str]:
         f"def parameters_of(table, j):\n    return {tuple_of([*mine, *laws])}",
         "def waves_at(waves, i):\n    return waves, i",
         f"def lane_drive(amplitudes, j, c):\n    waves, i = c\n{tones}\n    return {drive}",
-        f"def whole(p):\n    others = p[{OTHERS}]\n    return {tuple_of([*numbers, *whole])}",
+        f"def unpacked(tip):\n    p, others = tip, tip[{OTHERS}]\n    return {tuple_of([*numbers, *whole])}",
     ]

@@ -49,7 +49,7 @@ OTHERS = CONTACT + 1
 def native_types(function: Callable[..., Any], size: int, addresses: int) -> str:
     """Return the types of a function that is called by its address, one of so many, for motions of so many numbers."""
     tip = TIP.format(numbers=",".join(OTHERS * ["f8"]), addresses=",".join(addresses * ["i8"]))
-    return signature_of(function).format(y=MOTION.format(size=size), p=tip)
+    return signature_of(function).format(y=MOTION.format(size=size), tip=tip)
 
 
 def places_of(called: Sequence[Callable[..., Any]], size: int) -> dict[Callable[..., Any], tuple[int, str]]:
@@ -139,7 +139,11 @@ def compose(
     if called:
         linker.emit(pointers())
     count = parameter_count(modes, late) + sum(len(force.numbers()) for force in forces)
-    for text in (*shared_text(sizes, modes, late), *_unpacked(count), *(_lanes(modes, *drive) if drive else ())):
+    for text in (
+        *shared_text(sizes, modes, late),
+        *_unpacked(count, bool(called)),
+        *(_lanes(modes, *drive) if drive else ()),
+    ):
         linker.emit(text, "inlined")
     rooted = f"def is_rooted(p):\n    return {any(force.is_rooted for force in forces)}"
     begin = f"def branches_begin(p):\n    return {sizes['motion_size'] + sizes['memory_size']}"
@@ -280,12 +284,13 @@ def _samples(places: Sequence[int]) -> list[str]:
     ]
 
 
-def _unpacked(parameters: int) -> list[str]:
+def _unpacked(parameters: int, by_address: bool) -> list[str]:
     first = [f"p[{k}]" for k in range(OTHERS)]
     others = [f"others[{k}]" for k in range(parameters - OTHERS)]
+    numbers = tuple_of([*first, *others]) if by_address else "p"
     return [
         f"def parameters_of(table, j):\n    return {tuple_of([f'table[{k}, j]' for k in range(parameters)])}",
-        f"def whole(p):\n    others = p[{OTHERS}]\n    return {tuple_of([*first, *others])}",
+        f"def unpacked(tip):\n    p, others = tip, tip[{OTHERS}]\n    return {numbers}",
     ]
 
 

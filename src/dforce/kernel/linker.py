@@ -96,8 +96,7 @@ class Linker:
         place, types = self._elsewhere[function]
         names = arguments_of(function)
         given = ", ".join(names)
-        tip = names.index("p" if "p" in names else "tip")
-        returned = f"call_by_address({types!r}, {tip}, {place}, {given})"
+        returned = f"call_by_address({types!r}, {names.index('tip')}, {place}, {given})"
         self.emit(f"def {name}(context, {given}):\n    return {returned}", "intrinsic")
 
     def _copy(self, function: Callable[..., Any], source: _Source, name: str, decorator: str) -> str:
@@ -118,8 +117,7 @@ class Linker:
         """
         if signature_of(function):
             head, _, body = self._copy(function, _read(function, self._sizes), name, "compiled").partition("\n")
-            whole = "    p = whole(p)\n" if "p" in arguments_of(function) else ""
-            self.emit(f"{head}\n{whole}{body}", decorator_of(function))
+            self.emit(f"{head}\n{body}", decorator_of(function))
             return
         if function not in self._names:
             self.add(function, name, "entry")
@@ -208,8 +206,8 @@ def apart(function: Function) -> Function:
 def by_address(signature: str) -> Callable[[Function], Function]:
     """Mark a function that is compiled for each tip equation, while what calls it, by its address, is compiled once for all.
 
-    `signature` are numba's types of the result and the arguments, with the motion as {y} and the tip equation as {p}. An
-    argument `p` is that with all numbers unpacked; one named `tip` stays as it is, to be passed on.
+    `signature` are numba's types of the result and the arguments, with the motion as {y} and the tip equation as {tip}. That
+    is the argument `tip`, and `unpacked` makes `p` of it.
     """
 
     def mark(function: Function) -> Function:

@@ -27,8 +27,8 @@ def _names(function: ast.FunctionDef) -> Iterable[ast.Name]:
 
 
 def _called(node: ast.expr) -> str:
-    """Return the name of what is called without arguments, or nothing."""
-    return node.func.id if isinstance(node, ast.Call) and not node.args and isinstance(node.func, ast.Name) else ""
+    """Return the name of what is called, or nothing."""
+    return node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
 
 
 class _Folder(ast.NodeTransformer):
@@ -65,6 +65,13 @@ class _Folder(ast.NodeTransformer):
         if len(values) < len(node.values):
             return node
         return ast.Constant(all(values) if isinstance(node.op, ast.And) else any(values))
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
+        self.generic_visit(node)
+        match node:
+            case ast.UnaryOp(ast.Not(), ast.Constant(value=a)):
+                return ast.Constant(not a)
+        return node
 
     def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
         self.generic_visit(node)

@@ -13,12 +13,12 @@ from __future__ import annotations
 from typing import Any
 
 
-def memory_size() -> int:
-    """Return the number of the forces' state variables."""
+def memory_size(memory: Any) -> int:
+    """Return the number of numbers in the forces' memory."""
     raise NotImplementedError
 
 
-def latch_count() -> int:
+def latch_count(latched: Any) -> int:
     """Return the number of forces with two branches."""
     raise NotImplementedError
 
@@ -155,6 +155,11 @@ def put_column(lanes: Any, j: int, y: Any) -> None:
 
 def parameters_of(table: Any, j: int) -> Any:
     """Return the parameter tuple p of lane j."""
+    raise NotImplementedError
+
+
+def unpacked(tip: Any) -> Any:
+    """Return the parameter tuple p of the tip equation that a function called by its address is given."""
     raise NotImplementedError
 
 

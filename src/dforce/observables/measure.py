@@ -32,6 +32,7 @@ from dforce.kernel.vocabulary import (
     motion_size,
     rate_of,
     row,
+    unpacked,
 )
 from dforce.observables.cuts import (
     AT_HIGH,
@@ -144,13 +145,13 @@ def deflection_extremes(block: Any, turns: Any, tones: Any, bases: Any, room: An
     out[Z_MIN], out[Z_MAX] = low, high
 
 
-@by_address("void(f8[:,::1],UniTuple(f8[:,::1],2),Tuple((f8[:,::1],f8[::1],i8,i8)),f8[::1],{p},f8[:,::1],f8[::1])")
-def measure_force(block: Any, waves: Any, drive: Any, kinks: Any, p: Any, room: Any, out: Any) -> None:
+@by_address("void(f8[:,::1],UniTuple(f8[:,::1],2),Tuple((f8[:,::1],f8[::1],i8,i8)),f8[::1],{tip},f8[:,::1],f8[::1])")
+def measure_force(block: Any, waves: Any, drive: Any, kinks: Any, tip: Any, room: Any, out: Any) -> None:
     """Measure the force and the extremes of the motion, step by step between the samples.
 
     `waves` are cosine and sine of the tones at the samples from phase 0 on, (tones, points + 1).
     """
-    (tones, bases, period, points), (cosine, sine) = drive, waves
+    (tones, bases, period, points), (cosine, sine), p = drive, waves, unpacked(tip)
     h, start = TAU / points / p[3], period * TAU / p[3]
     d, v, f = room[0], room[1], room[2]
     last = block.shape[1] - 1

@@ -107,7 +107,7 @@ def march(lanes: Any, periods: int, lever: Any, reading: Any, kinks: Any, block:
     """
     tones, turns = lever.tones, reading.turns
     points = turns.cosine.shape[1] - 1
-    bases, z, change = np.empty(tones.shape[0]), np.empty(points + 1), np.empty((2, max(memory_size(), 1)))
+    bases, z, change = np.empty(tones.shape[0]), np.empty(points + 1), np.empty((2, max(lanes.memory.shape[1], 1)))
     steady = np.empty((points + 1, motion_size()))
     for i in range(periods):
         phases(tones, lanes.period + i, bases)
@@ -192,9 +192,9 @@ def advance(y: Any, forces: Any, keys: Any, period: int, lever: Any, steady: Any
             push(y, 0.5 * h * mean, gains)
             drift(y, i, steady, lever, random, ahead)
             after = from_vector(y)
-        if memory_size():
+        if memory_size(memory):
             advance_memory(before, after, h, t, forces, p)
-        for _ in range(latch_count()):
+        for _ in range(latch_count(branch)):
             which = risen(after, t + dt, branch, p)
             if which >= 0:
                 branch[which] = 1.0 - branch[which]
@@ -274,11 +274,11 @@ def advance_memory(before: Any, after: Any, h: float, t: float, forces: Any, p: 
     memory, branch, _, change = forces
     d0, v0, d1, v1 = distance(before, p), rate_of(before, p), distance(after, p), rate_of(after, p)
     evolve(d0, v0, t, memory, branch, change[0], p)
-    for k in range(memory_size()):
+    for k in range(memory_size(memory)):
         change[1, k] = memory[k] + 0.5 * h * change[0, k]
     middle = t + seconds(0.5 * h, p)
     evolve(0.5 * (d0 + d1), 0.5 * (v0 + v1), middle, change[1], branch, change[0], p)
-    for k in range(memory_size()):
+    for k in range(memory_size(memory)):
         memory[k] += h * change[0, k]
 
 

@@ -28,7 +28,11 @@ if TYPE_CHECKING:
 # functions that the solvers call by address: compiled for each combination of forces, of forces and tones, and once for all
 OWN: dict[str, Callable[..., Any]] = {"advance": rk4.advance}
 LANES: dict[str, Callable[..., Any]] = {"advance_lanes": lanes.advance_lanes}
-SHARED: dict[str, Callable[..., Any]] = {"cut_lanes": lanes.cut_lanes, "measure_force": measure.measure_force}
+SHARED: dict[str, Callable[..., Any]] = {
+    "cut": rk4.cut,
+    "cut_lanes": lanes.cut_lanes,
+    "measure_force": measure.measure_force,
+}
 CALLED = OWN | LANES | SHARED
 # compiled once for all forces
 SOLVERS: dict[str, Callable[..., Any]] = {
@@ -252,7 +256,7 @@ class RK4(Integrator):
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
         memory, latched = motion.memory.copy(), motion.latched.copy()
         forces = memory, latched, self.kinks, self.work
-        tip = self.tip("advance", *(["measure_force"] if every else []))
+        tip = self.tip("advance", "cut", *(["measure_force"] if every else []))
         y = self.solvers.entry("march_rk4")(
             motion.y, forces, motion.period, self.tones, self.turns, self.block, tip, out
         )

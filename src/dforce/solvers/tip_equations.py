@@ -162,7 +162,7 @@ class TipEquations:
     @functools.cached_property
     def _compiled(self) -> tuple[Array, tuple[Any, ...]]:
         """The numbers of all problems, and the tip equation of one, as the compiled solvers take them."""
-        names = [*(["advance_lanes", "cut_lanes"] if self.is_smooth else ["advance"]), "measure_force"]
+        names = [*(["advance_lanes", "cut_lanes"] if self.is_smooth else ["advance", "cut"]), "measure_force"]
         tip = self._tip.at(kernel.parameters(self.batch.example, 0.0), names)
         return self._tip.numbers(self.numbers), tip
 
