@@ -188,6 +188,21 @@ def test_the_engine_finds_a_motion_over_a_wall_narrower_than_a_step():
     assert off(found, exact, case.problem).max() < 1e-4
 
 
+def test_a_tip_that_sticks_is_left_unresolved_with_the_first_samples():
+    """Adhesion that changes with the direction holds it like dry friction: the force changes in each step, however short."""
+    case = df.Case(
+        cantilever={"f0": "26.5 kHz", "k": "2.66 N/m", "Q": 26.8}, drive={"A0": "2 nm"}, tip={"radius": "40 nm"},
+        sample={"youngs_modulus": "21 MPa", "poisson_ratio": 0.3},
+        forces=[df.forces.AdhesionHysteresis(), df.forces.Hertz()],
+        experiment={"kind": "approach", "direction": "approach", "zc": ["0.9 nm", "0.8 nm"]},
+    )  # fmt: skip
+    found = df.run(case)
+    assert (found.status == df.Status.UNRESOLVED).all()
+    assert found.attrs["samples_per_period"] == 256
+    swept = df.sweep(case, {"cantilever.Q": [26.8, 27.0]})
+    assert (swept.status == df.Status.UNRESOLVED).all()
+
+
 @pytest.fixture
 def few_samples(monkeypatch):
     """Let there never be enough samples."""

@@ -20,7 +20,7 @@ from dforce.maps._result import SweepLayout, finished
 from dforce.maps.axes import Axis, amplitude_axis, count, dims_of
 from dforce.procedures.found import Found, dataset, split
 from dforce.procedures.motion import motions
-from dforce.procedures.statuses import statuses, without_failed
+from dforce.procedures.statuses import need_samples, statuses, without_failed
 from dforce.results.status import Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
@@ -34,7 +34,7 @@ from dforce.solvers.transient import never_cancelled
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.core.arrays import Array
+    from dforce.core.arrays import Array, Bools
     from dforce.problem import Problem
 
 BLOCK = 256  # cases side by side, at most; fewer where there would not be a block for each worker
@@ -143,14 +143,16 @@ class SweepPart:
         report_done: Callable[[int], None] = self.crew.add
         with contextlib.suppress(Stopped):  # what is done is kept
             for points in sample_counts(sample_count(first, self.settings), self.settings):
-                self._solve(which, points, first, report_done)
-                which = which[(self.found.status[which] == Status.UNRESOLVED).any(axis=1)]
+                which = which[self._solve(which, points, first, report_done)]
                 if not len(which):
                     break
                 report_done = uncounted  # they were counted
 
-    def _solve(self, which: Any, points: int, first: Problem, report_done: Callable[[int], None]) -> None:
-        """Compute cases side by side with so many samples per period; `first` is the problem of one of them."""
+    def _solve(self, which: Any, points: int, first: Problem, report_done: Callable[[int], None]) -> Bools:
+        """Compute cases side by side with so many samples per period; return which of them need more.
+
+        `first` is the problem of one of them.
+        """
         zc = self.zc[which]
         if not self.grid.alike or self.grid.example.heights is not None:
             batch = ProblemBatch.of([self._problem(case) for case in which.tolist()])
@@ -175,6 +177,7 @@ class SweepPart:
                 assure_in_grace(block, zc, solver.points)
                 block.check_cancelled = never_cancelled
                 self._keep(which, solver, block, zc)
+        return need_samples(solver.points, self.found.status[which])
 
     def _keep(self, which: Any, solver: Protocol, block: Block, zc: Array) -> None:
         """Keep what was found, but for orbits whose errors are not known: these are found anew when the sweep goes on."""

@@ -20,7 +20,7 @@ from dforce.experiments.base import CurvePlan, Progress
 from dforce.experiments.basins import MOST_STARTS
 from dforce.problem import Problem
 from dforce.procedures.found import Found, Layout, dataset
-from dforce.procedures.statuses import statuses
+from dforce.procedures.statuses import need_samples, statuses
 from dforce.results.status import REPEATING, Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.accuracy import assure
@@ -147,7 +147,7 @@ class Starts:
         for place in np.flatnonzero(np.isin(status, (*REPEATING, Status.NOT_REPEATING))).tolist():
             of_start = {name: value[place, 0] for name, value in columns.items()}
             self._sort_in(int(which[place]), of_start, status[place] in REPEATING)
-        return np.asarray(which[status == Status.UNRESOLVED])
+        return np.asarray(which[need_samples(solver.points, status[:, None])])
 
     def _sort_in(self, number: int, values: dict[str, Any], repeats: bool) -> None:
         """Give a start its state: one found before, or a new one. All motions that do not repeat count as one state."""

@@ -19,7 +19,7 @@ from dforce.experiments.base import CurveExperiment, CurvePlan, Progress, initia
 from dforce.procedures import locked
 from dforce.procedures.found import Found, Layout, dataset, split, with_levers
 from dforce.procedures.motion import motions, states_of
-from dforce.procedures.statuses import statuses, without_failed
+from dforce.procedures.statuses import need_samples, statuses, without_failed
 from dforce.results.status import REPEATING, Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
@@ -110,14 +110,16 @@ class PlannedCurve:
             return found
 
         def report_done(points: int) -> None:
-            nonlocal done, assured
+            nonlocal done, assured, may_refine
             done += points
             if done < total and done < assured + often:
                 return
             assure(block, values[None, assured:done], solver.points[assured:done])
             found, assured = judge(done), done
             if may_refine and (became[found] == Status.UNRESOLVED).any():
-                raise TooFewSamples
+                if need_samples(solver.points[found], became[None, found])[0]:
+                    raise TooFewSamples
+                may_refine = False
 
         def check_cancelled() -> None:
             # the last point is done once its accuracy is known: until then a stop need not wait
@@ -131,8 +133,6 @@ class PlannedCurve:
         begun = done = assured = self._take(kept, 1 if isinstance(solver, Stepwise) else CHUNK, values)
         if earlier is not None and begun:
             self._go_on(solver, kept, begun, values, int(earlier.attrs.get(PERIOD, 0)))
-            if may_refine and (kept.status == Status.UNRESOLVED).any():
-                raise TooFewSamples
         with until_stopped():
             check_cancelled()
             solver.run()
@@ -158,11 +158,13 @@ class PlannedCurve:
         kept.keep((0, new), found | {name: column[0, new] for name, column in of_points.items()}, became[new])
 
     def _take(self, kept: Found, multiple: int, values: Array) -> int:
-        """Keep of an earlier result the points up to the first whose accuracy is not known; return how many these are.
+        """Keep of an earlier result the points up to the first whose accuracy is not known, or that more samples may resolve.
+
+        Return how many these are.
 
         None of a curve whose way back takes over points of the way there: it needs more of them than a result keeps.
         """
-        left = kept.status[0] == Status.NOT_COMPUTED
+        left = np.isin(kept.status[0], (Status.NOT_COMPUTED, Status.UNRESOLVED))
         left |= multiple > 1 and self.block.is_smooth and len(self.plan.directions) > 1
         if "error_estimate" in kept.arrays:  # of orbits alone
             left |= (kept.status[0] == Status.INACCURATE) & np.isnan(kept.arrays["error_estimate"][0])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.core.arrays import AnyArray, Array
+from dforce.core.arrays import AnyArray, Array, Bools
 from dforce.observables.averaging import weights
 from dforce.observables.misfit import GROSS, is_wrong, misfit_of_rows
 from dforce.results.status import Status, graded
@@ -50,6 +50,15 @@ def statuses(points: Points, block: Block, values: Array) -> np.ndarray[Any, np.
     for (case, place), found in points.others.items():
         became[case, place] = status_of(found, block.problem(case, float(values[case, place]))[0])
     return became
+
+
+def need_samples(points: Points, became: AnyArray) -> Bools:
+    """Return which problems more samples may resolve, from what became of their points (problems, values).
+
+    The first unresolved point of each decides, as those after it come from there: not if its error hardly falls with them.
+    """
+    wrong = became == Status.UNRESOLVED
+    return np.asarray((wrong & ~points.stays)[np.arange(len(wrong)), wrong.argmax(axis=1)])
 
 
 def without_failed(columns: Mapping[str, Any], became: Any) -> dict[str, AnyArray]:

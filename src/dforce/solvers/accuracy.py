@@ -13,6 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -45,6 +46,7 @@ SURE = 1 / 2  # of the accuracy: an estimate is seldom too low by more
 THERE = 1e-3  # of the accuracy: a Newton step so short needs not be taken
 NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the same one, if it is so near
 CHANCE = 3.0  # times the error: what breaks the tip equation by more has agreed with the finer one by chance
+LEAST_ORDER = 0.5  # of errors that more samples lower, from four times on: beside a jump of the force it is 1
 ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the force is smooth, less behind kinks
 
 
@@ -127,6 +129,11 @@ def _error(
     return np.asarray(np.nan_to_num(np.maximum.reduce([changed, passed, left]), nan=np.inf, posinf=np.inf))
 
 
+def _stays(error: Any, first: Any, times: int) -> Any:
+    """Say whether errors hardly fall from the first ones with so many times the samples: more would be of no use."""
+    return (times > TWICE) & np.isfinite(error) & np.isfinite(first) & (error > first * times**-LEAST_ORDER)
+
+
 def assure(block: Block, values: Array, points: Points) -> None:
     """Write the estimated error of each orbit that has none yet, and find those again that are not as accurate as asked for.
 
@@ -139,14 +146,17 @@ def assure(block: Block, values: Array, points: Points) -> None:
     orbits, accuracy = _Orbits(block, values, points, places), block.settings.accuracy
     orbits.judge(np.arange(len(cases)), 1)
     if accuracy is not None:
-        doubtful = np.flatnonzero(orbits.error > SURE * accuracy)
+        doubtful, first = np.flatnonzero(orbits.error > SURE * accuracy), orbits.error.copy()
         for times in FINER:
             if not len(doubtful) or times * block.points > MOST_SAMPLES:
                 break
             found = orbits.go_over(doubtful, times)
             if len(found):
                 orbits.judge(found, times)
-            doubtful = found[orbits.error[found] > SURE * accuracy]
+            found = found[orbits.error[found] > SURE * accuracy]
+            stays = _stays(orbits.error[found], first[found], times)
+            points.stays[cases[found[stays]], steps[found[stays]]] = True
+            doubtful = found[~stays]
     points.rows[places], points.monodromy[places] = orbits.rows, orbits.monodromy
     points.residual[places], points.error[places] = orbits.residual, orbits.error
 
@@ -193,7 +203,7 @@ def _assured_alone(
     """
     accuracy, case, at = block.settings.accuracy, np.array([0]), np.array([value])
     tables, even = block.tables_of(case, at), weights(block.frequencies, block.common * cycles)
-    zc = at if block.parameter == DISTANCE else tables[0][:, ZC]
+    zc, first = at if block.parameter == DISTANCE else tables[0][:, ZC], np.inf
     for times in (1, *FINER):
         if times * block.points > MOST_SAMPLES:
             break
@@ -207,8 +217,12 @@ def _assured_alone(
             exact = finish_each(block.batch.example, block.harmonics, orbit.rows[0], even, *tables)
             (error,) = _error(block.batch.example, tables, zc, found.columns, exact).tolist()
             found = replace(found, values={**found.values, "error_estimate": error})
-        if accuracy is None or found.values.get("error_estimate", np.inf) <= SURE * accuracy:
+        error = found.values.get("error_estimate", np.inf)
+        if accuracy is None or error <= SURE * accuracy:
             break
+        if _stays(error, first, times):
+            return replace(found, stays=True)
+        first = error if times == 1 else first
     return found
 
 

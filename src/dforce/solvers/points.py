@@ -45,6 +45,8 @@ class Points:
         The motion at each point, (problems, values, ...).
     cycles
         After how many common periods the motion repeats; 0 where it does not, -1 where nothing was computed.
+    stays
+        Whether the error of a motion hardly falls with more samples.
     others
         The other steady motions, by problem and value.
     """
@@ -57,6 +59,7 @@ class Points:
     error: Array
     states: States
     cycles: Indices
+    stays: Bools
     others: dict[tuple[int, int], Steady] = field(default_factory=dict)
 
     @classmethod
@@ -67,18 +70,19 @@ class Points:
         rows, monodromy, residual, steps, settling, error = (np.full((*shape, *some), np.nan) for some in inner)
         sizes = (block.size, len(block.memory_scale), block.hysteresis)
         states = States(*(np.full((*shape, size), np.nan) for size in sizes))
-        return cls(rows, monodromy, residual, steps, settling, error, states, np.full(shape, -1, dtype=np.int64))
+        cycles, stays = np.full(shape, -1, dtype=np.int64), np.zeros(shape, dtype=bool)
+        return cls(rows, monodromy, residual, steps, settling, error, states, cycles, stays)
 
     def __getitem__(self, which: slice) -> Points:
         """Return some values of all problems."""
         first, last, _ = which.indices(self.cycles.shape[1])
-        arrays = {name: getattr(self, name)[:, which] for name in (*OF_ORBIT, "cycles")}
+        arrays = {name: getattr(self, name)[:, which] for name in (*OF_ORBIT, "cycles", "stays")}
         others = {(case, at - first): one for (case, at), one in self.others.items() if first <= at < last}
         return replace(self, **arrays, states=self.states.take((slice(None), which)), others=others)
 
     def put(self, case: int, place: int, one: Points) -> None:
         """Take over the only point of others."""
-        for name in (*OF_ORBIT, "cycles"):
+        for name in (*OF_ORBIT, "cycles", "stays"):
             getattr(self, name)[case, place] = getattr(one, name)[0, 0]
         self.states.put((case, place), one.states.take((0, 0)))
         if (0, 0) in one.others:
@@ -86,7 +90,7 @@ class Points:
 
     def repeat(self, case: int, places: Indices, new: slice) -> None:
         """Repeat orbits of a problem at other values of it; nothing settles there."""
-        for name in ("rows", "monodromy", "residual", "steps", "error", "cycles"):
+        for name in ("rows", "monodromy", "residual", "steps", "error", "cycles", "stays"):
             values = getattr(self, name)[case]
             values[new] = values[places]
         self.settling[case, new] = 0.0
@@ -96,7 +100,7 @@ class Points:
         """Take a motion that settled in time."""
         self.others[case, place] = found
         self.states.put((case, place), States.of(found.motion).take(0))
-        self.cycles[case, place] = 0
+        self.cycles[case, place], self.stays[case, place] = 0, found.stays
 
     def is_settled(self, case: int, place: int) -> bool:
         """Whether the motion at a point has settled, and repeats."""

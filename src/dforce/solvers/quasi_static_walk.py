@@ -239,7 +239,8 @@ class Walk:
                     place = int(self.done[case]) + k
                     value = float(self.values[case, place])
                     alone, one = self.block.one(case), repeated(self.block, case, value, found, (i, k))
-                    points.others[case, place] = assure_repeated(alone, value, one, cycles)
+                    points.others[case, place] = found_again = assure_repeated(alone, value, one, cycles)
+                    points.stays[case, place] = found_again.stays
             self.done[case] += count
             self.ends[case] = 0 if count else self.ends[case]
             if np.isfinite(found.last_monodromy[i]).all():

@@ -48,6 +48,8 @@ class Steady:
         Whether amplitudes and phases stopped moving, and whether they are the same in all windows measured.
     accuracy
         The accuracy promised; None: none is.
+    stays
+        Whether its error hardly falls with more samples.
     """
 
     values: Mapping[str, Any]
@@ -55,6 +57,7 @@ class Steady:
     settled: bool
     repeats: bool
     accuracy: float | None = None
+    stays: bool = False
 
     def __len__(self) -> int:
         return 1
