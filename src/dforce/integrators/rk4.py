@@ -27,7 +27,7 @@ from dforce.integrators.loops import (
     turn_behind,
 )
 from dforce.integrators.steps import beside, divided, part_step, step
-from dforce.kernel.linker import by_address, uncounted
+from dforce.kernel.linker import by_address, inlined, uncounted
 from dforce.kernel.vocabulary import (
     bent,
     coasted,
@@ -237,28 +237,34 @@ def cut(y: Any, plain: Any, f: float, i: int, drive: Any, table: Any, forces: An
     return end
 
 
+@inlined
+def next_sample(y: Any, f: float, i: int, drive: Any, table: Any, forces: Any, tip: Any, p: Any) -> Any:
+    """Return the motion after step i from the force at its start; the forces' states are updated."""
+    (_, _, period, points), (_, _, kinks, _) = drive, forces
+    h = TAU / points
+    dt = seconds(h, p)
+    t = seconds(period * TAU, p) + i * dt
+    u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
+    end = step(y, f, u, h, t, forces, None, p)
+    if passed(y, end, t + dt, forces, p) >= 0 or grazes(y, h, kinks, p) or beside(y, end, h, kinks, p):
+        return cut(y, end, f, i, drive, table, forces, tip)
+    remember(forces)
+    return end
+
+
 @by_address(f"{{y}}({{y}},{DRIVE},f8[:,::1],{FORCES},f8[:,::1],{{tip}})")
 def advance(y: Any, drive: Any, table: Any, forces: Any, block: Any, tip: Any) -> Any:
     """Return the motion one period later; block[i] holds sample i of the period, both ends included.
 
     `table` is the drive on each mode at the ends and middles of all steps, (2 points + 1, modes).
     """
-    (_, _, period, points), (memory, latched, kinks, _), p = drive, forces, unpacked(tip)
-    h = TAU / points
-    start = seconds(period * TAU, p)
-    dt = seconds(h, p)
+    (_, _, period, points), (memory, latched, _, _), p = drive, forces, unpacked(tip)
+    start, dt = seconds(period * TAU, p), seconds(TAU / points, p)
     for i in range(points):
-        t = start + i * dt
-        f = force(distance(y, p), rate_of(y, p), t, memory, latched, p)
+        f = force(distance(y, p), rate_of(y, p), start + i * dt, memory, latched, p)
         keep(block, i, y)
         keep_rest(block, i, memory, latched, f)
-        u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
-        end = step(y, f, u, h, t, forces, None, p)
-        if passed(y, end, t + dt, forces, p) >= 0 or grazes(y, h, kinks, p) or beside(y, end, h, kinks, p):
-            y = cut(y, end, f, i, drive, table, forces, tip)
-        else:
-            y = end
-            remember(forces)
+        y = next_sample(y, f, i, drive, table, forces, tip, p)
     f = force(distance(y, p), rate_of(y, p), start + points * dt, memory, latched, p)
     keep(block, points, y)
     keep_rest(block, points, memory, latched, f)

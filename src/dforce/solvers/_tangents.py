@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from dforce.integrators.loops import TAU, grazes, passed, remember, seconds, tabulate
-from dforce.integrators.rk4 import cut_at_kink
-from dforce.integrators.steps import step
-from dforce.kernel.vocabulary import distance, force, from_vector, mode_count, motion_size, rate_of, row
+from dforce.integrators.loops import TAU, seconds, tabulate
+from dforce.integrators.rk4 import next_sample
+from dforce.kernel.vocabulary import distance, force, from_vector, mode_count, motion_size, rate_of, unpacked
 
 ASIDE = 2e-6  # of the scale: steps are short, so that the rounding of their differences counts more than the bend of the force
 
 
-def tangents(block: Any, drive: Any, kinks: Any, scale: Any, p: Any, change: Any, work: Any, ends: Any) -> None:
+def tangents(block: Any, drive: Any, kinks: Any, scale: Any, tip: Any, change: Any, work: Any, ends: Any) -> None:
     """Write the derivative of the end of each step of a recorded period by its start, change[i] (numbers, numbers).
 
     Each is the difference of two steps that start beside the sample on both sides, cut at kinks and switches as any step is.
@@ -30,15 +29,13 @@ def tangents(block: Any, drive: Any, kinks: Any, scale: Any, p: Any, change: Any
     work, ends
         Scratch: (8, memory), and (2, numbers).
     """
-    (tones, bases, period, points), size, states = drive, motion_size(), scale.shape[0]
-    h = TAU / points
+    (tones, bases, period, points), size, states, p = drive, motion_size(), scale.shape[0], unpacked(tip)
     table = np.empty((2 * points + 1, mode_count()))
     tabulate(tones, bases, points, table)
     memory, branch, motion = np.empty(states), np.empty(block.shape[1] - 1 - size - states), np.empty(size)
     forces = memory, branch, kinks, work
     for i in range(points):
-        u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
-        t = seconds(period * TAU + i * h, p)
+        t = seconds(period * TAU + i * TAU / points, p)
         for e in range(size + states):
             apart = 0.0  # as the numbers have it: the steps' lengths are rounded
             for side in range(2):
@@ -53,11 +50,7 @@ def tangents(block: Any, drive: Any, kinks: Any, scale: Any, p: Any, change: Any
                     branch[k] = block[i, size + states + k]
                 y = from_vector(motion)
                 f = force(distance(y, p), rate_of(y, p), t, memory, branch, p)
-                end = step(y, f, u, h, t, forces, None, p)
-                if passed(y, end, t + seconds(h, p), forces, p) >= 0 or grazes(y, h, kinks, p):
-                    end = cut_at_kink(y, end, f, u, i, drive, forces, p)
-                else:
-                    remember(forces)
+                end = next_sample(y, f, i, drive, table, forces, tip, p)
                 for k in range(size):
                     ends[side, k] = end[k]
                 for k in range(states):

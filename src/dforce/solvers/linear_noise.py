@@ -25,7 +25,7 @@ from dforce.instrument.history import FluidMemory
 from dforce.instrument.noise import time_constant
 from dforce.problem import Problem
 from dforce.solvers._tangents import tangents
-from dforce.solvers.integrator import Integrator, Motion
+from dforce.solvers.integrator import CALLED, Integrator, Motion
 from dforce.solvers.stability import STABLE, stability
 
 DOUBLINGS = 60  # of the periods that are summed: with a multiplier below 1 by rounding they are still enough
@@ -115,7 +115,8 @@ def _stationary(whole: Array, added: Array) -> Array:
 def _periods(integrator: Integrator, motion: Motion, periods: int) -> list[tuple[Array, Array]]:
     """Return the tangents of all steps of each period, and the phases of the tones at its start."""
     problem = integrator.problem
-    tangents_of = kernel.load(problem, ENTRIES).entry("tangents")
+    tangents_of = kernel.load(problem, ENTRIES, tuple(CALLED.values())).entry("tangents")
+    tip = integrator.tip("cut")
     size, states = kernel.size_of(problem), integrator.memory_size
     rows = []
     for _ in range(periods):
@@ -127,7 +128,7 @@ def _periods(integrator: Integrator, motion: Motion, periods: int) -> list[tuple
             np.zeros_like(integrator.work),
             np.empty((2, size + states)),
         )
-        tangents_of(block, drive, integrator.kinks, scale, integrator.p, change, work, ends)
+        tangents_of(block, drive, integrator.kinks, scale, tip, change, work, ends)
         rows.append((change, bases))
     return rows
 
