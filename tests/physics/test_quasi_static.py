@@ -185,6 +185,20 @@ def test_a_doubled_state_has_the_error_by_which_many_samples_differ_and_becomes_
     assert less < strict.error_estimate.item() * 3.0 < 1.5e-6 < 3.0 * loose.error_estimate.item()
 
 
+def test_leaps_end_where_a_motion_has_no_orbit_to_come_to():
+    """No leap leads over more than a period there: thousands of them took longer than the motion takes to settle in time."""
+    case = df.Case(
+        cantilever=df.Cantilever(f0=138e3, k=9.17, Q=18.1), drive=df.Drive(A0=3.24e-9), tip=df.Tip(radius=15.6e-9),
+        sample=df.Sample(youngs_modulus=80e6, poisson_ratio=0.3),
+        forces=[df.forces.DMT(hamaker=1.417e-19), df.forces.KelvinVoigt(viscosity=0.4776)],
+    )  # fmt: skip
+    block, at = Block.of_one(case.problem, case.solver, 1), np.array([1.6e-9])
+    start = States(block.batch.at_heights(at).free(), np.empty((1, 0)), np.empty((1, 0)))
+    _, arrived, periods = block.relax(np.array([0]), start, at)
+    assert not arrived[0]
+    assert periods[0] < 2 * transient.LEAST_MOST
+
+
 def test_a_motion_that_settled_in_time_has_an_estimated_error(monkeypatch):
     def not_found(*given):
         found = settling.polished(*given)

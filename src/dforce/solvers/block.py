@@ -22,10 +22,10 @@ from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, NOTHING, Slots
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path, set_out
-from dforce.solvers.relaxation import GOING, MOST_LOOKS, SETTLED, Leaps
+from dforce.solvers.relaxation import GOING, LOST, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.states import States
 from dforce.solvers.tip_equations import TipEquations
-from dforce.solvers.transient import DECAY_TIMES, LEAST_MOST, CancelCheck, chunks, never_cancelled
+from dforce.solvers.transient import DECAY_TIMES, LATE, LEAST_MOST, CancelCheck, chunks, never_cancelled
 
 ABREAST = 64  # problems solved in one call: their samples stay in the cache; with memory, which takes long, one
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
@@ -326,7 +326,10 @@ class Block(TipEquations):
                 np.full(count, GOING, np.int64),
             )
             model, drive, room = self.model(which[part]), self.drive(1), self._room(count, size + 1)
+            late = np.maximum(LEAST_MOST // self.common, LATE * self.decay(which[part]))
             while relax(slots, LOOKS, leaps, model, drive, room) and (looks := looks + LOOKS) < MOST_LOOKS:
+                # after so long a motion is on no way to a state that is held at less than a period a leap
+                leaps.outcome[(leaps.outcome == GOING) & (looks >= late) & (leaps.periods < looks)] = LOST
                 self.check_cancelled()
             out.x[part], settled[part] = leaps.x, leaps.outcome == SETTLED
             periods[part] = leaps.periods * self.common
