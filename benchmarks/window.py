@@ -218,7 +218,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder, served(Path(folder), CASE) as server:
             memory(server, options.visits)
     for measure in answers(options.people, options.seconds).measures():
-        print(f"{measure.name}: {measure.value} {measure.unit}")
+        print(measure.name if measure.value is None else f"{measure.name}: {measure.value:.3g} {measure.unit}".rstrip())
 
 
 if __name__ == "__main__":

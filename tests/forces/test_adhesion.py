@@ -11,6 +11,7 @@ import pytest
 from dforce.checks.battery import follow
 from dforce.core.errors import ParameterError
 from dforce.forces import DMT, JKR, AdhesionHysteresis, MaugisDugdale
+from dforce.forces.jkr import DEPTH_PULL_OFF, Q_PULL_OFF, contact_size
 from dforce.forces.maugis_dugdale import contact
 
 from .conftest import A0, same
@@ -46,6 +47,17 @@ def test_jkr_pulls_hardest_at_its_unit_of_length_and_comes_off_at_the_end_of_the
         assert math.copysign(1.0, let_go) == sign
     # the branch ends like a square root, so 12 digits of the distance are 6 of the force
     assert on_branch(jkr, -pull_off) == same(-5.23598775598e-9, 3e-6)
+
+
+def test_the_contact_of_jkr_solves_its_equation_at_every_depth():
+    for depth in (*(DEPTH_PULL_OFF * (1.0 - np.geomspace(1e-12, 0.99, 50))), *np.geomspace(1e-6, 1e9, 200)):
+        q = contact_size(depth)
+        assert q >= Q_PULL_OFF
+        # the start leaves most, 1.4e-15 of q, at depths of 1e5 units; rounding leaves some 4e-16
+        assert 3.0 * q**4 - 4.0 * q == pytest.approx(
+            depth, abs=(2e-15 if depth > 1e4 else 5e-16) * (12.0 * q**4 + 4.0 * q)
+        )
+    assert contact_size(DEPTH_PULL_OFF) == contact_size(-10.0) == Q_PULL_OFF
 
 
 def test_jkr_holds_on_beyond_first_contact_and_lets_go_beyond_pull_off(jkr):

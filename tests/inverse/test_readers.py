@@ -56,8 +56,7 @@ def test_a_cut_file_of_the_reader_of_contributing_is_one_sentence(nimbus):
 
 
 def test_window_and_help_find_the_reader_of_contributing(nimbus):
-    from dforce.gui.files import uploads
-
+    uploads = pytest.importorskip("dforce.gui.files.uploads")
     assert ".nim" in readers.endings()
     assert uploads.kind_of(nimbus.read_bytes(), "curve.nim") == "measured"
     assert "Nimbus .nim" in readers.in_words()
@@ -155,8 +154,7 @@ def test_a_height_of_a_maker_under_an_unknown_name_is_not_guessed(tmp_path):
 def test_hdf5_is_looked_at_by_one_process(tmp_path, monkeypatch):
     import subprocess
 
-    from dforce.gui.measured import reading
-
+    reading = pytest.importorskip("dforce.gui.measured.reading")
     started, run = [], subprocess.run
     monkeypatch.setattr(subprocess, "run", lambda *command, **how: started.append(command) or run(*command, **how))
     path = tmp_path / "curve.h5"

@@ -11,9 +11,6 @@ from every import every
 
 import dforce as df
 from dforce.findings.summary import summary
-from dforce.gui.curves.figures import Layer, picture
-from dforce.gui.curves.numbers import _blocks, _rows
-from dforce.gui.curves.setpoint import states_of, table_of
 from dforce.results.curves import Picture, goes_along
 
 CONSERVATIVE = [
@@ -46,6 +43,11 @@ def test_no_conservative_example_shows_any_dissipated_energy(name):
     "name", ["figure-3-air", "figure-3-air-jump", "figure-3-water", "hysteresis", "resonance-curve"]
 )
 def test_the_tables_of_the_window_show_none_for_a_conservative_sample(name):
+    pytest.importorskip("nicegui")
+    from dforce.gui.curves.figures import Layer, picture
+    from dforce.gui.curves.numbers import _blocks, _rows
+    from dforce.gui.curves.setpoint import states_of, table_of
+
     result = computed(name)
     wanted = Picture(goes_along(result), ("total_virial", "total_dissipated_energy"))
     layer = Layer(result, states=states_of(result, 0.8, wanted))

@@ -6,8 +6,6 @@ import pytest
 
 import dforce as df
 from dforce.core.log import listening
-from dforce.gui.document.document import Document
-from dforce.gui.window.address import from_link, to_link
 
 CASE = df.Case(
     cantilever={"f0": "50 kHz", "k": "1 N/m", "Q": 10}, drive={"A0": "10 nm"}, tip={"radius": "10 nm"},
@@ -38,6 +36,10 @@ def test_a_result_that_names_the_adaptive_integrator_opens_with_its_case(tmp_pat
 
 
 def test_a_link_that_names_the_adaptive_integrator_shows_the_engine():
+    pytest.importorskip("nicegui")
+    from dforce.gui.document.document import Document
+    from dforce.gui.window.address import from_link, to_link
+
     now = Document.of(CASE)
     table = now.table | {"solver": {"integrator": "adaptive"}}
     found = from_link(to_link(dataclasses.replace(now, table=table, opened=table)), now)

@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 import dforce as df
 from dforce.cli.app import app
 from dforce.experiments.base import MotionExperiment
-from dforce.gui.study import explore, pictures
 from dforce.maps._one_by_one import unpadded
 from dforce.results.kinds import kind_of
 
@@ -149,7 +148,7 @@ def test_a_store_holds_the_same_numbers_and_goes_on_after_a_stop(kind, swept, of
 
 
 @pytest.mark.parametrize("kind", PLANS)
-def test_a_sweep_is_summed_up_drawn_explored_and_written(kind, swept, tmp_path):
+def test_a_sweep_is_summed_up_drawn_and_written(kind, swept, tmp_path):
     found = swept[kind]
     assert kind_of(found).name == "sweep"
     summary = {one.name: one.text for one in df.summary(found)}
@@ -157,13 +156,21 @@ def test_a_sweep_is_summed_up_drawn_explored_and_written(kind, swept, tmp_path):
     axes = df.plot.overview(found, df.plot.Sheet())
     assert axes
     assert any(len(line.get_xdata()) for one in axes for line in one.get_lines())
+    df.write(found, tmp_path / "sweep.nc")
+    back = df.read(tmp_path / "sweep.nc")
+    assert differing(back, found, found.variables) == []
+
+
+@pytest.mark.parametrize("kind", PLANS)
+def test_a_sweep_is_explored_in_the_window(kind, swept):
+    pytest.importorskip("nicegui")
+    from dforce.gui.study import explore, pictures
+
+    found = swept[kind]
     assert explore.is_explorable(found)
     choice = explore.fitting(found, explore.Choice("", "", ""))
     assert {choice.x, choice.y} == {"hamaker", "Q"}
     assert pictures.figure(found, choice)["data"]
-    df.write(found, tmp_path / "sweep.nc")
-    back = df.read(tmp_path / "sweep.nc")
-    assert differing(back, found, found.variables) == []
 
 
 @pytest.mark.parametrize("kind", some_long(PLANS, {*PLANS} - {"approach", "basins"}))

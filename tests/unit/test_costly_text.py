@@ -1,5 +1,6 @@
 """Text of strangers costs what its length costs, whatever it means: towers of powers, brackets, long products, headings."""
 
+import importlib.util
 import itertools
 import time
 from collections.abc import Callable
@@ -14,11 +15,13 @@ from dforce.core.columns import read_columns
 from dforce.core.errors import DForceError
 from dforce.core.notation import html_symbol, plain_math
 from dforce.core.toml import read_toml
-from dforce.gui.case.values import composed, fits, in_unit
-from dforce.gui.document.document import Document
-from dforce.gui.files.uploads import document_from, kind_of
 from dforce.inverse.readers import text as text_files
 from dforce.inverse.words import split_heading
+
+if WINDOW := importlib.util.find_spec("nicegui"):  # left out where the lowest versions of all others are tried
+    from dforce.gui.case.values import composed, fits, in_unit
+    from dforce.gui.document.document import Document
+    from dforce.gui.files.uploads import document_from, kind_of
 
 MOST_CPU = 0.05  # s; each of these texts takes a few ms, and those that were not bounded took seconds to minutes
 TRIES = 3  # a neighbor on the same processor may slow one of them
@@ -73,10 +76,11 @@ WAYS = {
     "df.parse": lambda unit: df.parse(f"12 {unit}", "m"),
     "case file": lambda unit: df.Case.from_toml(OWN.replace('A0 = "10 nm"', f'A0 = "12 {unit}"')),
     "--set": lambda unit: AIR.set(f"drive.A0=12 {unit}"),
-    "upload": lambda unit: document_from(OWN.replace('A0 = "10 nm"', f'A0 = "12 {unit}"').encode()),
     "heading": as_heading,
-    "field": lambda unit: as_field(f"12 {unit}"),
 }
+if WINDOW:
+    WAYS["upload"] = lambda unit: document_from(OWN.replace('A0 = "10 nm"', f'A0 = "12 {unit}"').encode())
+    WAYS["field"] = lambda unit: as_field(f"12 {unit}")
 
 
 @every(itertools.product(UNITS, WAYS))
@@ -112,7 +116,6 @@ TEXTS: dict[str, Callable[[], object]] = {
     "digits": lambda: df.Case.from_toml("a = " + "9" * DEEP),
     "key of an assignment": lambda: AIR.set("drive.A0=1\n" + "a." * DEEP + "a = 1"),
     "path of an assignment": lambda: AIR.set("a." * DEEP + "a=1"),
-    "key of an upload": lambda: kind_of(b"a." * DEEP + b"a = 1", "curve.csv"),
     "forces": lambda: AIR.replace("forces", [{"model": "hertz"}] * DEEP),
     "heading of blanks": lambda: split_heading("a" + " " * DEEP + "x"),
     "heading of brackets": lambda: split_heading("(" + "()" * DEEP + "x"),
@@ -125,6 +128,8 @@ TEXTS: dict[str, Callable[[], object]] = {
     "expression of brackets": lambda: df.forces.Custom(law="(" * 180 + "d" + ")" * 180),
     "expression of choices": lambda: df.forces.Custom(law="where(d<a0," * 50 + "1" + ",1)" * 50),
 }
+if WINDOW:
+    TEXTS["key of an upload"] = lambda: kind_of(b"a." * DEEP + b"a = 1", "curve.csv")
 FOLDER = {}
 
 

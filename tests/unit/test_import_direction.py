@@ -207,14 +207,29 @@ def test_importing_dforce_loads_nothing_heavy() -> None:
 # What comes with an extra alone. Of the package the window needs it to be loaded, and what zarr reads stores through.
 OPTIONAL = {"zarr", "distributed", "dask", "fsspec", "igor2", "nicegui", "plotly"}
 OF_EXTRAS = ("gui", "results.checked")
+TESTS = Path(__file__).parents[1]
+OF_THE_WINDOW = ("dforce.gui", "nicegui", "plotly", "playwright", "simulated")
 
 
 def test_all_but_the_window_loads_without_what_comes_with_an_extra() -> None:
     found = set()
     for name, path in FILES.items():
-        for node in () if name.startswith(OF_EXTRAS) else parse(path).body:
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                taken = {alias.name for alias in node.names} | {getattr(node, "module", None) or ""}
-                if {one.partition(".")[0] for one in taken} & OPTIONAL or "dforce.results.checked" in taken:
-                    found.add(name)
+        taken = set() if name.startswith(OF_EXTRAS) else taken_at_once(path)
+        if {one.partition(".")[0] for one in taken} & OPTIONAL or "dforce.results.checked" in taken:
+            found.add(name)
     assert found == set()
+
+
+def test_tests_of_all_but_the_window_load_without_it() -> None:
+    others = [path for path in TESTS.glob("*/test_*.py") if path.parent.name not in ("gui", "browser")]
+    assert len(others) > 100
+    found = {path.name for path in others for one in taken_at_once(path) if one.startswith(OF_THE_WINDOW)}
+    assert found == set()
+
+
+def taken_at_once(path: Path) -> set[str]:
+    """Return the names of modules and objects that a file imports when it is loaded."""
+    nodes = [node for node in parse(path).body if isinstance(node, ast.Import | ast.ImportFrom)]
+    return {alias.name for node in nodes for alias in node.names} | {
+        getattr(node, "module", None) or "" for node in nodes
+    }

@@ -3,6 +3,7 @@
 import importlib.metadata
 import os
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,13 @@ def test_the_page_on_a_package_index_has_no_link_into_the_source() -> None:
     targets = re.findall(r"\]\(([^)]*)\)", text)
     assert targets and all(target.startswith(("https://", "#")) for target in targets)
     assert about.get_all("Project-URL")
+
+
+def test_the_source_archive_contains_every_folder_that_its_tests_import_from() -> None:
+    tool = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+    archived = tool["hatch"]["build"]["targets"]["sdist"]["include"]
+    for folder in tool["pytest"]["ini_options"]["pythonpath"]:
+        assert "/" + folder.partition("/")[0] in archived
 
 
 @pytest.mark.skipif(

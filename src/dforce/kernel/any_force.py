@@ -64,7 +64,7 @@ def compose_any(modes: int, late: int, functions: Functions, entries: dict[str, 
     linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
     linker.emit(pointers())
     first = parameter_count(modes, late)
-    for text in (*shared_text(sizes, modes, late), *_lanes(modes, first)):
+    for text in (*shared_text(modes, late), *_lanes(modes, first)):
         linker.emit(text, "inlined")
     laws = tuple_of([*(f"p[{k}]" for k in range(FIRST)), *(f"p[{first + k}]" for k in range(5))])
     linker.emit(f"def is_rooted(p):\n    return p[{first + 5}] == 1", "inlined")

@@ -139,11 +139,7 @@ def compose(
     if called:
         linker.emit(pointers())
     count = parameter_count(modes, late) + sum(len(force.numbers()) for force in forces)
-    for text in (
-        *shared_text(sizes, modes, late),
-        *_unpacked(count, bool(called)),
-        *(_lanes(modes, *drive) if drive else ()),
-    ):
+    for text in (*shared_text(modes, late), *_unpacked(count, bool(called)), *(_lanes(modes, *drive) if drive else ())):
         linker.emit(text, "inlined")
     rooted = f"def is_rooted(p):\n    return {any(force.is_rooted for force in forces)}"
     begin = f"def branches_begin(p):\n    return {sizes['motion_size'] + sizes['memory_size']}"
@@ -178,11 +174,10 @@ def sizes_of(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
     }
 
 
-def shared_text(sizes: dict[str, int], modes: int, late: int) -> list[str]:
-    """Return the functions that are the same whatever the forces, with these sizes."""
+def shared_text(modes: int, late: int) -> list[str]:
+    """Return the functions that are the same whatever the forces."""
     places = range(motion_size(modes, late))
     return [
-        *(f"def {name}():\n    return {value}" for name, value in sizes.items()),
         *_kinematics(modes, late),
         *_arithmetic(modes, late),
         f"def column(lanes, j):\n    return {tuple_of([f'lanes[{k}, j]' for k in places])}",
