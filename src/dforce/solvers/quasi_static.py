@@ -45,7 +45,7 @@ BRIDGES = (1e-6, 1e-5, 1e-4)  # of the parameter's unit: steps tried over an edg
 COLUMNS = 32  # motions that are marched at once for each problem: several orbits ahead, with their neighbors
 SHORT, MOST_SHORT = (
     1e-4,
-    100,
+    300,
 )  # of the parameter's unit: with more steps so short between two values the map is too rough
 FOLLOWED, ENDED, TOO_ROUGH = 0, 1, 2
 
