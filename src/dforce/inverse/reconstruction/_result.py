@@ -35,6 +35,11 @@ BY_CHANCE = 3.0  # errors of the distance
 AROUND = 9  # distances within an error of one
 UNSURE = 0.1  # of the range of the force, as far as it is above its errors
 UNSETTLED = 0.01  # of the largest virial
+HALF, WITHIN = 0.5, 0.1  # shares of the largest mean force
+WALL = (
+    "the force doubles over less than the error of the distance, and is determined nowhere: amplitude and height need "
+    "smaller errors"
+)
 FAR, TOO_FAR = 0.05, 0.01  # virial at the far end over the largest: worth a note, and what is far enough
 PATH_DEPENDENT = (
     "adhesion_hysteresis",
@@ -58,11 +63,14 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
     for gap in inverse.gaps:
         blind |= (distance > gap.low) & (distance < gap.high)
     shifted = _by_distance(law, inverse.gaps, reading.distance_error)
-    found = np.linalg.norm((fit.error, hidden, inverse.beyond, inverse.unsettled, shifted), axis=0)
+    found = _excess(inverse) * np.linalg.norm((fit.error, hidden, inverse.beyond, inverse.unsettled, shifted), axis=0)
     seen = ~blind & (np.abs(law.force) > SEEN * found)
     span = float(np.ptp(np.append(law.force[seen], 0.0)))
     total = np.hypot(found, BY_NODES * span)
     unsure = (total > UNSURE * span) | _by_noise(inverse, reading.distance_error)
+    walled = _is_a_wall(inverse, reading.distance_error)
+    if walled or _unsettled(inverse) > UNSETTLED:
+        unsure[:] = True
     status = np.where(blind, BLIND, np.where(unsure, UNCERTAIN, DETERMINED)).astype(np.int8)
     open_ = np.where(blind, np.nan, 1.0)  # a gap stays a gap
     classic = classic_forces(inverse, reading, case, distance)
@@ -107,7 +115,9 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
     }
     kept = {key: source.attrs[key] for key in ("source", "sha256", "calibration") if key in source.attrs}
     data.attrs = provenance(case.to_toml(), str(source.attrs.get("title", "") or case.title)) | kept
-    notes = [*_doubts(source), *_notes(inverse, reading, span)]
+    notes = [*_doubts(source), *_notes(inverse, reading)]
+    if walled:
+        notes.append(WALL)
     data.attrs |= {"chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join(notes)}
     return data
 
@@ -136,6 +146,30 @@ def _by_noise(inverse: Inverse, error: float) -> Bools:
         if (np.abs(inverse.rows.closest - end) < wide).sum() > 1:  # farther apart, noise does not set their order
             found |= np.abs(nodes - end) < wide
     return found
+
+
+def _excess(inverse: Inverse) -> float:
+    """Return by how many times residuals are larger than their errors say, if they are clearly so, else 1.
+
+    Errors are multiplied by it (R. T. Birge, Phys. Rev. 40, 207 (1932)).
+    """
+    return 1.0 if inverse.fit.reached else float(np.sqrt(inverse.fit.chi2 / len(inverse.balance.virial)))
+
+
+def _unsettled(inverse: Inverse) -> float:
+    """Return by how much the last round still changed a virial, as a share of the largest one."""
+    return float(np.max(inverse.off / np.abs(inverse.balance.virial).max()))
+
+
+def _is_a_wall(inverse: Inverse, error: float) -> bool:
+    """Return whether the mean force grows from half to its largest over less than the error of the distances.
+
+    Such a force may be as steep as one likes. What is found is too flat there, and reaches too far.
+    """
+    mean = np.abs(inverse.balance.virial / inverse.balance.motions.amplitude)
+    share, closest = mean / mean.max(), inverse.rows.closest
+    half, most = closest[np.abs(share - HALF) < WITHIN], closest[share > 1.0 - WITHIN]
+    return len(half) > 0 and float(np.abs(np.median(half) - np.median(most))) < error
 
 
 def classic_forces(inverse: Inverse, reading: CurvePoints, case: Case, distance: Array) -> Array:
@@ -187,23 +221,22 @@ def _doubts(source: xr.Dataset) -> list[str]:
     return [f"doubts about the measured curve: {text}" for text in doubts(source.attrs)]
 
 
-def _notes(inverse: Inverse, reading: CurvePoints, span: float) -> list[str]:
+def _notes(inverse: Inverse, reading: CurvePoints) -> list[str]:
     """Return what a reader must know of the result, a sentence each."""
     found = [
         f"No turning points from {units.show_range(gap.low, gap.high, 'm', 3)}: force unknown there, less certain below."
         for gap in inverse.gaps
     ]
     if not inverse.fit.reached:
-        per = inverse.fit.chi2 / len(reading.height)
         found.append(
-            f"chi2 is {per:.3g} times the number of points: the errors are too small, or no force of the distance alone "
-            "explains the curve"
+            f"chi2 is {_excess(inverse) ** 2:.3g} times the number of points: the errors are too small, or no force of the "
+            "distance alone explains the curve. The errors of the force are multiplied by the root of this number"
         )
-    moved = float(np.max(inverse.off / np.abs(inverse.balance.virial).max()))
+    moved = _unsettled(inverse)
     if moved > UNSETTLED:
         found.append(
-            f"the paths did not settle: the last round still changed a virial by {100.0 * moved:.2g} % of the largest one, "
-            "and its error includes this. The force is steep relative to the lever"
+            f"the paths did not settle: the last round still changed a virial by {100.0 * moved:.2g} % of the largest one. "
+            "The force is steep relative to the lever, and determined nowhere"
         )
     virial = np.abs(inverse.balance.virial)
     far = float(virial[np.argmax(reading.height)] / virial.max())
