@@ -27,7 +27,7 @@ def _names(function: ast.FunctionDef) -> Iterable[ast.Name]:
 
 
 def _called(node: ast.expr) -> str:
-    """Return the name of what is called, or nothing."""
+    """Return the name of the called function, or nothing."""
     return node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
 
 

@@ -164,7 +164,7 @@ def _unsettled(inverse: Inverse) -> float:
 def _is_a_wall(inverse: Inverse, error: float) -> bool:
     """Return whether the mean force grows from half to its largest over less than the error of the distances.
 
-    Such a force may be as steep as one likes. What is found is too flat there, and reaches too far.
+    The curve sets no limit to the steepness of such a force. The force found is too flat there, and reaches too far.
     """
     mean = np.abs(inverse.balance.virial / inverse.balance.motions.amplitude)
     share, closest = mean / mean.max(), inverse.rows.closest
