@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import dforce as df
 from dforce.gui.document.compute import Job
-from dforce.gui.document.document import LOOKS, Document, KeptResult
+from dforce.gui.document.document import LOOKS, Document, KeptResult, MeasuredData
 from dforce.gui.document.store import KEY, ResultStore, Saving, color_of, name_of
 from dforce.gui.measured.fitting import lever_and_tip, unconfirmed
 from dforce.gui.measured.session import FitJob, MeasuredSession, curve_in
@@ -222,12 +222,12 @@ class Session:
 
     async def _take_project(self, document: Document, results: dict[str, xr.Dataset]) -> None:
         names: dict[str, str] = {}
-        before, steps = self.document, self.steps
+        before: tuple[Document, list[Document]] | None = None
         try:
             for identifier, result in results.items():
                 store = self.results if identifier in {kept.id for kept in document.results} else self.measured.results
                 names[identifier] = await asyncio.to_thread(store.keep, result)
-            here = set(self.results.names())
+            here, before = set(self.results.names()), (self.document, self.steps)
             taken = [dataclasses.replace(kept, id=names[kept.id]) for kept in document.results]
             others = [dataclasses.replace(kept, shown=False) for kept in self.document.results if kept.id in here]
             measured = document.measured
@@ -241,8 +241,9 @@ class Session:
             for store in (self.results, self.measured.results):
                 for name in set(names.values()) & set(store.names()):
                     store.drop(name)
-            self.steps = steps
-            self._take(before, anew=True)
+            if before is not None:
+                document, self.steps = before
+                self._take(document, anew=True)
             if isinstance(error, df.DForceError):
                 raise
             raise df.CaseError("this project contains a case that cannot be shown") from error
@@ -291,7 +292,8 @@ class Session:
         """
         self.stop_fit()
         self.fitting, self.fresh = None, False
-        self.look(await self.measured.keep(self.document, raw, name, settings))
+        measured = await self.measured.keep(raw, name, settings)
+        self.look(dataclasses.replace(self.document, measured=measured))
         await self.measured.tidy(self.document)
 
     async def take_fit(self, fit: xr.Dataset) -> None:
@@ -303,7 +305,15 @@ class Session:
             When they cannot be written.
         """
         await self.take_measured(*curve_in(fit))
-        self.look(await self.measured.keep_fit(self.document, fit))
+        await self._keep_fit(fit, self.document.measured)
+
+    async def _keep_fit(self, fit: xr.Dataset, measured: MeasuredData | None) -> None:
+        """Keep a fit of a measured curve while that is there."""
+        identifier = await asyncio.to_thread(self.measured.results.keep, fit)
+        now = self.document.measured  # with what was typed and moved while the file was written
+        if measured is not None and now is not None and now.id == measured.id:
+            self.look(dataclasses.replace(self.document, measured=dataclasses.replace(now, fit=identifier)))
+        await self.measured.tidy(self.document)
 
     async def drop_measured(self) -> None:
         """Forget the measured curve and its fit."""
@@ -328,11 +338,9 @@ class Session:
             raise df.ParameterError(why)
         job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.measured.curve)
         await job.go(self.look_at_jobs, LOOKED_EVERY)
-        measured, now = document.measured, self.document.measured
-        if job.result is not None and measured is not None and now is not None and now.id == measured.id:
+        if job.result is not None:
             try:
-                self.look(await self.measured.keep_fit(self.document, job.result))
-                await self.measured.tidy(self.document)
+                await self._keep_fit(job.result, document.measured)
             except df.ResultError as error:
                 job.state, job.error = "failed", f"this fit could not be kept: {error}"
         self.look_at_jobs()

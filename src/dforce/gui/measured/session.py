@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,8 +81,8 @@ class MeasuredSession:
             fit = self.results.take(measured.fit) if measured.fit else None
         return curve, fit, ""
 
-    async def keep(self, document: Document, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> Document:
-        """Keep a curve that was read, and return the document with it in place of an earlier one.
+    async def keep(self, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> MeasuredData:
+        """Keep a curve that was read, and return what a document holds of it.
 
         Raises
         ------
@@ -92,21 +91,7 @@ class MeasuredSession:
         """
         identifier = await asyncio.to_thread(self.results.keep, raw)
         offset = calibrated(raw, settings, None).attrs.get("height_offset", 0.0)
-        measured = MeasuredData(identifier, name[-LONGEST_FILE:], dict(settings), float(offset))
-        return dataclasses.replace(document, measured=measured)
-
-    async def keep_fit(self, document: Document, fit: xr.Dataset) -> Document:
-        """Keep a fit of the document's curve, and return the document with it.
-
-        Raises
-        ------
-        ResultError
-            When it cannot be written.
-        """
-        if document.measured is None:
-            return document
-        identifier = await asyncio.to_thread(self.results.keep, fit)
-        return dataclasses.replace(document, measured=dataclasses.replace(document.measured, fit=identifier))
+        return MeasuredData(identifier, name[-LONGEST_FILE:], dict(settings), float(offset))
 
     async def tidy(self, document: Document) -> None:
         """Remove the files of curves and fits that the document no longer names."""

@@ -219,8 +219,9 @@ class View:
         try:
             await self.session.run(document)
         except (df.DForceError, TypeError) as error:
-            self._say(Said.of_error(document, error), document)
-            return self.said.wrong
+            said = Said.of_error(document, error)
+            self._say(said, document)
+            return said.wrong
         return ""
 
     async def _follow(self, wanted: WantedResult) -> None:
@@ -391,7 +392,9 @@ class View:
             hook()
 
     def _say(self, said: Said, document: Document) -> None:
-        """Show errors and advice on a document."""
+        """Show errors and advice on a document, unless another case has been typed meanwhile, which has its own."""
+        if not document.same_case(self.document):
+            return
         self.said = said
         self.shown.show(PagePart.ADVICE, document if said.advice else None)
         for hook in self.on_said:
