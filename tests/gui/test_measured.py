@@ -558,7 +558,10 @@ def test_the_force_behind_a_curve_is_reconstructed_with_its_gaps(tmp_path):
             send(force.element, "start")
             await until(lambda: force.job is not None and force.job.result is not None, 120.0)
             force.show()
-            told, shown = df.reconstruct(force.beside().moved(), page.view.document.case()), force.element.props
+            told, shown = (
+                df.reconstruct(page.plots.measured.beside().moved(), page.view.document.case()),
+                force.element.props,
+            )
             gaps = [as_sentence(line) for line in str(told.attrs["notes"]).splitlines()]
             assert shown["gaps"] == gaps and "force unknown" in gaps[0]
             assert shown["holds_for"] == "for k = 2.7 N/m, Q = 180" and not shown["stale"]

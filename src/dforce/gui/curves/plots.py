@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import dataclasses
 import logging
 from collections.abc import Sequence
@@ -102,7 +103,7 @@ class Plots:
         self.set_point, self.fit_numbers, self.motion = SetPoint(view), FitNumbers(view), MotionPanel(view)
         self.material = MaterialNumbers(view)
         self.measured, self.explorer, self.numbers = MeasuredCurve(view), Explorer(view), Numbers(view)
-        self.reconstruction, self.differences = Reconstruction(view, self.measured.beside), Differences(view)
+        self.reconstruction, self.differences = Reconstruction(view), Differences(view)
         with ui.element("div").classes("df-stage") as self.stage:
             with ui.element("div").classes("df-main"):
                 view.main = Chart("result", on_point=self._clicked, holds=True)
@@ -145,11 +146,11 @@ class Plots:
         view.on_said.append(lambda said: self.wait())
         self.wait()
 
-    def prepare(self, result: xr.Dataset | None) -> None:
-        """Solve the states at the set point, which are remembered until figure and table are made."""
+    async def prepare(self, result: xr.Dataset | None) -> None:
+        """Solve, in a thread, the states at the set point, which are remembered until figure and table are made."""
         layers = self.kept.layers(result)
         if layers and (usual := pictures_of(layers[-1].result)):
-            self.set_point.marked(layers, self.wanted(layers[-1].result, usual))
+            await asyncio.to_thread(self.set_point.marked, layers, self.wanted(layers[-1].result, usual))
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
         """Return the figure of a result with those kept that are drawn beside it."""
@@ -221,6 +222,11 @@ class Plots:
         tall = not over and self.shown is not None and not self.shown.together and len(self.shown.y) > FEW
         looks = {"df-over": over, "df-tall": tall}
         self.stage.classes(replace=" ".join(["df-stage", *(name for name, there in looks.items() if there)]))
+
+    def end(self) -> None:
+        """Stop what is computed for this page alone, when it is gone."""
+        self.measured.stop_safe()
+        self.reconstruction.stop()
 
     def show_measured(self) -> None:
         """Show a measured curve that has just come: its panel, and amplitude and phase against the distance."""

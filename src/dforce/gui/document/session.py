@@ -170,7 +170,7 @@ class Session:
                     await self.keep(job.result, shown=job.is_of(self.document))
             except df.ResultError as error:
                 job.error = f"this result could not be kept: {error}"
-            if job.is_of(self.document):
+            if job is self.job and job.is_of(self.document):  # one that did not stop in time may end after a later one
                 for view in tuple(self.views):
                     view.show_result(job.result)
         self.look_at_jobs()
@@ -219,6 +219,7 @@ class Session:
         """
         async with self._keeping:
             await self._take_project(document, results)
+        self._leave_fit()
 
     async def _take_project(self, document: Document, results: dict[str, xr.Dataset]) -> None:
         names: dict[str, str] = {}
@@ -290,11 +291,14 @@ class Session:
         ResultError
             When it cannot be written; nothing has changed then.
         """
-        self.stop_fit()
-        self.fitting, self.fresh = None, False
-        measured = await self.measured.keep(raw, name, settings)
-        self.look(dataclasses.replace(self.document, measured=measured))
-        await self.measured.tidy(self.document)
+        self._leave_fit()
+        self.fresh = False
+        async with (
+            self._keeping
+        ):  # else another curve or fit that comes meanwhile removes the file before it has its name
+            measured = await self.measured.keep(raw, name, settings)
+            self.look(dataclasses.replace(self.document, measured=measured))
+            await self.measured.tidy(self.document)
 
     async def take_fit(self, fit: xr.Dataset) -> None:
         """Take a fit that was opened, and the measured curve in it.
@@ -309,18 +313,19 @@ class Session:
 
     async def _keep_fit(self, fit: xr.Dataset, measured: MeasuredData | None) -> None:
         """Keep a fit of a measured curve while that is there."""
-        identifier = await asyncio.to_thread(self.measured.results.keep, fit)
-        now = self.document.measured  # with what was typed and moved while the file was written
-        if measured is not None and now is not None and now.id == measured.id:
-            self.look(dataclasses.replace(self.document, measured=dataclasses.replace(now, fit=identifier)))
-        await self.measured.tidy(self.document)
+        async with self._keeping:
+            identifier = await asyncio.to_thread(self.measured.results.keep, fit)
+            now = self.document.measured  # with what was typed and moved while the file was written
+            if measured is not None and now is not None and now.id == measured.id:
+                self.look(dataclasses.replace(self.document, measured=dataclasses.replace(now, fit=identifier)))
+            await self.measured.tidy(self.document)
 
     async def drop_measured(self) -> None:
         """Forget the measured curve and its fit."""
-        self.stop_fit()
-        self.fitting = None
+        self._leave_fit()
         self.look(dataclasses.replace(self.document, measured=None))
-        await self.measured.tidy(self.document)
+        async with self._keeping:
+            await self.measured.tidy(self.document)
 
     async def fit(self, document: Document) -> None:
         """Fit the parameters that a document names to its measured curve, and keep the fit; one that is stopped, too.
@@ -331,12 +336,13 @@ class Session:
             When what is typed is not a case, or asks for more than the limits allow; and where lever and tip are not
             confirmed for the curve.
         """
-        if self.measured.curve is None or (self.fitting is not None and self.fitting.busy):
+        curve = await self.measured.load(document)  # as it is for this instrument: a curve that is drawn may be behind
+        if curve is None or (self.fitting is not None and self.fitting.busy):
             return
         case = self.limits.check(document.case())
         if why := unconfirmed(document, lever_and_tip(case)):
             raise df.ParameterError(why)
-        job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.measured.curve)
+        job = self.fitting = FitJob(case, self.limits.seconds, document, data=curve)
         await job.go(self.look_at_jobs, LOOKED_EVERY)
         if job.result is not None:
             try:
@@ -349,6 +355,11 @@ class Session:
         """Stop the fit under way; the best so far is kept."""
         if self.fitting is not None:
             self.fitting.stopping.set()
+
+    def _leave_fit(self) -> None:
+        """Stop the fit under way, and forget it: another curve comes."""
+        self.stop_fit()
+        self.fitting = None
 
     def stop(self) -> None:
         """Stop the run under way; what it has computed is kept."""

@@ -50,10 +50,11 @@ class MeasuredSession:
         self._loaded: Any = None
         self._loading = asyncio.Lock()
 
-    async def load(self, document: Document) -> None:
-        """Have the document's curve and fit in memory, calibrated for its instrument."""
+    async def load(self, document: Document) -> xr.Dataset | None:
+        """Have the document's curve and fit in memory, calibrated for its instrument, and return the curve."""
         async with self._loading:
             await self._load(document)
+            return self.curve
 
     async def _load(self, document: Document) -> None:
         measured = document.measured
@@ -61,11 +62,11 @@ class MeasuredSession:
         wanted = None if measured is None else (measured.id, measured.fit, measured.settings, instrument)
         if wanted == self._loaded:
             return
-        self._loaded = wanted
         if measured is None:
             self.curve, self.fit, self.wrong = None, None, ""
         else:
             self.curve, self.fit, self.wrong = await asyncio.to_thread(self._take, measured, document)
+        self._loaded = wanted  # only now: a page that is closed meanwhile ends the loading
 
     def _take(self, measured: MeasuredData, document: Document) -> tuple[xr.Dataset | None, xr.Dataset | None, str]:
         """Return the curve, calibrated, its fit, and what is wrong. Blocking."""

@@ -47,8 +47,8 @@ WAITING = "Another run is in progress; this run begins after it."
 class View:
     """Ties a session to the elements of one page.
 
-    The page sets the attributes `main` and `force` (charts) and the hooks below, then calls :meth:`begin` once the browser
-    is there.
+    The page sets the attributes `main` and `force` (charts), `prepare` and the hooks below, then calls :meth:`begin` once the
+    browser is there.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class View:
     compose
         Makes the figure of the main chart from the result that it shows.
     prepare
-        Solves the states that the figure and the table show, in a thread.
+        Solves the states that the figure and the table show.
     picture
         Returns what the main chart shows; None for a map, or nothing.
     on_beside
@@ -81,6 +81,7 @@ class View:
 
     main: Chart
     force: ForceChart
+    prepare: Callable[[xr.Dataset | None], Awaitable[None]]
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -92,7 +93,6 @@ class View:
         self.on_unkept: list[Callable[[str], None]] = []
         self.on_beside: list[Callable[[], None]] = []
         self.compose: Callable[[xr.Dataset | None], figures.Figure] = lambda result: figures.empty("")
-        self.prepare: Callable[[xr.Dataset | None], None] = lambda result: None
         self.picture: Callable[[], Picture | None] = lambda: None
         self.shown = ShownParts(lambda: self.document)
         self.shown.mark(PagePart.CURVES, self._mark_curves)
@@ -262,7 +262,7 @@ class View:
         if self._beside.overtaken or self.said.wrong:  # of a later document, which asks for nothing beside
             return
         self._beside_at = time.monotonic()
-        await asyncio.to_thread(self.prepare, self.result)
+        await self.prepare(self.result)
         self.show_beside()
         with self._saying_what_is_wrong(followed.document):
             if not self.force.has_law(followed.case) and not await self._follow_force(followed):
@@ -361,7 +361,7 @@ class View:
             await self.session.measured.load(self.document)
             curve = self.curve
             if not self.dragged:
-                await asyncio.to_thread(self.prepare, self.result)
+                await self.prepare(self.result)
             await self.main.draw(self.compose(self.result))
             self.shown.show(PagePart.CURVES, None if curve is None else curve.document)
 
