@@ -12,16 +12,17 @@ the cases alone.
 from __future__ import annotations
 
 import argparse
-import contextlib
 import time
 import warnings
 from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
+from ending import end_with
 
 from dforce.checks.validation.comparison import reference
 from dforce.checks.validation.draws import FAMILIES, Draw, draw
+from dforce.core.stopping import until_stopped
 from dforce.experiments.base import initial_motion
 from dforce.observables.deviation import DEVIATIONS, deviations
 from dforce.problem import Problem
@@ -113,7 +114,7 @@ def report(outcomes: list[Outcome], asked: float, worst: int) -> None:
         unflagged = [one for one in beyond if one.status == Status.OK]
         print(
             f"{name:45s} {len(some):5d}  {sum(map(right, some)):5d}  {sum(map(low, some)):3d}  {len(beyond):6d}  "
-            f"{len(unflagged):9d}  {max(one.error for one in some):.1e}"
+            f"{len(unflagged):9d}  {max((one.error for one in some), default=0.0):.1e}"
         )
     share = 100.0 / max(len(outcomes), 1)
     print(
@@ -147,14 +148,16 @@ def main() -> None:
         settings = SolverSettings(points_per_period=given.samples, method=given.method)
     outcomes, left, start = [], 0, time.process_time()
     drawn = (draw(given.seed, number) for number in range(given.cases))
-    with warnings.catch_warnings(action="ignore"), contextlib.suppress(KeyboardInterrupt):
+    with warnings.catch_warnings(action="ignore"), until_stopped() as stop:
         for case in (case for case in drawn if case.family in given.family):
             one = compare(case, given.seed, settings, given.reference)
             left += one is None
             outcomes += [] if one is None else [one]
     report(outcomes, given.accuracy, given.worst)
     print(f"{left} cases without a motion that repeats with the tones; {time.process_time() - start:.0f} s of CPU")
+    if stop.came:
+        raise KeyboardInterrupt
 
 
 if __name__ == "__main__":
-    main()
+    end_with(main)

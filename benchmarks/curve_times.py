@@ -19,7 +19,7 @@ import xarray as xr
 
 import dforce as df
 from dforce.procedures.curve import PlannedCurve
-from dforce.results.status import Status
+from dforce.results.status import Status, whole
 
 STIFF = {
     "cantilever": {"f0": "300 kHz", "k": "40 N/m", "Q": 400}, "drive": {"A0": "20 nm"}, "tip": {"radius": "10 nm"},
@@ -100,7 +100,7 @@ class Clock:
 
         with mock.patch.object(PlannedCurve, "solve", timed):
             begin = time.process_time()
-            work()
+            whole(work())
             self.whole = time.process_time() - begin
 
 
@@ -114,7 +114,7 @@ def times(names: list[str]) -> int:
     print(f"{'case':20s} {'points':>7s} {'touching':>8s} {'ok':>6s} {'u a point':>9s} {'besides':>8s} {'u':>8s}")
     for name in names or cases:
         touching, work = cases[name]
-        result, taken = work(), list[Clock]()
+        result, taken = whole(work()), list[Clock]()
         u = one_u()
         while len(taken) < 3 or (sum(one.whole for one in taken) < 1.0 and len(taken) < 20):
             taken.append(Clock(work))
@@ -124,10 +124,10 @@ def times(names: list[str]) -> int:
         ok = int((result.status.values == Status.OK).sum())
         wrong = touching and share < 0.5
         missed += wrong
-        whole = statistics.median(one.whole for one in taken) / points / u
+        in_all = statistics.median(one.whole for one in taken) / points / u
         apart = f"{besides:8.1f}" if taken[0].solving else f"{'-':>8s}"  # a sweep solves its curves another way
         print(
-            f"{name:20s} {points:7d} {share:8.0%} {ok:6d} {whole:9.1f} {apart} {1e6 * u:5.2f} us"
+            f"{name:20s} {points:7d} {share:8.0%} {ok:6d} {in_all:9.1f} {apart} {1e6 * u:5.2f} us"
             + ("  does not touch" if wrong else "")
         )
     return int(bool(missed))

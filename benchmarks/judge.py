@@ -5,13 +5,12 @@
     python benchmarks/judge.py --fresh SEED [--cases 300]    random cases against DOP853 over the plain laws alone
     python benchmarks/judge.py --times [CASE ...]            CPU time of curves, see curve_times.py
 
-Each exits with 1 on any miss. A frozen file belongs to one machine where `--exact` is asked for.
+Each exits with 1 on any miss, and with 130 behind Ctrl-C. A frozen file belongs to one machine where `--exact` is asked for.
 """
 
 from __future__ import annotations
 
 import argparse
-import contextlib
 import io
 import math
 import sys
@@ -26,14 +25,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from curve_times import times
+from ending import end_with
 from witness import Lost, Witness
 
 import dforce as df
 from dforce.checks.validation.draws import draw
 from dforce.core.errors import DForceError
 from dforce.core.files import write_whole
+from dforce.core.stopping import until_stopped
 from dforce.observables.averaging import common_period
-from dforce.results.status import Status
+from dforce.results.status import Status, whole
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 import fitted_curves
@@ -105,14 +106,13 @@ def results() -> Iterator[tuple[str, df.Case | None, dict[str, Any]]]:
     """Give the name, case and numbers of everything that is frozen."""
     for name in df.examples():
         case = df.example(name)
-        yield name, case, numbers(df.run(case))
+        yield name, case, numbers(whole(df.run(case)))
     for number in range(RANDOM):
         case = draw(SEED, number).case
         yield f"random {number}", case, numbers(at_one_distance(case))
     for kind in ("air", "liquid"):
-        found = df.fit(
-            fitted_curves.case_of(kind), fitted_curves.data_of(kind), free=[fitted_curves.E, fitted_curves.H]
-        )
+        model, data = fitted_curves.case_of(kind), fitted_curves.data_of(kind)
+        found = whole(df.fit(model, data, free=[fitted_curves.E, fitted_curves.H]))
         yield f"fit {kind}", None, {name: found[name].values for name in ("value", "error", "chi2") if name in found}
 
 
@@ -124,7 +124,7 @@ def numbers(result: xr.Dataset) -> dict[str, Any]:
 
 def at_one_distance(case: df.Case) -> xr.Dataset:
     """Return the settled motion at the one distance of a dwell, with the state that it can be continued from."""
-    return df.approach(case, zc=[case.experiment.zc])
+    return whole(df.approach(case, zc=[case.experiment.zc]))
 
 
 def freeze(path: Path) -> int:
@@ -258,7 +258,7 @@ def outcome(seed: int, number: int) -> Outcome:
 def fresh(seed: int, count: int) -> int:
     """Hold fresh cases against SciPy, and count."""
     outcomes: list[Outcome] = []
-    with warnings.catch_warnings(action="ignore"), contextlib.suppress(KeyboardInterrupt):
+    with warnings.catch_warnings(action="ignore"), until_stopped() as stop:
         for number in range(count):
             outcomes.append(outcome(seed, number))
             if sys.stderr.isatty():
@@ -274,6 +274,8 @@ def fresh(seed: int, count: int) -> int:
         print(
             f"  {one.number:4d} {one.word:28s} estimated {one.estimate:.1e}, off {one.error:.1e} in {one.quantity}: {one.text}"
         )
+    if stop.came:
+        raise KeyboardInterrupt
     return int(len(unflagged) > MOST_UNFLAGGED * count or right < LEAST_RIGHT * len(held))
 
 
@@ -300,4 +302,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    end_with(main)

@@ -13,6 +13,9 @@ from hypothesis import settings
 for name in ("COLUMNS", "LINES"):
     os.environ.pop(name, None)
 
+# Before anything imports numpy: a process a core runs tests, and threads of OpenBLAS would take the core of another to wait.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
 # Before anything imports matplotlib: no test needs a screen.
 os.environ["MPLBACKEND"] = "Agg"
 

@@ -276,7 +276,22 @@ class Window:
         return [trace["y"] for trace in self.traces(chart) if trace["meta"] == quantity]
 
     def click(self, trace: int, share: float) -> float:
-        """Click on a line of the chart at a share of its points, and return where along x that is."""
+        """Click on a line of the chart at a share of its points until it has a ring there; return where along x that is.
+
+        A chart that is drawn anew between the pointer's coming and the click takes no note of it.
+        """
+        while True:
+            before = self.revision()
+            along, is_ringed, place = self._point(trace, share)
+            if is_ringed:
+                return along
+            self.page.mouse.move(*place)
+            self.page.locator(".df-main .hoverlayer .legend").first.wait_for()
+            self.page.mouse.click(*place)
+            self.drawn(before)
+
+    def _point(self, trace: int, share: float) -> tuple[float, bool, tuple[float, float]]:
+        """Return where along x a point of the chart is, whether it has a ring, and its place on the page at rest."""
         self.page.wait_for_function(  # what comes to stand below the chart makes it smaller
             """() => {
                 const plot = document.querySelector(".df-main .df-plot");
@@ -286,22 +301,20 @@ class Window:
             }""",
             polling=250,
         )
-        left, top, along = self.page.evaluate(
+        along, is_ringed, *place = self.page.evaluate(
             """([number, share]) => {
                 const plot = document.querySelector(".df-main .df-plot");
                 const trace = plot._fullData[number];
-                const place = Math.floor(trace.x.length * share);
+                const place = Math.floor(trace.x.length * share), along = trace.x[place];
                 const [x, y] = [trace.xaxis, trace.yaxis].map((name) => plot._fullLayout[name[0] + "axis" + name.slice(1)]);
                 const box = plot.getBoundingClientRect();
-                const at = [box.left + x._offset + x.d2p(trace.x[place]), box.top + y._offset + y.d2p(trace.y[place])];
-                return [...at, trace.x[place]];
+                const ringed = (plot._fullLayout.shapes ?? []).some(
+                    (one) => one.name === "clicked" && Math.abs(one.xanchor - along) < 1e-6 * Math.abs(along));
+                return [along, ringed, box.left + x._offset + x.d2p(along), box.top + y._offset + y.d2p(trace.y[place])];
             }""",
             [trace, share],
         )
-        self.page.mouse.move(left, top)
-        self.page.locator(".df-main .hoverlayer .legend").first.wait_for()
-        self.page.mouse.click(left, top)
-        return float(along)
+        return float(along), bool(is_ringed), tuple(place)
 
     def shows(self, case: df.Case) -> None:
         """Wait until the chart shows the amplitude and the phase of a case, number by number."""

@@ -6,6 +6,8 @@ import asyncio
 import importlib.util
 import itertools
 import json
+import os
+import subprocess
 import sys
 import time
 from types import SimpleNamespace
@@ -40,6 +42,42 @@ def test_a_run_that_is_stopped_ends_a_benchmark(monkeypatch):
     monkeypatch.setattr("dforce.checks.benchmark.run", lambda case: synthetic.approach().assign_attrs(interrupted=1))
     done = CliRunner().invoke(app, ["benchmark", "--quick"])
     assert done.exit_code == 130 and done.stderr.splitlines()[1:] == ["dforce: stopped"]
+
+
+STOPPED_JUDGE = """
+import os, signal, sys
+import dforce as df, judge
+from ending import end_with
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
+def stopped(work):
+    return lambda *args, **settings: work(*args, **settings, progress=lambda *at: os.kill(os.getpid(), signal.SIGINT))
+
+df.run, df.approach = stopped(df.run), stopped(df.approach)
+sys.argv = ["judge.py", *sys.argv[1:]]
+end_with(judge.main)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals as a terminal sends them")
+@pytest.mark.parametrize(
+    ("words", "first"),
+    [
+        (("--freeze", "frozen.npz"), ""),
+        (("--fresh", "3"), "0 held against SciPy: estimate right within 3 in 0, too low in 0"),
+        (("--times", "a"), f"{os.cpu_count()} cores"),
+    ],
+    ids=["freeze", "fresh", "times"],
+)
+def test_one_ctrl_c_in_a_run_ends_the_judge_with_130_and_lines_before_stay(tmp_path, words, first):
+    done = subprocess.run(
+        [sys.executable, "-c", STOPPED_JUDGE, *words], capture_output=True, text=True, cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "stopped\n")
+    assert done.stdout.startswith(first)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.long

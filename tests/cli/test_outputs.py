@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -46,19 +47,29 @@ def dforce(words: str, *more: str) -> Any:
     return CliRunner().invoke(app, [*words.split(), *more])
 
 
-@pytest.fixture
-def inputs(workdir: Path) -> None:
-    """Files for the commands."""
-    Path("curve.csv").write_text(measured_curve.text())
-    Path("thermal.csv").write_text(measured_curve.spectrum_text())
-    Path("air.csv").write_bytes((files("dforce.library") / "measured" / "air.csv").read_bytes())
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with files for the commands."""
+    folder = tmp_path_factory.mktemp("inputs")
+    (folder / "curve.csv").write_text(measured_curve.text())
+    (folder / "thermal.csv").write_text(measured_curve.spectrum_text())
+    (folder / "air.csv").write_bytes((files("dforce.library") / "measured" / "air.csv").read_bytes())
     dwell = df.example("table-1-am").to_toml()
-    Path("sweep.toml").write_text(dwell + '\n[sweep]\nover = { "drive.A0" = ["5 nm", "6 nm"] }\n', encoding="utf-8")
+    (folder / "sweep.toml").write_text(
+        dwell + '\n[sweep]\nover = { "drive.A0" = ["5 nm", "6 nm"] }\n', encoding="utf-8"
+    )
     case = df.example("figure-3-air").to_toml()
-    Path("fit.toml").write_text(FIT + case, encoding="utf-8")
-    Path("plan.toml").write_text(df.example("figure-4-soft").to_toml() + PLAN, encoding="utf-8")
-    df.write(df.run(df.example("am-fm").set("experiment.zc.points=3")), "am-fm.nc")
-    df.write(df.run(df.example("figure-3-air").set("experiment.zc.points=41")), "approach.nc")
+    (folder / "fit.toml").write_text(FIT + case, encoding="utf-8")
+    (folder / "plan.toml").write_text(df.example("figure-4-soft").to_toml() + PLAN, encoding="utf-8")
+    df.write(df.run(df.example("am-fm").set("experiment.zc.points=3")), folder / "am-fm.nc")
+    df.write(df.run(df.example("figure-3-air").set("experiment.zc.points=41")), folder / "approach.nc")
+    return folder
+
+
+@pytest.fixture
+def inputs(made: Path, workdir: Path) -> None:
+    """A copy of these files in the test's own folder."""
+    shutil.copytree(made, workdir, dirs_exist_ok=True)
 
 
 INSIDE = (RuntimeError("raster overflow"), 3, "dforce: an error inside dForce, please report it: RuntimeError")

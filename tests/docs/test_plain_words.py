@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import importlib
 import inspect
 import re
@@ -105,21 +106,27 @@ def docstrings():
 ROOMS = (pages, made_pages, scripts, texts, helps, cases, docstrings)
 
 
+@functools.cache
+def read(room):
+    """Return the sentences of a room, each with the patterns that it has."""
+    return [(sentence, faults(sentence.text)) for sentence in room()]
+
+
 def is_let_pass(sentence):
     return any(one["place"] == sentence.place and sentence.text.startswith(one["start"]) for one in EXCEPTIONS)
 
 
 @every(ROOMS, lambda room: room.__name__)
 def test_every_sentence_is_plain(room):
-    said = list(room())
+    said = read(room)
     assert len(said) > 30, f"{room.__name__} is empty: the check looks in the wrong place"
-    found = [(sentence, wrong) for sentence in said if (wrong := faults(sentence.text)) and not is_let_pass(sentence)]
+    found = [(sentence, wrong) for sentence, wrong in said if wrong and not is_let_pass(sentence)]
     assert not found, "\n".join(f"{s.place}:{s.line}: {', '.join(wrong)}: {s.text}" for s, wrong in found)
 
 
 def test_each_exception_has_a_reason_and_is_needed():
     assert len(EXCEPTIONS) <= MOST_EXCEPTIONS
-    wrong = [sentence for room in ROOMS for sentence in room() if faults(sentence.text)]
+    wrong = [sentence for room in ROOMS for sentence, found in read(room) if found]
     for one in EXCEPTIONS:
         assert len(one["reason"].split()) > 3
         assert any(s.place == one["place"] and s.text.startswith(one["start"]) for s in wrong), one

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import base64
 import dataclasses
+import threading
 from importlib.resources import files
 
 import fitted_curves
@@ -364,6 +365,32 @@ def test_a_curve_is_calibrated_anew_for_another_instrument(tmp_path):
     asyncio.run(flow())
 
 
+@pytest.mark.parametrize("of", ["curve", "fit"])
+def test_what_is_typed_while_a_curve_or_its_fit_is_written_stays(tmp_path, of):
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            session, going, writing = page.view.session, threading.Event(), []
+            keep, fit = session.measured.results.keep, fitted_curves.result()
+            taken = session.take_measured(raw(), "b.csv", LAG) if of == "curve" else session.take_fit(fit)
+
+            def slow(result):
+                if of == "curve" or result is fit:
+                    writing.append(result)
+                    going.wait(20.0)
+                return keep(result)
+
+            session.measured.results.keep = slow
+            task = asyncio.create_task(taken)
+            await until(lambda: writing)
+            page.view.edit(page.view.document.put(("cantilever", "k"), "3 N/m"))
+            going.set()
+            await task
+            assert session.document.value(("cantilever", "k")) == "3 N/m"
+            assert bool(session.document.measured.fit) == (of == "fit")
+
+    asyncio.run(flow())
+
+
 @pytest.mark.slow
 def test_a_project_holds_the_measured_curve_with_its_shift_and_fit(tmp_path):
     async def flow():
@@ -372,7 +399,7 @@ def test_a_project_holds_the_measured_curve_with_its_shift_and_fit(tmp_path):
             await dropped(page)
             page.plots.measured._change(shift=0.4e-9)
             fit = fitted_curves.result().assign_attrs(session.measured.curve.attrs, **fitted_curves.result().attrs)
-            session.look(await session.measured.keep_fit(session.document, fit))
+            await session._keep_fit(fit, session.document.measured)
             data = project.packed(session.document, session.results, session.measured.results)
         async with window(tmp_path / "two", live=False) as (_, page):
             await page.files.open(data)
@@ -531,7 +558,10 @@ def test_the_force_behind_a_curve_is_reconstructed_with_its_gaps(tmp_path):
             send(force.element, "start")
             await until(lambda: force.job is not None and force.job.result is not None, 120.0)
             force.show()
-            told, shown = df.reconstruct(force.beside().moved(), page.view.document.case()), force.element.props
+            told, shown = (
+                df.reconstruct(page.plots.measured.beside().moved(), page.view.document.case()),
+                force.element.props,
+            )
             gaps = [as_sentence(line) for line in str(told.attrs["notes"]).splitlines()]
             assert shown["gaps"] == gaps and "force unknown" in gaps[0]
             assert shown["holds_for"] == "for k = 2.7 N/m, Q = 180" and not shown["stale"]
@@ -856,7 +886,8 @@ def test_the_name_of_a_file_or_a_key_begins_a_sentence_as_it_is_written():
 
 
 def test_a_curve_of_a_file_with_a_long_name_is_there_after_a_restart(tmp_path):
-    document = asyncio.run(MeasuredSession(tmp_path).keep(Document.first(), raw(), f"{'long-' * 60}.csv", LAG))
+    measured = asyncio.run(MeasuredSession(tmp_path).keep(raw(), f"{'long-' * 60}.csv", LAG))
+    document = dataclasses.replace(Document.first(), measured=measured)
     assert Document.from_plain(document.to_plain()) == document
     assert document.measured.name.endswith("long-.csv")
 

@@ -200,6 +200,32 @@ def test_a_law_that_stays_is_drawn_anew_only_once_nothing_changes(tmp_path, live
     asyncio.run(flow())
 
 
+def test_advice_on_the_case_before_takes_no_mistake_away(tmp_path, live_as):
+    live_as(lambda case, *_: Live(result()))
+
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            view, going = page.view, asyncio.Event()
+            waits, follow = [], view.force.follow
+
+            async def slow(*asked):
+                if view._advising.busy:  # the law that is looked at before the advice
+                    waits.append(asked)
+                    await going.wait()
+                return await follow(*asked)
+
+            view.force.follow = slow
+            view.edit(DOCUMENT)
+            await until(lambda: waits)
+            view.edit(DOCUMENT.put(("drive", "A0"), "-1"))
+            await until(lambda: view.said.wrong and not view._latest.busy)
+            going.set()
+            await until(lambda: not view._advising.busy)
+            assert view.said.wrong
+
+    asyncio.run(flow())
+
+
 def test_a_step_back_to_the_case_shown_computes_nothing(tmp_path, live_as):
     asked = []
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import dforce as df
+from dforce.inverse.words import split_heading
 
 SHIPPED = files("dforce.library") / "measured"
 
@@ -27,6 +28,7 @@ def head(tmp_path, heading, sign=1.0, more=""):
 SURE = {
     "Piezo Z,Ampl.,Ph": True,
     "Height (nm),Amp [nm],Phase (deg)": True,
+    "Piezo Z / nm,Amplitude/nm,Phase / °": True,
     "Z sensor (nm),Amplitude (V),Phase (°)": True,
     "Stage,Lock-in R (V),theta (deg)": False,
     "Z scanner (um),Mag (mV),Phase angle x (rad)": False,
@@ -40,6 +42,17 @@ def test_names_and_units_tell_height_amplitude_and_phase(tmp_path, heading):
     assert [column.quantity for column in found.columns] == ["height", "amplitude", "phase"]
     assert all(column.sure for column in found.columns) is SURE[heading]
     assert (found.kind, found.curves, found.height_grows) == ("curve", 1, "away")
+
+
+@pytest.mark.parametrize(
+    ("heading", "told"),
+    [
+        ("Piezo Z / nm", ("Piezo Z", "nm")), ("phase/°", ("phase", "deg")), ("height_nm", ("height", "nm")),
+        ("sensitivity nm/V", ("sensitivity nm/V", None)), ("A/A0", ("A/A0", None)), ("trace/retrace", ("trace/retrace", None)),
+    ],
+)  # fmt: skip
+def test_the_unit_of_a_heading_may_stand_behind_a_slash(heading, told):
+    assert split_heading(heading) == told
 
 
 def test_what_a_guess_is_sure_of_is_what_a_reader_takes(tmp_path):

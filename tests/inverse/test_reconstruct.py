@@ -361,7 +361,7 @@ def test_where_the_noise_hides_the_force_nothing_is_determined():
         cantilever={"f0": "300 kHz", "k": "18 N/m", "Q": 374}, drive={"A0": "17.7 nm"}, tip={"radius": "2 nm"},
         forces=[df.forces.Morse(bond_energy="105 zJ", decay=1.28e10, bond_length="0.2357 nm")],
     )  # fmt: skip
-    curve = measured(case, ("18.7 nm", "8 nm"), 100, 20e-12, 0.1)
+    curve = measured(case, ("18.7 nm", "8 nm"), 40, 20e-12, 0.1)
     for seed in (4, 8):  # the force found hangs on last bits: with these a wrong one seemed determined
         last_bits = 1.0 + 1e-9 * np.random.default_rng(seed).standard_normal(curve.amplitude.shape)
         found = df.reconstruct(curve.assign(amplitude=curve.amplitude * last_bits))

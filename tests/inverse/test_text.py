@@ -160,6 +160,27 @@ def test_side_by_side_directions_of_nanoscope_are_read(tmp_path):
     assert data.attrs["height_kind"] == "sensor"
 
 
+def test_directions_side_by_side_may_share_their_heights(tmp_path):
+    rows = [
+        f"{1e9 * h:.4f},{1e9 * a:.5f},{1.01e9 * a:.5f},{p:.4f},{p + 1.0:.4f}"
+        for h, a, p in zip(HEIGHT, AMPLITUDE, LAG, strict=True)
+    ]
+    heading = "Z (nm),Amp Trace (nm),Amp Retrace (nm),Phase Trace (deg),Phase Retrace (deg)"
+    data = read(tmp_path, "\n".join([heading, *rows, ""]))
+    assert is_the_curve(data.where(data.direction == "approach", drop=True))
+    retract = data.where(data.direction == "retract", drop=True)
+    np.testing.assert_allclose(retract.height[::-1], HEIGHT, atol=1e-13)
+    np.testing.assert_allclose(retract.amplitude[::-1], 1.01 * AMPLITUDE, atol=1e-13)
+    np.testing.assert_allclose(retract.phase[::-1], LAG + 1.0, atol=1e-3)
+
+
+def test_in_phase_and_out_of_phase_are_no_directions(tmp_path):
+    rows = [f"{1e9 * h:.4f},{a:.6e},{p:.4f}" for h, a, p in zip(HEIGHT, AMPLITUDE, LAG, strict=True)]
+    path = tmp_path / "curve.csv"
+    path.write_text("\n".join(["Z (nm),Signal in (m),Signal out (m)", *rows, ""]))
+    assert [column.name for column in df.file_head(path).columns] == ["Z", "Signal in", "Signal out"]
+
+
 def test_text_of_jpk_names_its_columns_in_comments(tmp_path):
     def block(word, order):
         rows = zip(HEIGHT[order], AMPLITUDE[order], LAG[order], strict=True)

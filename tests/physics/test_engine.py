@@ -1,13 +1,16 @@
 """The engine: its motions against SciPy alone, its derivatives against differences, its sums against samples."""
 
+import importlib
 import math
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 import dforce as df
 from dforce import kernel
 from dforce.engine.marching import Marcher, Start
+from dforce.engine.on_disk import ENGINE
 from dforce.problem import Instrument, Problem
 
 HARMONICS = 300  # a tap of rigid bodies turns the tip within 1 % of the period
@@ -110,3 +113,9 @@ def test_sums_over_a_period_are_those_of_its_samples():
     for k in range(1, 7):
         place = 11 + 4 + 2 * (k - 1)
         assert complex(row[place], row[place + 1]) == pytest.approx(2.0 * (weight * z * turn**k).sum(), abs=1e-6), k
+
+
+def test_only_what_python_calls_becomes_machine_code_by_itself():
+    modules = [importlib.import_module(f"dforce.engine.{name}") for name in ENGINE]
+    functions = {name: one for module in modules for name, one in vars(module).items() if isinstance(one, Dispatcher)}
+    assert [name for name, one in functions.items() if not one.targetoptions.get("no_cpython_wrapper")] == ["advance"]

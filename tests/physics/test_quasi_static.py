@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from tiers import some_long
 
 import dforce as df
+from dforce.checks.validation.draws import draw
 from dforce.checks.validation.tip_equation import Region, TipEquation, dmt_with_drag
 from dforce.solvers import quasi_static_walk, settling, transient
 
@@ -72,6 +73,51 @@ def test_a_curve_does_not_depend_on_its_grid(family, A0, k, Q, modulus, turn):
     zc = np.linspace(1.1 * A0 + 3e-9, turn * A0, 46)
     coarse, fine = (df.approach(case, zc=grid, direction="both") for grid in (zc[::9], zc))
     check_same_curve(coarse, fine, A0, AT_A_TOUCH if family == "jumping" else SAME_JUMP)
+
+
+@pytest.mark.parametrize(
+    ("A0", "k", "Q", "modulus", "turn", "jumps"),
+    [
+        (30e-9, 22.455716419678, 76.33116560651534, 11872334206.507442, 0.5239388420647773, []),
+        (30e-9, 37.71191422631211, 57.83517867572022, 4954679500.394961, 0.7189951690194689, []),
+        (5e-9, 15.392275146561646, 19.1586654356878, 14030537408.302553, 0.5139808705322633, ["approach", "retract"]),
+        (10e-9, 7.855221860942313, 70.76111609125884, 12780658637.836073, 0.46355876791138456, []),
+    ],
+)  # fmt: skip
+def test_the_loss_of_a_state_beside_a_neck_is_no_jump_on_any_grid(A0, k, Q, modulus, turn, jumps):
+    """A neck forms where the motion touches, takes energy, and so ends the touch: the motion repeats no more, nor jumps.
+
+    Behind that it repeats again. Only the jumps of the bistable contact are left.
+    """
+    case = lever("capillary", A0=A0, k=k, Q=Q, youngs_modulus=modulus, points_per_period=256)
+    zc = np.linspace(1.1 * A0 + 3e-9, turn * A0, 46)
+    coarse, fine = (jumps_of(df.approach(case, zc=grid, direction="both")) for grid in (zc[::9], zc))
+    assert [way for way, _ in coarse] == [way for way, _ in fine] == jumps
+    assert [at for _, at in coarse] == pytest.approx([at for _, at in fine], abs=SAME_JUMP * A0)
+
+
+def test_a_motion_beside_a_neck_moves_with_the_distance_where_it_does_not_repeat():
+    case = lever("capillary", A0=10e-9, k=7.9, Q=71.0, youngs_modulus=13e9, points_per_period=256, method="transient")
+    curve = df.approach(case, zc=np.linspace(10.28e-9, 10.23e-9, 6), direction="approach", protocol="stepwise")
+    assert (curve.repeat_periods != 1).all()
+    assert curve.amplitude.values[:, 0] == pytest.approx(curve.zc.values - 0.5e-9, abs=1e-3 * 10e-9)
+
+
+def test_a_jump_between_two_motions_that_do_not_repeat_is_found():
+    case = draw(28, 40).case
+    slow, curve = (
+        df.approach(
+            case, zc=np.linspace(0.713e-9, 0.7205e-9, points), direction="retract", protocol=protocol, start="rest"
+        )
+        for points, protocol in ((16, "stepwise"), (3, "quasi_static"))
+    )
+    changes = np.abs(np.diff(slow.sortby("zc").amplitude.values[:, 0]))
+    place = int(np.argmax(changes))
+    assert changes[place] > 20.0 * np.median(changes)
+    assert (curve.repeat_periods != 1).all()
+    assert len(jumps_of(curve)) > 0
+    off = abs(curve.jump_zc - slow.sortby("zc").zc[place])
+    assert float((off - curve.jump_error * case.problem.tones[0].A0).min()) < 0.0
 
 
 def test_a_way_back_takes_over_states_of_the_way_there_and_is_the_curve_of_a_way_back_alone():

@@ -39,6 +39,7 @@ from dforce.engine.lanes import (
     V1,
     ZC,
     T,
+    called,
     compiled,
     lane_of,
 )
@@ -327,7 +328,7 @@ def take_sample(lane: Any, laws: Any, sample: Any) -> None:
     sample[sample.shape[0] - 1] = force_now(lane, laws)
 
 
-@compiled
+@called
 def advance(lanes: Any, laws: Any) -> None:
     """Advance each lane over all intervals."""
     sampled = lanes.samples.shape[1] > 0

@@ -15,6 +15,8 @@ from dforce.engine.tableau import STAGES, WIDTH
 Function = TypeVar("Function", bound=Callable[..., Any])
 # contract, arcp and nsz let the compiler fuse and reorder products but keep NaN and infinity meaningful
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "arcp", "nsz"}}
+# Python never calls these: without a wrapper for it, their machine code is made once, inside the function that it calls
+INNER: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_LAW = range(6)  # places in a lane's numbers
 # places of a lane's state: time in the interval; distance (m) and velocity at both ends of the step; force (N) at its end;
 # the kinks (m) around it, and the number of the upper one; time at which the interval begins; sign of the next velocity;
@@ -25,14 +27,19 @@ T, D0, V0, D1, V1, F1, LOW, HIGH, SIDE, BEGIN, HEADING, ATTEMPTS, STATES = range
 SUM_F, SUM_Z, SUM_V, TOUCHED, Z_MIN, Z_MAX, F_MIN, F_MAX, D_MIN, V_MAX, FIRST_PAIR = range(11)
 
 
-def compiled(function: Function) -> Function:
-    """Compile a function when it is first called."""
+def called(function: Function) -> Function:
+    """Compile a function when Python first calls it."""
     return numba.njit(**OPTIONS)(function)  # type: ignore[no-any-return]
+
+
+def compiled(function: Function) -> Function:
+    """Compile a function when a compiled one first calls it."""
+    return numba.njit(**INNER)(function)  # type: ignore[no-any-return]
 
 
 def inlined(function: Function) -> Function:
     """Do so, and put it in the place of each call."""
-    return numba.njit(forceinline=True, **OPTIONS)(function)  # type: ignore[no-any-return]
+    return numba.njit(forceinline=True, **INNER)(function)  # type: ignore[no-any-return]
 
 
 class Lanes(NamedTuple):

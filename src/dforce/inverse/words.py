@@ -59,10 +59,10 @@ DENSITY = (
 )  # names of the density in a spectrum
 ABOVE_THE_SAMPLE = ("zc", "heightabovesample")  # heights whose name says that larger ones are farther away
 OF_A_NAME = {name: quantity for quantity, meaning in MEANINGS.items() for name in meaning.names}
-# units that may end a name behind an underscore; any other word there belongs to the name
+# units that may end a name behind an underscore or a slash; any other word there belongs to the name
 ENDINGS = (
-    "m", "mm", "um", "µm", "nm", "pm", "A", "Å", "V", "mV", "uV", "µV", "deg", "degree", "degrees", "rad", "mrad", "Hz", "kHz",
-    "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
+    "m", "mm", "um", "µm", "nm", "pm", "A", "Å", "V", "mV", "uV", "µV", "deg", "degree", "degrees", "°", "rad", "mrad", "Hz",
+    "kHz", "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
 )  # fmt: skip
 SPELLED = {"°": "deg", "º": "deg", "degrees": "deg", "A": "angstrom", "Å": "angstrom", "arb": "", "none": "", "-": ""}
 LONGEST_HEADING = 200  # characters; a longer text is a name without a unit
@@ -91,7 +91,7 @@ def known_unit(text: str) -> str | None:
 
 
 def split_heading(heading: str) -> tuple[str, str | None]:
-    """Return the name and the unit of a column's heading, such as ``Phase [deg]``, ``Amp (nm)`` or ``height_nm``.
+    """Return the name and the unit of a column's heading: ``Phase [deg]``, ``Amp (nm)``, ``height_nm`` or ``z / nm``.
 
     The unit is None where the heading tells none.
     """
@@ -102,9 +102,9 @@ def split_heading(heading: str) -> tuple[str, str | None]:
         unit = known_unit(inside)
         if unit is not None:
             return match[1].strip(), unit
-    name, line, last = heading.rpartition("_")
-    if line and name and last in ENDINGS:
-        return name, known_unit(last)
+    for name, sign, last in (heading.rpartition("_"), heading.rpartition(" / "), heading.rpartition("/")):
+        if name and last in ENDINGS and not (sign == "/" and " " in name):  # "sensitivity nm/V" ends in one unit
+            return name.strip(), known_unit(last)
     return heading, None
 
 

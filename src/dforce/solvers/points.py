@@ -10,6 +10,7 @@ from dforce.core.arrays import Array, Bools, Indices
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish, finish_each, first_amplitude, multipliers
 from dforce.solvers.block import Block
+from dforce.solvers.integrator import Motion
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
@@ -167,6 +168,14 @@ class Points:
 def amplitude_of(block: Block, case: int, value: float, rows: Array) -> float:
     """Return the amplitude (m) at the first tone of an orbit from what was measured over its periods."""
     return first_amplitude(block.integrator(case, value).problem, rows, weights(block.frequencies, len(rows)))
+
+
+def amplitude_at(block: Block, case: int, motion: Motion, value: float, cycles: int) -> float:
+    """Return the amplitude (m) at the first tone of a motion that repeats after so many common periods, at a value."""
+    alone = block.one(case)
+    slots = alone.slots(States.of(motion), np.array([value]), cycles)
+    alone.march(slots, cycles, measured=True)
+    return amplitude_of(block, case, value, slots.rows[0])
 
 
 def as_kept(block: Block, cases: Indices, states: States, at: Array) -> States:

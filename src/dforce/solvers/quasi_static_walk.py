@@ -20,8 +20,7 @@ from dforce.solvers.accuracy import assure, assure_repeated, assure_settled, unl
 from dforce.solvers.block import ENDED, FOLLOWED, TOO_ROUGH, Block
 from dforce.solvers.continuing import CHORD
 from dforce.solvers.cycles import doubled, repeated
-from dforce.solvers.integrator import Motion
-from dforce.solvers.points import Points, StateJump, amplitude_of, as_kept
+from dforce.solvers.points import Points, StateJump, amplitude_at, amplitude_of, as_kept
 from dforce.solvers.quasi_static import SMALLEST, Branch
 from dforce.solvers.settling import apart, gone, polished, settled
 from dforce.solvers.state_ends import End, Ended, Left, ahead_of, directions, located
@@ -66,12 +65,11 @@ class Walk:
         self.jumps: list[list[StateJump]] = [[] for _ in range(cases)]
         self.starts, self.state = starts, starts.copy()
         self.done, self.cycles = np.zeros(cases, np.int64), np.zeros(cases, np.int64)
-        self.at = values[:, 0].copy()
+        self.at, self.turn = values[:, 0].copy(), _turns(values)
         self.ends = np.zeros(cases, np.int64)  # of states in a row that led neither to a value nor to another state
         self.left: list[Left | None] = [None] * cases
         self.loose = np.full(cases, np.nan)  # amplitude (m) at the value before, of motions that did not repeat there
         self.stuck = np.zeros(cases, dtype=bool)  # whether the last motion was, see `unless_stuck`
-        self.turn = _turns(values)
         # on which state each point lies; one that ends and what follows it have numbers of their own
         self.state_of, self.number = np.full(values.shape, -1), np.zeros(cases, np.int64)
 
@@ -171,7 +169,7 @@ class Walk:
             self._leave(cases[ended], Branch(*(array[ended] for array in found)), targets, cycles)
         lost = (found.outcome == TOO_ROUGH) | (self.ends[cases] > MOST_ENDS)
         for case in cases[lost & (self.cycles[cases] > 0) & ~halved].tolist():
-            self.loose[case] = self._amplitude(case, self.state.motion(case), self.at[case], cycles)
+            self.loose[case] = amplitude_at(self.block, case, self.state.motion(case), self.at[case], cycles)
             self.cycles[case] = 0
         self.number[cases[(found.outcome != FOLLOWED) | halved]] += 1
 
@@ -270,7 +268,7 @@ class Walk:
         rest = np.flatnonzero(left)
         if not len(rest):
             return
-        cases, unit, way, targets, known = cases[rest], unit[rest], way[rest], targets[rest], known[rest]
+        cases, unit, way, targets = cases[rest], unit[rest], way[rest], targets[rest]
         ends, last, aside = Branch(*(array[rest] for array in ends)), last.take(rest), aside[rest]
         ahead = ahead_of(ends, way, folding[rest], unit)
         place = ends.last_value + way * ahead
@@ -286,7 +284,7 @@ class Walk:
         # up to a fold the state moves like the root of the way that is left: by twice its slope
         edge = last.x + 2.0 * ends.last_slope * (way * ahead / unit)[:, None]
         goes_on = good & (np.nan_to_num(np.abs(found.last_x - edge), nan=np.inf).max(axis=1) <= SUDDEN)
-        some = np.flatnonzero(known & ~goes_on & np.isfinite(self.state.x[cases]).all(axis=1))
+        some = np.flatnonzero(~goes_on & np.isfinite(self.state.x[cases]).all(axis=1))
         before = cases, self.done[cases] - 1
         those = Ended(cases, ends, place, way, self.points.states.take(before), self.values[before], targets, cycles)
         exact, errors = located(self.block, those.take(some))
@@ -300,19 +298,12 @@ class Walk:
         """Note a sudden change of state to an orbit with `landed` measured on it; a motion on no orbit is waited for."""
         value = float(self.at[case])
         # measured anew: beside a fold Newton's method may find no stable orbit from the last one itself
-        first = self._amplitude(case, end.last, end.value, end.cycles)
+        first = amplitude_at(self.block, case, end.last, end.value, end.cycles)
         if landed is None:
-            self.left[case] = Left(end, first, value)
+            self.left[case] = Left(end, first, value, self.state.motion(case))
         else:
             self._note(case, end, first, amplitude_of(self.block, case, value, landed), value)
             self.ends[case] = 0
-
-    def _amplitude(self, case: int, motion: Motion, value: float, cycles: int) -> float:
-        """Return the amplitude (m) of a motion that repeats after so many common periods."""
-        block = self.block.one(case)
-        slots = block.slots(States.of(motion), np.array([value]), cycles)
-        block.march(slots, cycles, measured=True)
-        return amplitude_of(self.block, case, value, slots.rows[0])
 
     def _in_time(self, case: int) -> None:
         """Let a motion settle in time at its next value, or on the way there, and look for a stable orbit."""
@@ -341,12 +332,14 @@ class Walk:
                 else:
                     self.state.put(one, States.last_of(orbit))
                 return
+        self._note_loss(case)
         if value == target:
             found = assure_settled(block.one(case), value, found, settles_on=False)
             points.put_other(case, place, found)
-            self._note_loss(case, value, float(found.values["amplitude"][0]))
-            self.loose[case] = found.values["amplitude"][0]
             self.done[case], self.ends[case] = self.done[case] + 1, 0  # a run that goes on from here knows of none
+        amplitude = float(found.values["amplitude"][0])
+        self._note_change(case, before, value, amplitude, amplitude, value)
+        self.loose[case] = amplitude
 
     def _returns(self, case: int, motion: States, value: float) -> Iterator[int]:
         """Give the numbers of common periods after which a motion is back, or all but back."""
@@ -359,35 +352,42 @@ class Walk:
     def _note_capture(self, case: int, before: float, value: float, orbit: Branch, cycles: int) -> None:
         """Note a jump to an orbit from a state that ended, or from a motion that did not repeat at the value before.
 
-        The orbit is followed back to where the motion came from. One that does not reach back is another state.
+        The orbit is followed back to where the motion came from. Where it ends on the way there, the motion came from no orbit.
         """
-        left, last, block = self.left[case], float(self.loose[case]), self.block
-        self.left[case] = None
-        if left is None and (value == before or np.isnan(last)):
+        left, block, one = self.left[case], self.block, np.array([case])
+        if left is None and (value == before or np.isnan(self.loose[case])):
             return
-        origin = before if left is None else left.at
-        one = np.array([case])
-        back = block.follow(one, States.last_of(orbit), np.array([value]), np.array([[origin]]), repeats=cycles)
-        reaches = back.done[0] == 1
-        found, at = (back, origin) if reaches else (orbit, value)
-        there = amplitude_of(block, case, at, found.rows[0, 0])
-        if left is not None:
-            if np.abs(found.last_x[0] - left.end.edge).max() > SUDDEN:
+        back = block.follow(one, States.last_of(orbit), np.array([value]), np.array([[before]]), repeats=cycles)
+        at = float(back.last_value[0])
+        there = amplitude_at(block, case, States.last_of(back).motion(0), at, cycles)
+        if left is not None and back.done[0] == 1:
+            self.left[case] = None
+            if np.abs(back.last_x[0] - left.end.edge).max() > SUDDEN:
                 self._note(case, left.end, left.amplitude, there, value)
             return
-        # a step in which a state may move as far, twice
-        stride = 0.0 if reaches else abs(value - before) / float(block.unit[case])
-        if abs(there - last) > (SUDDEN + 2.0 * stride) * block.batch.length[case]:
-            after = amplitude_of(block, case, value, orbit.rows[0, 0])
-            error = 0.5 * abs(value - before) / float(block.unit[case])
-            self.jumps[case].append(StateJump(0.5 * (before + value), last, after, value > before, error))
+        self._note_loss(case)
+        after = amplitude_at(block, case, States.last_of(orbit).motion(0), value, cycles)
+        self._note_change(case, before, value, after, there, at)
 
-    def _note_loss(self, case: int, value: float, amplitude: float) -> None:
-        """Note a jump from a state that ended to a motion (its amplitude in m) that is no orbit at the next value."""
-        left = self.left[case]
-        self.left[case] = None
-        if left is not None and abs(amplitude - left.amplitude) > SUDDEN * self.block.batch.length[case]:
-            self._note(case, left.end, left.amplitude, amplitude, value)
+    def _note_loss(self, case: int) -> None:
+        """Note a jump from a state that ended, where its motion comes to no orbit: both are compared beside the end."""
+        left, block, self.left[case] = self.left[case], self.block, None
+        if left is None:
+            return
+        found = steady(block.integrator(case, left.at), left.motion, block.check_cancelled)
+        self.loose[case] = amplitude = float(found.values["amplitude"][0])
+        if abs(amplitude - left.amplitude) > SUDDEN * block.batch.length[case]:
+            self._note(case, left.end, left.amplitude, amplitude, left.at)
+
+    def _note_change(self, case: int, before: float, value: float, after: float, there: float, at: float) -> None:
+        """Note a jump to the amplitude `after` (m) from a motion that did not repeat at the value before.
+
+        That is one if `there`, the amplitude at a value on the way, is farther off than a state may move on the way, twice.
+        """
+        last, unit = float(self.loose[case]), float(self.block.unit[case])
+        if abs(there - last) > (SUDDEN + 2.0 * abs(at - before) / unit) * self.block.batch.length[case]:
+            error = 0.5 * abs(value - before) / unit
+            self.jumps[case].append(StateJump(0.5 * (before + value), last, after, value > before, error))
 
     def _note(self, case: int, end: End, before: float, after: float, value: float) -> None:
         """Note a jump from the end of a state, with the amplitudes (m) there and at the value of the parameter behind."""

@@ -36,11 +36,15 @@ class End(NamedTuple):
 
 
 class Left(NamedTuple):
-    """A state that ended, while its motion is on the way: its amplitude (m), and the value from which the motion went."""
+    """A state that ended, while its motion is on the way.
+
+    `amplitude` (m) is that of the state; the motion went from the value `at`.
+    """
 
     end: End
     amplitude: float
     at: float
+    motion: Motion
 
 
 def directions(ends: Branch, way: Array) -> tuple[Any, Any, Array]:

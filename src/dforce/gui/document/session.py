@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import dforce as df
 from dforce.gui.document.compute import Job
-from dforce.gui.document.document import LOOKS, Document, KeptResult
+from dforce.gui.document.document import LOOKS, Document, KeptResult, MeasuredData
 from dforce.gui.document.store import KEY, ResultStore, Saving, color_of, name_of
 from dforce.gui.measured.fitting import lever_and_tip, unconfirmed
 from dforce.gui.measured.session import FitJob, MeasuredSession, curve_in
@@ -170,7 +170,7 @@ class Session:
                     await self.keep(job.result, shown=job.is_of(self.document))
             except df.ResultError as error:
                 job.error = f"this result could not be kept: {error}"
-            if job.is_of(self.document):
+            if job is self.job and job.is_of(self.document):  # one that did not stop in time may end after a later one
                 for view in tuple(self.views):
                     view.show_result(job.result)
         self.look_at_jobs()
@@ -219,15 +219,16 @@ class Session:
         """
         async with self._keeping:
             await self._take_project(document, results)
+        self._leave_fit()
 
     async def _take_project(self, document: Document, results: dict[str, xr.Dataset]) -> None:
         names: dict[str, str] = {}
-        before, steps = self.document, self.steps
+        before: tuple[Document, list[Document]] | None = None
         try:
             for identifier, result in results.items():
                 store = self.results if identifier in {kept.id for kept in document.results} else self.measured.results
                 names[identifier] = await asyncio.to_thread(store.keep, result)
-            here = set(self.results.names())
+            here, before = set(self.results.names()), (self.document, self.steps)
             taken = [dataclasses.replace(kept, id=names[kept.id]) for kept in document.results]
             others = [dataclasses.replace(kept, shown=False) for kept in self.document.results if kept.id in here]
             measured = document.measured
@@ -241,8 +242,9 @@ class Session:
             for store in (self.results, self.measured.results):
                 for name in set(names.values()) & set(store.names()):
                     store.drop(name)
-            self.steps = steps
-            self._take(before, anew=True)
+            if before is not None:
+                document, self.steps = before
+                self._take(document, anew=True)
             if isinstance(error, df.DForceError):
                 raise
             raise df.CaseError("this project contains a case that cannot be shown") from error
@@ -289,10 +291,14 @@ class Session:
         ResultError
             When it cannot be written; nothing has changed then.
         """
-        self.stop_fit()
-        self.fitting, self.fresh = None, False
-        self.look(await self.measured.keep(self.document, raw, name, settings))
-        await self.measured.tidy(self.document)
+        self._leave_fit()
+        self.fresh = False
+        async with (
+            self._keeping
+        ):  # else another curve or fit that comes meanwhile removes the file before it has its name
+            measured = await self.measured.keep(raw, name, settings)
+            self.look(dataclasses.replace(self.document, measured=measured))
+            await self.measured.tidy(self.document)
 
     async def take_fit(self, fit: xr.Dataset) -> None:
         """Take a fit that was opened, and the measured curve in it.
@@ -303,14 +309,23 @@ class Session:
             When they cannot be written.
         """
         await self.take_measured(*curve_in(fit))
-        self.look(await self.measured.keep_fit(self.document, fit))
+        await self._keep_fit(fit, self.document.measured)
+
+    async def _keep_fit(self, fit: xr.Dataset, measured: MeasuredData | None) -> None:
+        """Keep a fit of a measured curve while that is there."""
+        async with self._keeping:
+            identifier = await asyncio.to_thread(self.measured.results.keep, fit)
+            now = self.document.measured  # with what was typed and moved while the file was written
+            if measured is not None and now is not None and now.id == measured.id:
+                self.look(dataclasses.replace(self.document, measured=dataclasses.replace(now, fit=identifier)))
+            await self.measured.tidy(self.document)
 
     async def drop_measured(self) -> None:
         """Forget the measured curve and its fit."""
-        self.stop_fit()
-        self.fitting = None
+        self._leave_fit()
         self.look(dataclasses.replace(self.document, measured=None))
-        await self.measured.tidy(self.document)
+        async with self._keeping:
+            await self.measured.tidy(self.document)
 
     async def fit(self, document: Document) -> None:
         """Fit the parameters that a document names to its measured curve, and keep the fit; one that is stopped, too.
@@ -321,18 +336,17 @@ class Session:
             When what is typed is not a case, or asks for more than the limits allow; and where lever and tip are not
             confirmed for the curve.
         """
-        if self.measured.curve is None or (self.fitting is not None and self.fitting.busy):
+        curve = await self.measured.load(document)  # as it is for this instrument: a curve that is drawn may be behind
+        if curve is None or (self.fitting is not None and self.fitting.busy):
             return
         case = self.limits.check(document.case())
         if why := unconfirmed(document, lever_and_tip(case)):
             raise df.ParameterError(why)
-        job = self.fitting = FitJob(case, self.limits.seconds, document, data=self.measured.curve)
+        job = self.fitting = FitJob(case, self.limits.seconds, document, data=curve)
         await job.go(self.look_at_jobs, LOOKED_EVERY)
-        measured, now = document.measured, self.document.measured
-        if job.result is not None and measured is not None and now is not None and now.id == measured.id:
+        if job.result is not None:
             try:
-                self.look(await self.measured.keep_fit(self.document, job.result))
-                await self.measured.tidy(self.document)
+                await self._keep_fit(job.result, document.measured)
             except df.ResultError as error:
                 job.state, job.error = "failed", f"this fit could not be kept: {error}"
         self.look_at_jobs()
@@ -341,6 +355,11 @@ class Session:
         """Stop the fit under way; the best so far is kept."""
         if self.fitting is not None:
             self.fitting.stopping.set()
+
+    def _leave_fit(self) -> None:
+        """Stop the fit under way, and forget it: another curve comes."""
+        self.stop_fit()
+        self.fitting = None
 
     def stop(self) -> None:
         """Stop the run under way; what it has computed is kept."""

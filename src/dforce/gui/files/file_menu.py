@@ -156,7 +156,7 @@ class FileMenu:
             opened = await asyncio.to_thread(project.unpacked, data, session.results.folder)
             await session.take_project(opened.document, opened.results)
             if opened.over is not None:
-                session.study.take(opened.over)
+                session.study.open(opened.over)
                 self.plots.explorer.open()
 
     async def _open_result(self, result: xr.Dataset, data: bytes, name: str) -> None:
@@ -173,7 +173,7 @@ class FileMenu:
             self.plots.show_measured()
         elif is_explorable(result):
             self.view.open(Document.of(with_approach(case)))
-            session.study.take(Over(result))
+            session.study.open(Over(result))
             self.plots.explorer.open()
         else:
             if is_kind(result, "reconstruction"):  # of a measured curve, whose case needs no experiment

@@ -74,7 +74,7 @@ class MeasuredCurve(Panel):
         element.on("library", self._library)
         element.on("lever", self._lever)
         element.on("safe", self._safe)
-        element.on("unsafe", self._stop_safe)
+        element.on("unsafe", self.stop_safe)
         element.on("report", self._report)
         element.on("fit", self._fit)
         element.on("stop", self.view.session.stop_fit)
@@ -148,7 +148,7 @@ class MeasuredCurve(Panel):
                 "summary": _summary(fit),
                 "others": fitting.others(fit, rows, document),
             }
-        safe = self.safe
+        safe = self._safe_for(document)
         shown |= {
             "findings": [] if safe is None else safe.sentences(),
             "finding": safe is not None and safe.busy,
@@ -188,16 +188,26 @@ class MeasuredCurve(Panel):
 
     async def _safe(self, event: GenericEventArguments) -> None:
         """Find the safe settings for the sample of the fit."""
-        fit = self.view.session.measured.fit
-        if fit is None or (self.safe is not None and self.safe.busy):
+        session, document = self.view.session, self.view.document
+        await session.measured.load(document)
+        fit, before = session.measured.fit, self._safe_for(document)
+        if fit is None or (before is not None and before.busy):
             return
         with telling("the safe settings could not be found"):
-            case = self.view.session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
-            limit, share = str(event.args)[: fitting.LONGEST], self.view.document.set_point
-            self.safe = SafeJob(case, self.view.session.limits.seconds, limit=limit, share=share, fit=fit)
+            case = session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
+            limit, share = str(event.args)[: fitting.LONGEST], document.set_point
+            self.stop_safe()  # those of an earlier fit
+            self.safe = SafeJob(case, session.limits.seconds, document, limit=limit, share=share, fit=fit)
             await self.safe.go(self.show)
 
-    def _stop_safe(self) -> None:
+    def _safe_for(self, document: Document) -> SafeJob | None:
+        """Return the safe settings for the fit of a document; None where none were asked for."""
+        measured = self.safe.document.measured if self.safe is not None and self.safe.document is not None else None
+        same = measured is not None and document.measured is not None and measured.fit == document.measured.fit
+        return self.safe if same else None
+
+    def stop_safe(self) -> None:
+        """Stop the safe settings under way."""
         if self.safe is not None:
             self.safe.stopping.set()
 
@@ -210,7 +220,6 @@ class MeasuredCurve(Panel):
             )
 
     async def _fit(self) -> None:
-        self.safe = None
         with telling("the fit could not be made"):
             try:
                 await self.view.session.fit(self.view.document)

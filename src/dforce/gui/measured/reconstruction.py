@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +14,11 @@ from dforce.gui.curves.chart import Chart, packed, title, unit_of
 from dforce.gui.curves.figures import MARGIN, Drawn, Figure
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import Job
-from dforce.gui.measured import fitting, overlay
+from dforce.gui.document.document import Document
+from dforce.gui.measured import fitting
 from dforce.gui.window.dialogs import as_sentence, telling
 from dforce.gui.window.view import View
+from dforce.results.measured import moved
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,13 +130,12 @@ class ReconstructionShown(QuietElement, component="reconstructing.js"):
 
 
 class Reconstruction(Panel):
-    """The tab of one page; `beside` returns the measured curve as it is drawn, None without one."""
+    """The tab of one page."""
 
     title = "Reconstruct"
 
-    def __init__(self, view: View, beside: Callable[[], overlay.Beside | None]) -> None:
+    def __init__(self, view: View) -> None:
         super().__init__(view)
-        self.beside = beside
         self.job: ReconstructJob | None = None
         self.holds_for = ""
         self._of: object = None  # of which curve and lever the result is
@@ -168,7 +168,7 @@ class Reconstruction(Panel):
             share=job.share if job is not None else 0.0,
             failed=as_sentence(job.error) if job is not None and job.error else "",
             done=result is not None,
-            stale=result is not None and self._of != self._now(),
+            stale=result is not None and self._of != _input(document),
             holds_for=self.holds_for,
             gaps=[] if result is None else [as_sentence(line) for line in notes_of(result)],
         )
@@ -176,18 +176,20 @@ class Reconstruction(Panel):
             self._draw()
 
     async def start(self) -> None:
-        """Reconstruct the force of the curve as it is drawn, for the lever that was confirmed."""
-        beside = self.beside()
-        if beside is None or (self.job is not None and self.job.busy):
+        """Reconstruct the force of the curve at the shift that is typed, for the lever that was confirmed."""
+        session, document = self.view.session, self.view.document
+        curve, measured = await session.measured.load(document), document.measured
+        if curve is None or measured is None or (self.job is not None and self.job.busy):
             return
         with telling("the force could not be reconstructed"):
-            case = self.view.session.limits.check(self.view.document.case())
+            case = session.limits.check(document.case())
             values = fitting.lever_and_tip(case)
-            if why := fitting.unconfirmed(self.view.document, values):
+            if why := fitting.unconfirmed(document, values):
                 raise df.ParameterError(why)
             exact = {name: value for name, value in values.items() if name[0] in "kQ"}  # the force scales with k / Q
-            self._of, self.holds_for = self._now(), f"for {fitting.lever_in_words(exact)}"
-            self.job = ReconstructJob(case, self.view.session.limits.seconds, curve=beside.moved())
+            self._of, self.holds_for = _input(document), f"for {fitting.lever_in_words(exact)}"
+            shifted = moved(curve, measured.shift, measured.turn)
+            self.job = ReconstructJob(case, session.limits.seconds, curve=shifted)
             await self.job.go(self.show)
             self._draw()
 
@@ -207,11 +209,12 @@ class Reconstruction(Panel):
         if self.job is not None and self.job.result is not None:
             background_tasks.create(self.chart.draw(figure_of(self.job.result).figure))
 
-    def _now(self) -> object:
-        document = self.view.document
-        measured = document.measured
-        looks = None if measured is None else (measured.id, measured.shift, measured.turn)
-        return looks, fitting.lever_of(document)
+
+def _input(document: Document) -> object:
+    """Return what a reconstruction depends on: the measured curve, its shift, and the lever."""
+    measured = document.measured
+    looks = None if measured is None else (measured.id, measured.shift, measured.turn)
+    return looks, fitting.lever_of(document)
 
 
 def notes_of(result: xr.Dataset) -> list[str]:

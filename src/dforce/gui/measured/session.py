@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,10 +50,11 @@ class MeasuredSession:
         self._loaded: Any = None
         self._loading = asyncio.Lock()
 
-    async def load(self, document: Document) -> None:
-        """Have the document's curve and fit in memory, calibrated for its instrument."""
+    async def load(self, document: Document) -> xr.Dataset | None:
+        """Have the document's curve and fit in memory, calibrated for its instrument, and return the curve."""
         async with self._loading:
             await self._load(document)
+            return self.curve
 
     async def _load(self, document: Document) -> None:
         measured = document.measured
@@ -62,11 +62,11 @@ class MeasuredSession:
         wanted = None if measured is None else (measured.id, measured.fit, measured.settings, instrument)
         if wanted == self._loaded:
             return
-        self._loaded = wanted
         if measured is None:
             self.curve, self.fit, self.wrong = None, None, ""
         else:
             self.curve, self.fit, self.wrong = await asyncio.to_thread(self._take, measured, document)
+        self._loaded = wanted  # only now: a page that is closed meanwhile ends the loading
 
     def _take(self, measured: MeasuredData, document: Document) -> tuple[xr.Dataset | None, xr.Dataset | None, str]:
         """Return the curve, calibrated, its fit, and what is wrong. Blocking."""
@@ -82,8 +82,8 @@ class MeasuredSession:
             fit = self.results.take(measured.fit) if measured.fit else None
         return curve, fit, ""
 
-    async def keep(self, document: Document, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> Document:
-        """Keep a curve that was read, and return the document with it in place of an earlier one.
+    async def keep(self, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> MeasuredData:
+        """Keep a curve that was read, and return what a document holds of it.
 
         Raises
         ------
@@ -92,21 +92,7 @@ class MeasuredSession:
         """
         identifier = await asyncio.to_thread(self.results.keep, raw)
         offset = calibrated(raw, settings, None).attrs.get("height_offset", 0.0)
-        measured = MeasuredData(identifier, name[-LONGEST_FILE:], dict(settings), float(offset))
-        return dataclasses.replace(document, measured=measured)
-
-    async def keep_fit(self, document: Document, fit: xr.Dataset) -> Document:
-        """Keep a fit of the document's curve, and return the document with it.
-
-        Raises
-        ------
-        ResultError
-            When it cannot be written.
-        """
-        if document.measured is None:
-            return document
-        identifier = await asyncio.to_thread(self.results.keep, fit)
-        return dataclasses.replace(document, measured=dataclasses.replace(document.measured, fit=identifier))
+        return MeasuredData(identifier, name[-LONGEST_FILE:], dict(settings), float(offset))
 
     async def tidy(self, document: Document) -> None:
         """Remove the files of curves and fits that the document no longer names."""

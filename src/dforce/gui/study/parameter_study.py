@@ -131,6 +131,12 @@ class ParameterStudy:
         """Whether something is computed."""
         return self.job is not None and self.job.busy
 
+    def open(self, over: Over) -> None:
+        """Look at a result from elsewhere; what is computed meanwhile does not take its place."""
+        self.stop()
+        self.job = None
+        self.take(over)
+
     def take(self, over: Over) -> None:
         """Look at a result."""
         self.over = over
@@ -143,7 +149,12 @@ class ParameterStudy:
         look: Callable[[], None],
         every: float,
     ) -> None:
-        """Compute states along parameters, and look at them; those of one that is stopped, too."""
+        """Compute states along parameters, and look at them; those of one that is stopped, too.
+
+        Nothing is computed while another computation is under way.
+        """
+        if self.busy:  # it was asked for twice
+            return
         self.job = job
 
         def looked() -> None:

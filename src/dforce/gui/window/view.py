@@ -47,8 +47,8 @@ WAITING = "Another run is in progress; this run begins after it."
 class View:
     """Ties a session to the elements of one page.
 
-    The page sets the attributes `main` and `force` (charts) and the hooks below, then calls :meth:`begin` once the browser
-    is there.
+    The page sets the attributes `main` and `force` (charts), `prepare` and the hooks below, then calls :meth:`begin` once the
+    browser is there.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class View:
     compose
         Makes the figure of the main chart from the result that it shows.
     prepare
-        Solves the states that the figure and the table show, in a thread.
+        Solves the states that the figure and the table show.
     picture
         Returns what the main chart shows; None for a map, or nothing.
     on_beside
@@ -81,6 +81,7 @@ class View:
 
     main: Chart
     force: ForceChart
+    prepare: Callable[[xr.Dataset | None], Awaitable[None]]
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -92,7 +93,6 @@ class View:
         self.on_unkept: list[Callable[[str], None]] = []
         self.on_beside: list[Callable[[], None]] = []
         self.compose: Callable[[xr.Dataset | None], figures.Figure] = lambda result: figures.empty("")
-        self.prepare: Callable[[xr.Dataset | None], None] = lambda result: None
         self.picture: Callable[[], Picture | None] = lambda: None
         self.shown = ShownParts(lambda: self.document)
         self.shown.mark(PagePart.CURVES, self._mark_curves)
@@ -219,8 +219,9 @@ class View:
         try:
             await self.session.run(document)
         except (df.DForceError, TypeError) as error:
-            self._say(Said.of_error(document, error), document)
-            return self.said.wrong
+            said = Said.of_error(document, error)
+            self._say(said, document)
+            return said.wrong
         return ""
 
     async def _follow(self, wanted: WantedResult) -> None:
@@ -261,7 +262,7 @@ class View:
         if self._beside.overtaken or self.said.wrong:  # of a later document, which asks for nothing beside
             return
         self._beside_at = time.monotonic()
-        await asyncio.to_thread(self.prepare, self.result)
+        await self.prepare(self.result)
         self.show_beside()
         with self._saying_what_is_wrong(followed.document):
             if not self.force.has_law(followed.case) and not await self._follow_force(followed):
@@ -360,7 +361,7 @@ class View:
             await self.session.measured.load(self.document)
             curve = self.curve
             if not self.dragged:
-                await asyncio.to_thread(self.prepare, self.result)
+                await self.prepare(self.result)
             await self.main.draw(self.compose(self.result))
             self.shown.show(PagePart.CURVES, None if curve is None else curve.document)
 
@@ -391,7 +392,9 @@ class View:
             hook()
 
     def _say(self, said: Said, document: Document) -> None:
-        """Show errors and advice on a document."""
+        """Show errors and advice on a document, unless another case has been typed meanwhile, which has its own."""
+        if not document.same_case(self.document):
+            return
         self.said = said
         self.shown.show(PagePart.ADVICE, document if said.advice else None)
         for hook in self.on_said:

@@ -1,55 +1,60 @@
-"""Both directions side by side, as Bruker's NanoScope exports them: ``Height_Sensor_nm_Ex`` beside ``Height_Sensor_nm_Rt``."""
+"""Both directions side by side: ``Amp Trace`` and ``Amp Retrace``; ``Height_nm_Ex`` and ``Height_nm_Rt`` of NanoScope."""
 
 from __future__ import annotations
+
+import re
 
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.inverse.table import APPROACH, RETRACT, Column, MeasuredTable
+from dforce.inverse.table import APPROACH, RETRACT, SEGMENTS, Column, MeasuredTable
 from dforce.inverse.words import split_heading
 
-TOKENS = {"ex": APPROACH, "rt": RETRACT}
+PHASES = ("in", "out")  # in a heading those of a lock-in: "in phase"
+TOKENS = {word: part for word, part in SEGMENTS.items() if part in (APPROACH, RETRACT) and word not in PHASES}
+
+Heading = tuple[str, str | None]  # name and unit
 
 
-def _part(name: str) -> tuple[str, str | None]:
-    """Return a heading without its sign of a direction, and the direction."""
-    tokens = name.split("_")
-    for place, token in enumerate(tokens):
-        if token.lower() in TOKENS and place > 0:
-            return "_".join(tokens[:place] + tokens[place + 1 :]), TOKENS[token.lower()]
-    return name, None
+def _parted(column: Column) -> tuple[Heading, str | None]:
+    """Return a heading without its word for a direction, and the direction; None without one."""
+    tokens = re.split(r"([\s_]+)", column.name)
+    for place in range(2, len(tokens), 2):
+        part = TOKENS.get(tokens[place].lower())
+        if part is not None:
+            name = "".join(tokens[: place - 1] + tokens[place + 1 :])
+            return ((name, column.unit) if column.unit is not None else split_heading(name)), part
+    return (column.name, column.unit), None
 
 
 def has_pairs(table: MeasuredTable) -> bool:
     """Say whether a table holds both directions side by side."""
-    found = [_part(_whole(column)) for column in table.columns]
-    names = [{name for name, part in found if part == direction} for direction in (APPROACH, RETRACT)]
-    return bool(names[0] & names[1])
-
-
-def _whole(column: Column) -> str:
-    return column.name if column.unit is None else f"{column.name}_{column.unit}"
+    found = [_parted(column) for column in table.columns]
+    approach, retract = ({heading for heading, part in found if part == one} for one in (APPROACH, RETRACT))
+    return bool(approach & retract)
 
 
 def paired(table: MeasuredTable) -> MeasuredTable:
-    """Return a table in which the retract stands below the approach; columns without a direction are left out."""
-    halves: dict[str, dict[str, Array]] = {APPROACH: {}, RETRACT: {}}
+    """Return a table in which the retract stands below the approach; numbers without a direction are of both."""
+    halves: dict[str, dict[Heading, Array]] = {APPROACH: {}, RETRACT: {}}
+    shared: dict[Heading, Array] = {}
     for column in table.columns:
-        name, part = _part(_whole(column))
-        if part is not None and column.values.dtype.kind == "f":
-            halves[part][name] = np.asarray(column.values, dtype=float)
-    names = [name for name in halves[APPROACH] if name in halves[RETRACT]]
-    rows = {part: _filled([half[name] for name in names]) for part, half in halves.items()}
-    columns = []
-    for name in names:
-        values = np.concatenate([halves[part][name][: rows[part]] for part in (APPROACH, RETRACT)])
-        title, unit = split_heading(name)
-        columns.append(Column(title, unit, values))
+        heading, part = _parted(column)
+        if column.values.dtype.kind == "f":
+            (shared if part is None else halves[part])[heading] = np.asarray(column.values, dtype=float)
+    both = [heading for heading in halves[APPROACH] if heading in halves[RETRACT]]
+    rows = {part: _filled([half[heading] for heading in both]) for part, half in halves.items()}
+    columns = tuple(
+        Column(
+            *heading, np.concatenate([(shared | halves[part])[heading][: rows[part]] for part in (APPROACH, RETRACT)])
+        )
+        for heading in dict.fromkeys((*shared, *both))
+    )
     segments = np.repeat([APPROACH, RETRACT], [rows[APPROACH], rows[RETRACT]])
     lines = table.lines
     if lines is not None:
         lines = np.concatenate([lines[: rows[part]] for part in (APPROACH, RETRACT)])
-    return MeasuredTable(tuple(columns), table.notes, segments, lines)
+    return MeasuredTable(columns, table.notes, segments, lines)
 
 
 def _filled(columns: list[Array]) -> int:
