@@ -71,7 +71,8 @@ def show(page, result):
 
 
 def click(page, **point):
-    """Click on a point of the main chart."""
+    """Click on a point of the main chart, which shows the figure composed last."""
+    page.view.main._sent = {page.view.main.revision: page.plots.drawn.figure}
     send(page.view.main, "point", {"revision": page.view.main.revision, **point})
 
 

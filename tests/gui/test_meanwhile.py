@@ -9,9 +9,10 @@ import threading
 import fitted_curves
 import measured_curve
 import pytest
-from simulated import element, until, window
+from simulated import element, send, until, window
 
 import dforce as df
+from dforce.gui.curves.motion import Drawing
 from dforce.gui.document.compute import ComputeQueue, Job
 from dforce.gui.document.document import Document
 from dforce.gui.measured import fitting, reading
@@ -278,5 +279,34 @@ def test_what_is_computed_for_a_page_alone_ends_with_it(tmp_path):
             user.client.delete()
             assert page.plots.measured.safe.stopping.is_set()
             assert page.plots.reconstruction.job.stopping.is_set()
+
+    asyncio.run(flow())
+
+
+def test_a_click_while_the_next_figure_is_on_its_way_shows_the_motion_there(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            view, plots, case = page.view, page.plots, page.view.document.case()
+            view.curve = DrawnResult(view.document, df.run(case))
+            await view.draw()
+            await view.main.drawn()
+            on_screen, going = view.main.revision, asyncio.Event()
+            first = next(n for n, trace in enumerate(plots.drawn.traces) if trace is not None)
+            index = plots.drawn.traces[first][1].places.tolist().index(11)
+
+            async def slow(*given, **more):
+                await going.wait()
+
+            view.main.run_method = slow
+            view.edit(view.document.put(("drive", "A0"), "9 nm"))
+            view.curve = DrawnResult(view.document, df.run(view.document.case()))
+            await view.draw()
+            await until(lambda: view.main.revision == on_screen + 1)
+            send(view.main, "point", {"revision": on_screen, "curve": first, "index": index, "x": 0, "y": 0, "id": ""})
+            drawing = element(user, Drawing)
+            await until(lambda: drawing.props.get("motion"))
+            plots.motion.follow(view.curve, plots.layers)  # the same place of the newer curve
+            assert plots.motion.spot.result is view.curve.result and plots.motion.spot.places["zc"] == 11
+            going.set()
 
     asyncio.run(flow())

@@ -85,7 +85,7 @@ def test_faint_states_come_under_the_curve_once_nothing_changes(tmp_path):
             assert "amplitude %{y:.4g} nm, a stable state at %{x:.4g} nm<extra></extra>" in words
             line = drawn.behind[below[0]]
             place = int(np.flatnonzero(np.isfinite(line.y))[0])
-            plots._clicked({"curve": below[0], "index": place})
+            plots._clicked({"curve": below[0], "index": place}, plots.drawn.figure)
             spot = plots.motion.spot
             assert float(spot.result["zc"][spot.places["point"]]) == line.x[place]
             page.view.edit(page.view.document.put(("drive", "A0"), "19 nm"), name="slide A0")

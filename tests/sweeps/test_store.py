@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import shutil
 import signal
 import subprocess
@@ -43,6 +44,12 @@ def case(**changes: object) -> df.Case:
     return df.Case(**values | changes)
 
 
+@functools.cache
+def in_memory() -> xr.Dataset:
+    """Return the map over OVER."""
+    return df.sweep(case(), OVER)
+
+
 @pytest.fixture
 def store(tmp_path: Path) -> Path:
     return tmp_path / "map.zarr"
@@ -73,7 +80,7 @@ def same(store: xr.Dataset, memory: xr.Dataset) -> None:
 
 @pytest.mark.usefixtures("small")
 def test_a_store_holds_the_numbers_of_a_result_in_memory(store):
-    memory = df.sweep(case(), OVER)
+    memory = in_memory()
     assert "jump_zc" in memory
     same(df.sweep(case(), OVER, store=store), memory)
     assert next(iter(df.read(store).data_vars)) == next(iter(memory.data_vars))
@@ -119,8 +126,8 @@ def test_a_store_that_was_stopped_goes_on(store):
             df.sweep(*other, store=store, resume=True)
     with pytest.raises(df.ParameterError, match="so it cannot be continued"):
         df.sweep(case(), OVER, store=store, resume=True, at_set_point=0.8)
-    same(df.sweep(case(), OVER, store=store, resume=True), df.sweep(case(), OVER))
-    same(df.sweep(case(), OVER, store=store, resume=True), df.sweep(case(), OVER))
+    same(df.sweep(case(), OVER, store=store, resume=True), in_memory())
+    same(df.sweep(case(), OVER, store=store, resume=True), in_memory())
 
 
 def test_a_complete_store_of_another_case_says_so(store):
@@ -224,7 +231,7 @@ def test_a_full_disk_is_one_sentence_and_no_loss(store, monkeypatch):
         with pytest.raises(df.ResultError, match="no space left on device; finished blocks are kept"):
             df.sweep(case(), OVER, store=store)
     assert (df.read(store).status == df.Status.OK).any()
-    same(df.sweep(case(), OVER, store=store, resume=True), df.sweep(case(), OVER))
+    same(df.sweep(case(), OVER, store=store, resume=True), in_memory())
 
 
 @pytest.mark.usefixtures("small")
@@ -252,7 +259,6 @@ def test_a_block_that_fails_twice_is_left_out_with_its_sentence(store, monkeypat
 @pytest.mark.parametrize("kind", some_long(["memory", "file"], long=["file"]))
 def test_a_store_may_lie_at_a_url(store, kind):
     url = f"memory://{store.name}" if kind == "memory" else store.as_uri()
-    wanted = df.sweep(case(), OVER)
 
     def stop(done: int, total: int, note: str) -> None:
         if done:
@@ -261,8 +267,8 @@ def test_a_store_may_lie_at_a_url(store, kind):
     assert df.sweep(case(), OVER, store=url, workers=1, progress=stop).attrs["interrupted"] == 1
     with pytest.raises(df.ResultError, match="exists already; continue it"):
         df.sweep(case(), OVER, store=url)
-    same(df.sweep(case(), OVER, store=url, resume=True), wanted)
-    same(df.read(url), wanted)
+    same(df.sweep(case(), OVER, store=url, resume=True), in_memory())
+    same(df.read(url), in_memory())
     assert df.load_case(url) == case()
     assert store.is_dir() == (kind == "file")
 

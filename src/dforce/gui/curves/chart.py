@@ -123,7 +123,7 @@ class Chart(ui.element, component="chart.js"):
         What it shows, for screen readers.
     on_point
         Called when a curve is clicked, or a point of it chosen with arrow keys and Enter, with `curve` and `index` (counted
-        from 0), `x`, `y`, and the curve's `id`.
+        from 0), `x`, `y`, and the curve's `id`; and with the figure that it is of, which may be the one before the last.
     on_limit
         Called when the first shape of a figure with `drag` was dragged, with its place upward.
     holds
@@ -133,7 +133,7 @@ class Chart(ui.element, component="chart.js"):
     def __init__(
         self,
         label: str,
-        on_point: Callable[[dict[str, Any]], None] | None = None,
+        on_point: Callable[[dict[str, Any], dict[str, Any]], None] | None = None,
         on_limit: Callable[[float], None] | None = None,
         holds: bool = False,
     ) -> None:
@@ -142,11 +142,15 @@ class Chart(ui.element, component="chart.js"):
         self.revision = 0
         self._drawing: asyncio.Task[None] | None = None
         self._there: dict[str, Any] | None = None  # the figure that the browser has drawn
+        self._sent: dict[
+            int, dict[str, Any]
+        ] = {}  # the last two, by revision: a click may come before the last is drawn
         if on_point is not None:
 
             def clicked(event: GenericEventArguments) -> None:
-                if event.args["revision"] == self.revision:  # else it was on a figure that has been replaced
-                    on_point(dict(event.args))
+                figure = self._sent.get(event.args["revision"])
+                if figure is not None:
+                    on_point(dict(event.args), figure)
 
             self.on("point", clicked)
         if on_limit is not None:
@@ -168,8 +172,9 @@ class Chart(ui.element, component="chart.js"):
             await self._drawing
 
     async def _send(self, figure: dict[str, Any]) -> None:
+        before = {number: one for number, one in self._sent.items() if number == self.revision}
         self.revision += 1
-        self._there = None
+        self._sent, self._there = before | {self.revision: figure}, None
         # without an answer the connection was cut, or the page is hidden and its browser saves power
         with contextlib.suppress(TimeoutError):
             await self.run_method("draw", figure, self.revision, timeout=PATIENCE)

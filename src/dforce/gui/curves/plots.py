@@ -30,7 +30,7 @@ from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.panel import MeasuredCurve
 from dforce.gui.measured.reconstruction import Reconstruction
 from dforce.gui.study.panel import Explorer
-from dforce.gui.window.shown import PagePart, Waiting
+from dforce.gui.window.shown import DrawnResult, PagePart, Waiting
 from dforce.gui.window.view import View
 from dforce.results.curves import Picture, drawable, pictures_of, row_of
 from dforce.results.kinds import is_kind, kind_of, loaded
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("dforce.gui")
 
+SHOWN = 3  # figures: one that the browser shows, one on its way, and one that waits
 FEW = 3  # frames for which the usual height is enough
 UNDRAWN = "An error inside dForce: these results cannot be drawn. Please report it."
 
@@ -82,6 +83,16 @@ class WaitingWords:
             self.bar.props(remove="value")
 
 
+@dataclasses.dataclass(frozen=True)
+class Composed:
+    """A figure with what it was made of: the results, the curve that follows the fields, and the states behind that."""
+
+    drawn: figures.Drawn
+    layers: Sequence[figures.Layer]
+    behind: Sequence[figures.Layer]
+    curve: DrawnResult | None
+
+
 class Plots:
     """The plots of one page, in the container that is open when it is made."""
 
@@ -93,6 +104,7 @@ class Plots:
         self.names: tuple[str, ...] = ()  # of the quantities that the picker offers
         self.result: xr.Dataset | None = None
         self.layers: list[figures.Layer] = []
+        self.composed: list[Composed] = []  # the last figures: the browser shows one of them
         self.answer = Answer()
         self.line = ui.label().classes("df-status").props('role="status"')
         with ui.element("div").classes("df-plotbar"):
@@ -112,7 +124,10 @@ class Plots:
         self.explorer.on_stage = self._set_stage
         self.states = CoexistingStates(view)
         self.all_states = StatesPanel(
-            view, self._all_states, lambda: self.states.is_looking(view.curve), self._open_motion
+            view,
+            self._all_states,
+            lambda: self.states.is_looking(view.curve),
+            lambda layer, places: self._open_motion(layer, places, view.curve),
         )
         panels = (
             self.set_point,
@@ -174,6 +189,8 @@ class Plots:
             for layer in self._behind():
                 self.drawn = with_states(self.drawn, self.shown, layer.result)
         self.wait()
+        others = [one for one in self.composed if one.drawn.figure != self.drawn.figure]
+        self.composed = [*others, Composed(self.drawn, self.layers, self._behind(), self.view.curve)][-SHOWN:]
         return self.drawn.figure
 
     def beside(self) -> None:
@@ -309,32 +326,35 @@ class Plots:
         layers = self.kept.layers(self.view.result)
         return layers[-1].result if layers else None
 
-    def _clicked(self, event: dict[str, Any]) -> None:
-        """Show the motion at the point of a curve that was clicked."""
-        if isinstance(event["index"], list):
-            self._start_clicked(*map(int, event["index"]))
+    def _clicked(self, event: dict[str, Any], figure: figures.Figure) -> None:
+        """Show the motion at the point of a curve that was clicked, also where another figure has been made since."""
+        there = next((one for one in self.composed if one.drawn.figure == figure), None)
+        if there is None:
             return
-        curve, place = int(event["curve"]), int(event["index"])
-        trace = self.drawn.traces[curve] if curve < len(self.drawn.traces) else None
-        if curve in self.drawn.behind and (behind := self._behind()):
-            trace = behind[0], self.drawn.behind[curve]
+        if isinstance(event["index"], list):
+            self._start_clicked(there, *map(int, event["index"]))
+            return
+        curve, place, drawn = int(event["curve"]), int(event["index"]), there.drawn
+        trace = drawn.traces[curve] if curve < len(drawn.traces) else None
+        if curve in drawn.behind and there.behind:
+            trace = there.behind[0], drawn.behind[curve]
         if trace is None or not 0 <= place < len(trace[1].places):
             return
         layer, line = trace
         if line.places[place] >= 0:
-            self._open_motion(layer, {line.row: int(line.places[place]), **line.chosen})
+            self._open_motion(layer, {line.row: int(line.places[place]), **line.chosen}, there.curve)
 
-    def _start_clicked(self, row: int, column: int) -> None:
+    def _start_clicked(self, there: Composed, row: int, column: int) -> None:
         """Show the motion of the state that is reached from a start on the map of basins."""
-        layers = self.kept.layers(self.view.result)
+        layers = there.layers
         if not layers or not is_kind(layers[-1].result, "basins"):
             return
         reached = layers[-1].result["reached"].values
         if 0 <= row < reached.shape[0] and 0 <= column < reached.shape[1] and reached[row, column] > 0:
-            self._open_motion(layers[-1], {"state": int(reached[row, column]) - 1})
+            self._open_motion(layers[-1], {"state": int(reached[row, column]) - 1}, there.curve)
 
-    def _open_motion(self, layer: figures.Layer, places: dict[str, int]) -> None:
-        curve = self.view.curve
+    def _open_motion(self, layer: figures.Layer, places: dict[str, int], curve: DrawnResult | None) -> None:
+        """Show the motion at a point of a result, and of the curve that follows the fields where that is the result."""
         self.motion.take(layer, places, curve.document if curve is not None and curve.result is layer.result else None)
         self.redraw()  # with a ring around the point
 

@@ -18,6 +18,7 @@ from dforce.gui.case.entry import QuietElement
 from dforce.gui.case.fields import in_words, with_labels, within_sentence
 from dforce.gui.case.values import ParameterRow
 from dforce.gui.curves.chart import Chart
+from dforce.gui.curves.figures import Figure
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.compute import LIVE, in_thread
 from dforce.gui.document.document import HIGHEST_SET_POINT, LOWEST_SET_POINT, path_of
@@ -68,13 +69,14 @@ class Explorer(Panel):
         self.second = dict(NO_RANGE)
         self.seen = 0
         self._looked_at: xr.Dataset | None = None
+        self._figure: Figure = {}  # drawn last
         self.on_stage: Callable[[], None] = lambda: None  # called when its chart may take the stage, or leave it
         self._latest = view.latest(self._draw)
 
     def stage(self) -> None:
         """Make the chart, in the container that is open."""
         with ui.element("div").classes("df-explore-chart") as self.place:
-            self.chart = Chart("quantity over parameters", on_point=self._clicked, on_limit=self._dragged)
+            self.chart = Chart("quantity over parameters", on_point=self._clicked_on, on_limit=self._dragged)
 
     @property
     def takes_the_stage(self) -> bool:
@@ -217,6 +219,7 @@ class Explorer(Panel):
         except (df.DForceError, OSError) as error:
             say(as_sentence(f"this result cannot be read: {error}"))
             return
+        self._figure = figure
         await self.chart.draw(figure)
 
     def _changed(self) -> None:
@@ -307,6 +310,10 @@ class Explorer(Panel):
             scale, _ = explore.scale_of(self.study.result, self.choice)
             self.limit = dataclasses.replace(self.limit, value=value * scale)
             self._changed()
+
+    def _clicked_on(self, event: dict[str, Any], figure: Figure) -> None:
+        if figure == self._figure:  # one before it may be of other parameters
+            self._clicked(event)
 
     def _clicked(self, event: dict[str, Any]) -> None:
         result = self.study.result
