@@ -5,7 +5,7 @@ import functools
 import numpy as np
 import pytest
 import xarray as xr
-from compiled import DEVIATIONS, ProblemBatch, deviations, sample_count
+from compiled import DEVIATIONS, Block, ProblemBatch, States, deviations, sample_count
 from tiers import some_long
 
 import dforce as df
@@ -198,19 +198,47 @@ def test_the_engine_finds_a_motion_over_a_wall_narrower_than_a_step():
     assert off(found, exact, case.problem).max() < 1e-4
 
 
+STICKING = df.Case(  # adhesion that changes with the direction holds the tip like dry friction
+    cantilever={"f0": "26.5 kHz", "k": "2.66 N/m", "Q": 26.8}, drive={"A0": "2 nm"}, tip={"radius": "40 nm"},
+    sample={"youngs_modulus": "21 MPa", "poisson_ratio": 0.3},
+    forces=[df.forces.AdhesionHysteresis(), df.forces.Hertz()],
+    experiment={"kind": "approach", "direction": "approach", "zc": ["0.9 nm", "0.8 nm"]},
+)  # fmt: skip
+
+
 def test_a_tip_that_sticks_is_left_unresolved_with_the_first_samples():
-    """Adhesion that changes with the direction holds it like dry friction: the force changes in each step, however short."""
-    case = df.Case(
-        cantilever={"f0": "26.5 kHz", "k": "2.66 N/m", "Q": 26.8}, drive={"A0": "2 nm"}, tip={"radius": "40 nm"},
-        sample={"youngs_modulus": "21 MPa", "poisson_ratio": 0.3},
-        forces=[df.forces.AdhesionHysteresis(), df.forces.Hertz()],
-        experiment={"kind": "approach", "direction": "approach", "zc": ["0.9 nm", "0.8 nm"]},
-    )  # fmt: skip
-    found = df.run(case)
+    found = df.run(STICKING)
     assert (found.status == df.Status.UNRESOLVED).all()
     assert found.attrs["samples_per_period"] == 256
-    swept = df.sweep(case, {"cantilever.Q": [26.8, 27.0]})
+    swept = df.sweep(STICKING, {"cantilever.Q": [26.8, 27.0]})
     assert (swept.status == df.Status.UNRESOLVED).all()
+
+
+def test_no_orbit_is_sought_where_a_tip_sticks(monkeypatch):
+    """Beside a soft lever states of the sticking tip ended one after the other; each point looked for new ones."""
+    followed, follow = [], Block.follow
+
+    def counted(*given, **options):
+        followed.append(given)
+        return follow(*given, **options)
+
+    monkeypatch.setattr(Block, "follow", counted)
+    soft = STICKING.set(
+        "cantilever.f0=17 kHz", "cantilever.k=0.06 N/m", "cantilever.Q=174", "drive.A0=1.2 nm", "tip.radius=7 nm",
+        "sample.youngs_modulus=0.1 GPa",
+    )  # fmt: skip
+    found = df.approach(soft, zc=np.linspace(4.4e-9, 4.2e-9, 5), direction="approach")
+    assert (found.status == df.Status.UNRESOLVED).all()
+    assert len(followed) <= 5
+
+
+def test_a_tip_that_sticks_is_at_rest():
+    """The force drives it back either way; steps on one branch, then on the other, kept it at 1.6e-3 of its free speed."""
+    problem, at, one = STICKING.problem, np.array([0.8e-9]), np.array([0])
+    block = Block.of_one(problem, STICKING.solver, 1)
+    start = States(np.zeros((1, block.size)), np.zeros((1, 0)), np.zeros((1, block.hysteresis)))
+    x = block.advance(one, start, at, 100).x
+    assert abs(x[0, 1]) < 1e-12
 
 
 @pytest.fixture
