@@ -543,7 +543,8 @@ def test_safe_settings_are_found_for_the_sample_of_a_fit(tmp_path):
 
 @pytest.mark.slow
 def test_the_force_behind_a_curve_is_reconstructed_with_its_gaps(tmp_path):
-    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+    lines = (files("dforce.library") / "measured" / "stiff.csv").read_bytes().splitlines(keepends=True)
+    data = b"".join([*lines[:2], *lines[2::2]])  # half of the points have the gap, too
 
     async def flow():
         async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):

@@ -8,6 +8,7 @@ from fitted_curves import ETA, E, H
 from tiers import some_long
 
 import dforce as df
+from dforce.inverse.fitting.minimize import EXACT, MOST, ROUGH, Minimum, Objective
 from dforce.validity import advice_in
 
 # value, error of the reference, which integrates with other steps: its curve differs from dForce's by 1 % of the noise
@@ -87,17 +88,25 @@ def test_liquid_curve_gives_the_reference_values_and_prefers_viscosity() -> None
 
 
 @pytest.mark.parametrize("seed", some_long([1, 2, 5], [1, 2]))  # from 5 one of the searches ends in a false minimum
-def test_a_start_far_off_finds_the_same_minimum(seed: int, stiff: xr.Dataset) -> None:
+def test_a_start_far_off_finds_the_same_minimum(seed: int, stiff: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     # 30 of 30 in benchmarks/fit_starts.py
     rng = np.random.default_rng(seed)
     off = np.exp(rng.uniform(-np.log(5.0), np.log(5.0), 3))
     start = {E: 2e9 * off[0], H: 6e-20 * off[1], ETA: 20.0 * off[2], "zc_offset": rng.uniform(-1e-9, 1e-9)}
+    tolerances, minimize = [], Objective.minimize
+
+    def asked(self: Objective, tolerance: float = EXACT, most: int = MOST) -> Minimum:
+        tolerances.append(tolerance)
+        return minimize(self, tolerance, most)
+
+    monkeypatch.setattr(Objective, "minimize", asked)
     fit = fitted("stiff", [E, H, ETA], start=start)
     assert fit.attrs["chi2"] == pytest.approx(stiff.attrs["chi2"], abs=1e-3)
     apart = (fit["value"] - stiff["value"]) / stiff["error"]
     assert float(abs(apart).max()) < 0.01
-    # none is spent on the last digits of minima that are not the best
-    assert fit.attrs["evaluations"] < stiff.attrs["evaluations"] + 20
+    # last digits are sought of the best minimum alone; how many evaluations they take hangs on the last bits of chi2
+    assert len(tolerances) > 3
+    assert sum(tolerance < ROUGH for tolerance in tolerances) == 1
 
 
 def test_forgotten_phase_offset_shows_in_chi2() -> None:
