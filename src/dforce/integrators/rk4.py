@@ -142,11 +142,10 @@ def cut_step(y: Any, end: Any, tau: float, h: float, drive: Any, forces: Any, p:
             done *= share
             end = driven_step(y, start, done, drive, forces, p)
             which = passed(y, end, t + seconds(done, p), forces, p)
+        sticks = False
         if which >= kinks.shape[0]:
-            stuck, slid = on_switch(y, end, which, start, done, drive, forces, p)
-            if stuck:
-                return slid
-        if which >= 0:
+            sticks, end = on_switch(y, end, which, start, done, drive, forces, p)
+        if which >= 0 and not sticks:
             done, end = first_event(y, end, start, done, drive, forces, p)
         y, known = end, False
         remember(forces)
@@ -176,7 +175,6 @@ def on_switch(y: Any, end: Any, event: int, start: float, h: float, drive: Any, 
     if passed(y, other, now, forces, p) != event:
         latched[which] = 1.0 - latched[which]
         return False, end
-    remember(forces)
     beyond = margin(event, y, other, now, forces, p)
     return True, blend(other, beyond / (past + beyond), end, 0.0, end)
 

@@ -293,9 +293,7 @@ class Session:
         """
         self._leave_fit()
         self.fresh = False
-        async with (
-            self._keeping
-        ):  # else another curve or fit that comes meanwhile removes the file before it has its name
+        async with self._keeping:  # a curve or fit that comes meanwhile would remove the file before it has its name
             measured = await self.measured.keep(raw, name, settings)
             self.look(dataclasses.replace(self.document, measured=measured))
             await self.measured.tidy(self.document)
