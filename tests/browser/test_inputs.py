@@ -141,6 +141,31 @@ def test_a_reload_keeps_what_was_typed_even_half_typed(window):
     expect(window.page.get_by_label("title of the case")).to_have_value(f"{df.example('figure-3-air').title}, edited")
 
 
+def test_a_law_that_is_not_entered_stays_a_draft_of_its_own_case(window):
+    page, typed = window.page, "-P1*exp("
+    law = page.get_by_label("The force", exact=True)
+
+    def add():
+        page.get_by_role("button", name="Add a force").click()
+        page.get_by_role("searchbox", name="search the forces").fill("own")
+        page.get_by_role("menuitem", name="Own law").click()
+        expect(law).to_be_focused()
+
+    add()
+    law.fill(typed)
+    page.get_by_text("is not an expression").wait_for()
+    page.reload()
+    window.drawn()
+    expect(law).to_have_value(typed)
+    page.get_by_text("is not an expression").wait_for()
+    page.get_by_role("button", name="Undo").click()  # of the force: no law was entered
+    expect(law).to_have_count(0)
+    with window.remade():
+        window.example("figure-3-water")
+    add()
+    expect(law).to_have_value(df.forces.Custom.example["law"])
+
+
 def test_a_force_is_found_by_its_words(window):
     page = window.page
     page.get_by_role("button", name="Add a force").click()

@@ -1,9 +1,11 @@
 """The accuracy that is asked for holds, at each point by itself, or the point says so."""
 
+import functools
+
 import numpy as np
 import pytest
 import xarray as xr
-from compiled import DEVIATIONS, ProblemBatch, deviations, sample_count
+from compiled import DEVIATIONS, Block, ProblemBatch, States, deviations, sample_count
 from tiers import some_long
 
 import dforce as df
@@ -64,12 +66,17 @@ def off(result, exact, problem):
     return deviations(problem, batch.numbers, batch.tones, *columns)[0]
 
 
+@functools.cache
+def drawn_exactly(number):
+    """Return a random motion with 32 times the samples."""
+    return df.run(draw(41, number, FAMILIES).case.replace("solver.points_per_period", 8192))
+
+
 @pytest.mark.parametrize("number", some_long(range(12), long=range(8, 12)))
 def test_random_motions_are_as_accurate_as_asked_for(number):
     """Against 32 times the samples: what 256 of them leave is up to 5e-3 in cases like these."""
     drawn = draw(41, number, FAMILIES).case
-    found = df.run(drawn)
-    exact = df.run(drawn.replace("solver.points_per_period", 8192))
+    found, exact = df.run(drawn), drawn_exactly(number)
     assert found.status == exact.status == df.Status.OK
     assert off(found, exact, drawn.problem).max() < drawn.solver.accuracy
 
@@ -109,13 +116,17 @@ def test_a_narrow_attraction_is_met_by_shorter_steps_where_q_adds_up_its_errors(
     assert error / 3.0 < float(fixed.error_estimate) < 3.0 * error
 
 
+@functools.cache
+def exactly(name):
+    """Return a deceiving motion with so many samples that none is missed."""
+    return df.run(DECEIVING[name].replace("solver.points_per_period", 65_536))
+
+
 @pytest.mark.parametrize("method", ["periodic", "transient"])
-@pytest.mark.parametrize("case", DECEIVING.values(), ids=DECEIVING)
-def test_no_motion_is_called_ok_beyond_its_accuracy(case, method):
-    found, exact = (
-        df.run(case.replace("solver.method", method)),
-        df.run(case.replace("solver.points_per_period", 65_536)),
-    )
+@pytest.mark.parametrize("name", DECEIVING)
+def test_no_motion_is_called_ok_beyond_its_accuracy(name, method):
+    case, exact = DECEIVING[name], exactly(name)
+    found = df.run(case.replace("solver.method", method))
     assert exact.status == df.Status.OK
     assert float(exact.error_estimate) < 1e-6
     if found.status == df.Status.OK:
@@ -128,8 +139,7 @@ def test_no_motion_is_called_ok_beyond_its_accuracy(case, method):
 def test_random_transients_are_as_accurate_as_asked_for(number):
     """Against the periodic orbit with 32 times the samples."""
     drawn = draw(41, number, FAMILIES).case
-    found = df.run(drawn.replace("solver.method", "transient"))
-    exact = df.run(drawn.replace("solver.points_per_period", 8192))
+    found, exact = df.run(drawn.replace("solver.method", "transient")), drawn_exactly(number)
     assert found.status == exact.status == df.Status.OK
     error = off(found, exact, drawn.problem).max()
     assert error / 3.0 < float(found.error_estimate) < drawn.solver.accuracy
@@ -188,19 +198,47 @@ def test_the_engine_finds_a_motion_over_a_wall_narrower_than_a_step():
     assert off(found, exact, case.problem).max() < 1e-4
 
 
+STICKING = df.Case(  # adhesion that changes with the direction holds the tip like dry friction
+    cantilever={"f0": "26.5 kHz", "k": "2.66 N/m", "Q": 26.8}, drive={"A0": "2 nm"}, tip={"radius": "40 nm"},
+    sample={"youngs_modulus": "21 MPa", "poisson_ratio": 0.3},
+    forces=[df.forces.AdhesionHysteresis(), df.forces.Hertz()],
+    experiment={"kind": "approach", "direction": "approach", "zc": ["0.9 nm", "0.8 nm"]},
+)  # fmt: skip
+
+
 def test_a_tip_that_sticks_is_left_unresolved_with_the_first_samples():
-    """Adhesion that changes with the direction holds it like dry friction: the force changes in each step, however short."""
-    case = df.Case(
-        cantilever={"f0": "26.5 kHz", "k": "2.66 N/m", "Q": 26.8}, drive={"A0": "2 nm"}, tip={"radius": "40 nm"},
-        sample={"youngs_modulus": "21 MPa", "poisson_ratio": 0.3},
-        forces=[df.forces.AdhesionHysteresis(), df.forces.Hertz()],
-        experiment={"kind": "approach", "direction": "approach", "zc": ["0.9 nm", "0.8 nm"]},
-    )  # fmt: skip
-    found = df.run(case)
+    found = df.run(STICKING)
     assert (found.status == df.Status.UNRESOLVED).all()
     assert found.attrs["samples_per_period"] == 256
-    swept = df.sweep(case, {"cantilever.Q": [26.8, 27.0]})
+    swept = df.sweep(STICKING, {"cantilever.Q": [26.8, 27.0]})
     assert (swept.status == df.Status.UNRESOLVED).all()
+
+
+def test_no_orbit_is_sought_where_a_tip_sticks(monkeypatch):
+    """Beside a soft lever states of the sticking tip ended one after the other; each point looked for new ones."""
+    followed, follow = [], Block.follow
+
+    def counted(*given, **options):
+        followed.append(given)
+        return follow(*given, **options)
+
+    monkeypatch.setattr(Block, "follow", counted)
+    soft = STICKING.set(
+        "cantilever.f0=17 kHz", "cantilever.k=0.06 N/m", "cantilever.Q=174", "drive.A0=1.2 nm", "tip.radius=7 nm",
+        "sample.youngs_modulus=0.1 GPa",
+    )  # fmt: skip
+    found = df.approach(soft, zc=np.linspace(4.4e-9, 4.2e-9, 5), direction="approach")
+    assert (found.status == df.Status.UNRESOLVED).all()
+    assert len(followed) <= 5
+
+
+def test_a_tip_that_sticks_is_at_rest():
+    """The force drives it back either way; steps on one branch, then on the other, kept it at 1.6e-3 of its free speed."""
+    problem, at, one = STICKING.problem, np.array([0.8e-9]), np.array([0])
+    block = Block.of_one(problem, STICKING.solver, 1)
+    start = States(np.zeros((1, block.size)), np.zeros((1, 0)), np.zeros((1, block.hysteresis)))
+    x = block.advance(one, start, at, 100).x
+    assert abs(x[0, 1]) < 1e-12
 
 
 @pytest.fixture

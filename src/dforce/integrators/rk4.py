@@ -30,6 +30,7 @@ from dforce.integrators.steps import beside, divided, part_step, step
 from dforce.kernel.linker import by_address, inlined, uncounted
 from dforce.kernel.vocabulary import (
     bent,
+    blend,
     coasted,
     distance,
     drive_at,
@@ -57,6 +58,7 @@ NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for 
 TRIES = 4  # to land behind a kink
 CLOSE = 1e-5  # how near there a landing must be, relative to the step
 DRIVE, FORCES = "Tuple((f8[:,::1],f8[::1],i8,i8))", "Tuple((f8[::1],f8[::1],f8[::1],f8[:,::1]))"  # types, see ``loops``
+ON_SWITCH = 1e-6  # of how far a step leads past a switch: a motion so near to it when the step begins is on it
 LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
 
 
@@ -140,6 +142,10 @@ def cut_step(y: Any, end: Any, tau: float, h: float, drive: Any, forces: Any, p:
             done *= share
             end = driven_step(y, start, done, drive, forces, p)
             which = passed(y, end, t + seconds(done, p), forces, p)
+        if which >= kinks.shape[0]:
+            stuck, slid = on_switch(y, end, which, start, done, drive, forces, p)
+            if stuck:
+                return slid
         if which >= 0:
             done, end = first_event(y, end, start, done, drive, forces, p)
         y, known = end, False
@@ -150,6 +156,29 @@ def cut_step(y: Any, end: Any, tau: float, h: float, drive: Any, forces: Any, p:
     end = driven_step(y, tau + h - left, left, drive, forces, p)
     remember(forces)
     return end
+
+
+@uncounted
+def on_switch(y: Any, end: Any, event: int, start: float, h: float, drive: Any, forces: Any, p: Any) -> Any:
+    """Say whether a motion stays on a switch, as both branches drive it back there, and return it after the step.
+
+    It is between the motions to which the branches lead: a tip that sticks (A. F. Filippov, Differential Equations with
+    Discontinuous Righthand Sides, Kluwer (1988)). Its own branch leads it past the switch, to `end`.
+    """
+    (_, _, period, _), (_, latched, kinks, _) = drive, forces
+    t, which = seconds(period * TAU + start, p), event - kinks.shape[0]
+    now = t + seconds(h, p)
+    past = margin(event, y, end, now, forces, p)
+    if abs(margin(event, y, y, t, forces, p)) > ON_SWITCH * past:
+        return False, end
+    latched[which] = 1.0 - latched[which]
+    other = driven_step(y, start, h, drive, forces, p)
+    if passed(y, other, now, forces, p) != event:
+        latched[which] = 1.0 - latched[which]
+        return False, end
+    remember(forces)
+    beyond = margin(event, y, other, now, forces, p)
+    return True, blend(other, beyond / (past + beyond), end, 0.0, end)
 
 
 @uncounted

@@ -23,7 +23,7 @@ from dforce.kernel.codegen import ZC
 from dforce.observables.averaging import weights
 from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
-from dforce.observables.misfit import misfit_each
+from dforce.observables.misfit import GROSS, misfit, misfit_each, misfit_of_rows
 from dforce.problem import Problem
 from dforce.solvers.block import DISTANCE, Block
 from dforce.solvers.crests import passed_by
@@ -47,6 +47,7 @@ THERE = 1e-3  # of the accuracy: a Newton step so short needs not be taken
 NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the same one, if it is so near
 CHANCE = 3.0  # times the error: what breaks the tip equation by more has agreed with the finer one by chance
 LEAST_ORDER = 0.5  # of errors that more samples lower, from four times on: beside a jump of the force it is 1
+ENOUGH = 4  # times the samples: a motion that breaks the tip equation with them hardly less is stuck
 ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the force is smooth, less behind kinks
 
 
@@ -147,18 +148,34 @@ def assure(block: Block, values: Array, points: Points) -> None:
     orbits.judge(np.arange(len(cases)), 1)
     if accuracy is not None:
         doubtful, first = np.flatnonzero(orbits.error > SURE * accuracy), orbits.error.copy()
+        lost = doubtful[:0]
         for times in FINER:
             if not len(doubtful) or times * block.points > MOST_SAMPLES:
                 break
             found = orbits.go_over(doubtful, times)
             if len(found):
                 orbits.judge(found, times)
+            lost = np.union1d(lost, np.setdiff1d(doubtful, found))
             found = found[orbits.error[found] > SURE * accuracy]
             stays = _stays(orbits.error[found], first[found], times)
             points.stays[cases[found[stays]], steps[found[stays]]] = True
             doubtful = found[~stays]
     points.rows[places], points.monodromy[places] = orbits.rows, orbits.monodromy
     points.residual[places], points.error[places] = orbits.residual, orbits.error
+    if accuracy is not None:
+        for i in _first_wrong(orbits, lost).tolist():
+            case, step, value = int(cases[i]), int(steps[i]), float(orbits.at[i])
+            points.stays[case, step] = unless_stuck(
+                block.one(case), value, points.steady(block, case, step, value)
+            ).stays
+
+
+def _first_wrong(orbits: _Orbits, some: Indices) -> Indices:
+    """Return the first of some orbits of each problem that breaks the tip equation: it decides on more samples."""
+    numbers, tones = (table[some] for table in orbits.tables)
+    even = weights(orbits.block.frequencies, orbits.block.common)
+    wrong = some[misfit_of_rows(orbits.block.batch.example, orbits.rows[some], even, numbers, tones) > GROSS]
+    return wrong[np.unique(orbits.cases[wrong], return_index=True)[1]]
 
 
 def assure_settled(block: Block, value: float, found: Steady, settles_on: bool = True) -> Steady:
@@ -170,7 +187,7 @@ def assure_settled(block: Block, value: float, found: Steady, settles_on: bool =
     accuracy, (problem, _) = block.settings.accuracy, block.problem(0, value)
     # no motion repeats with the tones, or none but after hours
     is_free = any(force.timed for force in problem.forces) or problem.late_surface is not None
-    if is_free or not (found.settled and found.repeats and block.repeats_together):
+    if is_free or found.stays or not (found.settled and found.repeats and block.repeats_together):
         return found
     settles_on = settles_on and block.settings.integrator == "rk4" and block.settings.settle == "converged"
 
@@ -182,6 +199,19 @@ def assure_settled(block: Block, value: float, found: Steady, settles_on: bool =
         return replace(after, values={**after.values, "settling_periods": whole}, accuracy=accuracy)
 
     return _assured_alone(block, value, replace(found, accuracy=accuracy), 1, settle_on)
+
+
+def unless_stuck(block: Block, value: float, found: Steady, was_stuck: bool = False) -> Steady:
+    """Return the only problem's motion, which `stays` if it breaks the tip equation and more samples do not help.
+
+    A tip that sticks by adhesion hysteresis does so. One that was stuck just before, and breaks the equation, still is.
+    """
+    problem, _ = block.problem(0, value)
+    (first,) = misfit(problem, found.columns).tolist() if found.settled and found.repeats else (0.0,)
+    if not first > GROSS or was_stuck or ENOUGH * block.points > MOST_SAMPLES:
+        return replace(found, stays=first > GROSS and was_stuck)
+    after = steady(block.finer(ENOUGH * block.points).integrator(0, value), found.motion, block.check_cancelled)
+    return replace(found, stays=bool(_stays(misfit(problem, after.columns)[0], first, ENOUGH)))
 
 
 def assure_repeated(block: Block, value: float, found: Steady, cycles: int) -> Steady:

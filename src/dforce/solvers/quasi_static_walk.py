@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core.arrays import Array, Indices
-from dforce.solvers.accuracy import assure, assure_repeated, assure_settled
+from dforce.solvers.accuracy import assure, assure_repeated, assure_settled, unless_stuck
 from dforce.solvers.block import ENDED, FOLLOWED, TOO_ROUGH, Block
 from dforce.solvers.continuing import CHORD
 from dforce.solvers.cycles import doubled, repeated
@@ -65,11 +65,11 @@ class Walk:
         self.jumps: list[list[StateJump]] = [[] for _ in range(cases)]
         self.starts, self.state = starts, starts.copy()
         self.done, self.cycles = np.zeros(cases, np.int64), np.zeros(cases, np.int64)
-        self.at = values[:, 0].copy()
+        self.at, self.turn = values[:, 0].copy(), _turns(values)
         self.ends = np.zeros(cases, np.int64)  # of states in a row that led neither to a value nor to another state
         self.left: list[Left | None] = [None] * cases
         self.loose = np.full(cases, np.nan)  # amplitude (m) at the value before, of motions that did not repeat there
-        self.turn = _turns(values)
+        self.stuck = np.zeros(cases, dtype=bool)  # whether the last motion was, see `unless_stuck`
         # on which state each point lies; one that ends and what follows it have numbers of their own
         self.state_of, self.number = np.full(values.shape, -1), np.zeros(cases, np.int64)
 
@@ -311,16 +311,17 @@ class Walk:
         place, before = int(self.done[case]), float(self.at[case])
         target = float(self.values[case, place])
         far = abs(target - float(self.values[case, max(place - 1, 0)]))
-        stride = max(STRIDE * float(block.unit[case]), far / MOST_STRIDES)
+        stride = math.inf if self.stuck[case] else max(STRIDE * float(block.unit[case]), far / MOST_STRIDES)
         known = bool(np.isfinite(self.state.x[case]).all())
         value = before + min(max(target - before, -stride), stride) if known and place > 0 else target
         start = (self.state if known else self.starts).motion(case)
         found = steady(block.integrator(case, value), start, block.check_cancelled)
+        found = unless_stuck(block.one(case), value, found, bool(self.stuck[case]))
         one, at, motion = np.array([case]), np.array([value]), States.of(found.motion)
         self.state.put(one, motion)
-        self.at[case], self.cycles[case] = value, 0
+        self.at[case], self.cycles[case], self.stuck[case] = value, 0, found.stays
         self.number[case] += 1
-        for cycles in self._returns(case, motion, value) if found.motion.is_finite else ():
+        for cycles in self._returns(case, motion, value) if found.motion.is_finite and not found.stays else ():
             orbit = polished(self.block, one, motion, at, cycles)
             if orbit.done[0] == 1 and apart(orbit.last_x, motion.x)[0] < AT_ONCE:
                 self._note_capture(case, before, value, orbit, cycles)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zlib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -127,7 +128,8 @@ class OwnLaw(QuietElement, component="own_law.js"):
         super().__init__()
         self.view, self.path = view, path
         name = written(path)
-        self.props.update(path=name, label=field.label, help=field.help, longest=LONGEST)
+        opened = zlib.crc32(repr(view.document.opened).encode())  # another case has other drafts
+        self.props.update(path=name, place=f"{opened} {name}", label=field.label, help=field.help, longest=LONGEST)
         self.props["names"] = [{"name": key, **row._asdict()} for key, row in NAMES_IN_LAW.items()]
         self._preview = Latest(self._show_force)
         self.on("draft", lambda event: self._preview.ask(str(event.args)[:LONGEST]))

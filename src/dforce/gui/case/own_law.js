@@ -1,4 +1,7 @@
 // A law that is typed: a wide field, its names as chips that are put in where the caret stands, errors while one types.
+const DRAFTS = "dforce-laws"; // what is typed and not entered, by case and place, for when the field is made anew
+const drafts = () => JSON.parse(sessionStorage.getItem(DRAFTS)) ?? {};
+
 export default {
   template: `
     <div class="df-entry wide df-law" :class="{wrong}" :data-path="path" :data-name="path" :data-help="help">
@@ -19,12 +22,13 @@ export default {
       </div>
     </div>`,
   props: {
-    path: { default: "" }, label: { default: "" }, help: { default: "" }, text: { default: "" }, error: { default: "" },
+    path: { default: "" }, place: { default: "" }, label: { default: "" }, help: { default: "" }, text: { default: "" }, error: { default: "" },
     mistake: { default: "" }, // in what is being typed
     names: { default: () => [] }, longest: { default: 2000 },
   },
   data() {
-    return { draft: dforceUnsent.all()[this.path]?.text ?? this.text, uid: "law-" + Math.random().toString(36).slice(2) };
+    const typed = drafts()[this.place]; // it began with the law of the case as it was then
+    return { draft: typed?.from === this.text ? typed.draft : this.text, uid: "law-" + Math.random().toString(36).slice(2) };
   },
   computed: {
     waiting() {
@@ -48,14 +52,13 @@ export default {
   methods: {
     // what is typed is kept in the browser until it is entered
     typed() {
-      this.number = dforceUnsent.put(this.path, this.draft, "");
+      sessionStorage.setItem(DRAFTS, JSON.stringify({ ...drafts(), [this.place]: { from: this.text, draft: this.draft } }));
       clearTimeout(this.timer);
       this.timer = setTimeout(() => this.$emit("draft", this.draft), 80);
     },
     enter() {
       clearTimeout(this.timer);
-      this.number = dforceUnsent.put(this.path, this.draft, "");
-      this.$emit("typed", { text: this.draft, unit: "", number: this.number });
+      this.$emit("typed", { text: this.draft, unit: "", number: dforceUnsent.put(this.path, this.draft, "") });
     },
     insert(name) {
       const box = this.$refs.box;
