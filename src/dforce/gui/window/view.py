@@ -219,8 +219,7 @@ class View:
         try:
             await self.session.run(document)
         except (df.DForceError, TypeError) as error:
-            said = Said.of_error(document, error)
-            self._say(said, document)
+            self._say(said := Said.of_error(document, error), document)
             return said.wrong
         return ""
 
