@@ -113,6 +113,22 @@ def test_a_force_that_is_switched_off_is_left_out_of_the_curves(window):
     window.shows(both)
 
 
+def test_a_letter_in_a_field_that_is_made_anew_comes_back_with_no_later_page(window):
+    window.type(AMPLITUDE, "5")
+    window.shows(df.example("figure-3-air").replace(AMPLITUDE, "5 nm"))
+    with window.remade():
+        window.field(AMPLITUDE).locator("input").evaluate("""(box) => {  // typed and undone at once
+            box.focus();
+            box.value = "77";
+            box.dispatchEvent(new Event("input", {bubbles: true}));
+            document.querySelector("[aria-label='Undo']").click();
+        }""")
+    window.page.wait_for_timeout(300)  # longer than a letter waits
+    assert window.page.evaluate("() => dforceUnsent.left()") == []
+    window.page.reload()
+    window.shows(df.example("figure-3-air"))
+
+
 def test_undo_and_redo_go_through_the_edits(window):
     page = window.page
     window.type(AMPLITUDE, "5")

@@ -74,7 +74,7 @@ export default {
     },
   },
   beforeUnmount() {
-    this.flush();
+    clearTimeout(this.timer); // the server knows this field no more
   },
   methods: {
     whole: (text) => window.dforceWhole(text),

@@ -88,6 +88,7 @@ class Forms:
             for companion in self.companions:
                 companion.clear()
             self._build()
+            self.frame.client.run_javascript("dforceUnsent.forget()")  # else a later page types it into another case
         changed = [path for path in self.shown if self._refresh(path) or anew]
         for companion in self.companions:
             companion.show()
@@ -321,11 +322,8 @@ class Forms:
     def _choice(
         self, path: Path, label: str, words: Mapping[str, str], chosen: str, take: Callable[[str], None], help: str = ""
     ) -> Entry:
-        def typed_(word: str, unit: str) -> None:
-            if word in words:
-                take(word)
-
-        entry = Entry(written(path), Caption(label, help=help or label), kind="choice", on_typed=typed_)
+        name, caption = written(path), Caption(label, help=help or label)
+        entry = Entry(name, caption, kind="choice", on_typed=lambda word, _: take(word) if word in words else None)
         entry.show(text=chosen, options=[{"value": word, "label": shown_} for word, shown_ in words.items()])
         return entry
 

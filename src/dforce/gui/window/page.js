@@ -24,6 +24,10 @@ const dforceUnsent = {
     delete all[name];
     this.save(all);
   },
+  // Called by the server when it has made the forms anew: it knows the fields of before no more.
+  forget() {
+    sessionStorage.removeItem(this.KEY);
+  },
   // Called by the server once a page is there: what the page before could not send. It stays until the server has it.
   left() {
     return Object.entries(this.all())
