@@ -142,9 +142,8 @@ class Chart(ui.element, component="chart.js"):
         self.revision = 0
         self._drawing: asyncio.Task[None] | None = None
         self._there: dict[str, Any] | None = None  # the figure that the browser has drawn
-        self._sent: dict[
-            int, dict[str, Any]
-        ] = {}  # the last two, by revision: a click may come before the last is drawn
+        # the last two figures by revision: a click may come before the last one is drawn
+        self._sent: dict[int, dict[str, Any]] = {}
         if on_point is not None:
 
             def clicked(event: GenericEventArguments) -> None:

@@ -85,7 +85,7 @@ class WaitingWords:
 
 @dataclasses.dataclass(frozen=True)
 class Composed:
-    """A figure with what it was made of: the results, the curve that follows the fields, and the states behind that."""
+    """A figure with its sources: the results, the curve that follows the fields, and the states behind the curve."""
 
     drawn: figures.Drawn
     layers: Sequence[figures.Layer]
@@ -241,7 +241,7 @@ class Plots:
         self.stage.classes(replace=" ".join(["df-stage", *(name for name, there in looks.items() if there)]))
 
     def end(self) -> None:
-        """Stop what is computed for this page alone, when it is gone."""
+        """Stop safe settings and reconstruction: this page alone shows them."""
         self.measured.stop_safe()
         self.reconstruction.stop()
 

@@ -132,7 +132,7 @@ class ParameterStudy:
         return self.job is not None and self.job.busy
 
     def open(self, over: Over) -> None:
-        """Look at a result from elsewhere; what is computed meanwhile does not take its place."""
+        """Look at a result that was opened; a computation under way ends, and does not replace it."""
         self.stop()
         self.job = None
         self.take(over)
