@@ -216,7 +216,7 @@ class ParameterRange:
         ends, _ = self._march(orbit.x[None], orbit.value, orbit.kept.branch, orbit.repeats)
         if np.isfinite(ends).all():
             equations, miss = np.vstack([orbit.equations, self.across(orbit)]), np.append(orbit.x - ends[0], 0.0)
-            u += np.linalg.lstsq(equations, miss)[0]  # which has a solution where curves cross, too
+            u += np.linalg.lstsq(equations, miss, rcond=None)[0]  # which has a solution where curves cross, too
             _, slots = self._march(u[None, :-1], self.value_of(u[-1]), orbit.kept.branch, orbit.repeats, True)
             rows = slots.rows[0]
         return u, rows
