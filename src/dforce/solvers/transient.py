@@ -59,17 +59,10 @@ class Steady:
     accuracy: float | None = None
     stays: bool = False
 
-    def __len__(self) -> int:
-        return 1
-
     @property
     def columns(self) -> dict[str, Array]:
         """The observables as of many motions, of which this is the only one."""
         return {name: np.asarray(value)[None] for name, value in self.values.items()}
-
-    def points(self) -> Iterator[Steady]:
-        """Give it."""
-        yield self
 
 
 def decay_periods(problem: Problem) -> int:
