@@ -297,6 +297,10 @@ def _check_contract(cls: type[Force]) -> None:
     for interaction in cls.contains:
         if interaction not in INTERACTIONS:
             raise ForceError(f"'{cls.name}' contains '{interaction}'{nearest(interaction, INTERACTIONS)}")
+    if cls.evolve is None and cls.memory != 0:
+        raise ForceError(f"'{cls.name}' has a memory, but no 'evolve'")
+    if cls.evolve is not None and cls.memory == 0:
+        raise ForceError(f"'{cls.name}' has 'evolve', but no memory: set it to the number of its states")
     if makes_its_laws(cls):
         return
     law = cls.__dict__.get("law") or getattr(cls, "law", None)

@@ -104,16 +104,15 @@ def mark_crossed(here: Any, there: Any, numbers: Any, kinks: Any, h: float, cros
     for k in range(kinks.shape[0]):
         for j in range(crossed.shape[0]):
             p = parameters_of(numbers, j)
-            before = distance(column(here, j), p) > kinks[k, j]
-            middle = distance(coasted(column(here, j), 0.5 * h), p) > kinks[k, j]
-            after = distance(column(there, j), p) > kinks[k, j]
             d0, d1 = distance(column(here, j), p), distance(column(there, j), p)
-            far0 = 2.0 * REACH * abs(distance(coasted(column(here, j), 0.5 * h), p) - d0)
+            middle = distance(coasted(column(here, j), 0.5 * h), p)
+            far0 = 2.0 * REACH * abs(middle - d0)
             far1 = 2.0 * REACH * abs(distance(coasted(column(there, j), 0.5 * h), p) - d1)
             close = abs(d0 - kinks[k, j]) < far0 or abs(d1 - kinks[k, j]) < far1
+            before, after = d0 > kinks[k, j], d1 > kinks[k, j]
             inside = is_rooted(p) and not before and not after
             outside = before and after and abs(d1 - d0) > STRIDE * min(d0, d1)
-            mark = (CROSSED if before != after or before != middle else 0) | (
+            mark = (CROSSED if before != after or before != (middle > kinks[k, j]) else 0) | (
                 BESIDE if close and (inside or outside) else 0
             )
             crossed[j] = mark if k == 0 else crossed[j] | mark

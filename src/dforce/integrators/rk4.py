@@ -50,8 +50,8 @@ from dforce.kernel.vocabulary import (
     unpacked,
 )
 from dforce.observables.interpolant import crossing
-from dforce.observables.lockin import lock_in_turned
-from dforce.observables.measure import measure
+from dforce.observables.lockin import lock_in
+from dforce.observables.measure import ROOM, measure
 
 MOST_CUTS = 12  # of one step; a force that switches more often has no branch to be on
 NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off
@@ -301,7 +301,7 @@ def advance(y: Any, drive: Any, table: Any, forces: Any, block: Any, tip: Any) -
 def march(y: Any, forces: Any, first: int, tones: Any, turns: Any, block: Any, p: Any, out: Any) -> Any:
     """Advance whole periods and measure each into a row of `out`: the lock-in, two columns a tone, or all columns."""
     points, bases = block.shape[0] - 1, np.empty(tones.shape[0])
-    z, table = np.empty(points + 1), np.empty((2 * points + 1, mode_count()))
+    room, table = np.empty((ROOM, points + 1)), np.empty((2 * points + 1, mode_count()))
     for i in range(out.shape[0]):
         if i == 0 or tones.shape[0] > 1:  # the first tone alone repeats every period
             phases(tones, first + i, bases)
@@ -309,7 +309,7 @@ def march(y: Any, forces: Any, first: int, tones: Any, turns: Any, block: Any, p
         drive = tones, bases, first + i, points
         y = advance(y, drive, table, forces, block, p)
         if out.shape[1] > 2 * tones.shape[0]:
-            measure(block, turns, drive, forces[2], p, out[i])
+            measure(block, turns, drive, forces[2], p, room, out[i])
         else:
-            lock_in_turned(block, turns, bases, z, out[i])
+            lock_in(block, turns, bases, room[0], out[i])
     return y

@@ -189,8 +189,6 @@ def part_step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, points:
         return in_parts(y, (EVEN, math.ceil(h * points * points / (TAU * SPARSE)), False), u, h, t, forces, p)
     end = whole_step(y, f, u, h, t, forces, limits, p)
     around = near_spikes(y, end, f, h, t, forces, near_roots(y, end, h, kinks, p), p)
-    if around[2] == 0.0 and around[3] == 0.0:
-        return end
     return with_parts(y, end, around, u, h, t, forces, p)
 
 
@@ -208,8 +206,6 @@ def divided(y: Any, whole: Any, f: float, u: Any, h: float, t: float, forces: An
     around = near_roots(y, whole, h, kinks, p)
     if strides(y, whole, h, kinks, p):
         around = near_spikes(y, whole, f, h, t, forces, around, p)
-    if around[2] == 0.0 and around[3] == 0.0:
-        return whole
     return with_parts(y, whole, around, u, h, t, forces, p)
 
 
@@ -262,6 +258,8 @@ def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forc
     longer from its beginning, and those that become shorter to its end.
     """
     (before, after, at_begin, at_end), (memory, _, _, room) = around, forces
+    if at_begin == 0.0 and at_end == 0.0:
+        return whole
     size = memory_size(memory)
     for k in range(size):
         room[5, k], room[6, k] = room[0, k], room[0, k]

@@ -70,13 +70,11 @@ ROOM = 10  # rows of scratch, one number a sample
 FLAT, STEEP, CUTS, BESIDE, BROKEN = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
-def measure(block: Any, turns: Any, drive: Any, kinks: Any, p: Any, out: Any) -> None:
-    """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI."""
-    measure_in(block, turns, drive, kinks, p, np.empty((ROOM, turns.cosine.shape[1])), out)
+def measure(block: Any, turns: Any, drive: Any, kinks: Any, p: Any, room: Any, out: Any) -> None:
+    """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI.
 
-
-def measure_in(block: Any, turns: Any, drive: Any, kinks: Any, p: Any, room: Any, out: Any) -> None:
-    """Do so in a room (ROOM, samples), taken once: fresh memory costs more than what is done with it."""
+    `room` is scratch, (ROOM, samples), taken once: fresh memory costs more than what is done with it.
+    """
     tones, bases, _, _ = drive
     for k in range(out.shape[0]):
         out[k] = 0.0

@@ -21,7 +21,7 @@ from dforce.kernel.vocabulary import (
     motion_size,
     rate_of,
 )
-from dforce.observables.lockin import lock_in_turned
+from dforce.observables.lockin import lock_in
 from dforce.solvers.philox import normals
 
 
@@ -101,7 +101,7 @@ class Reading(NamedTuple):
 
 
 def march(lanes: Any, periods: int, lever: Any, reading: Any, kinks: Any, block: Any, p: Any, out: Any) -> None:
-    """Advance lanes by whole periods; out[j, i] holds the lock-in of lane j over period i, see ``lock_in_turned``.
+    """Advance lanes by whole periods; out[j, i] holds the lock-in of lane j over period i, see ``lock_in``.
 
     `block` is scratch, which holds the samples of the last period of the last lane in the end.
     """
@@ -118,7 +118,7 @@ def march(lanes: Any, periods: int, lever: Any, reading: Any, kinks: Any, block:
             least = advance(lanes.y[j], forces, lanes.keys[j], lanes.period + i, lever, steady, block, p)
             lanes.lowest[j] = min(lanes.lowest[j], least)
             if lanes.lock_ins.shape[2] == 0:
-                lock_in_turned(block, turns, bases, z, out[j, i])
+                lock_in(block, turns, bases, z, out[j, i])
             else:
                 low_pass(block, reading, bases, lanes.lock_ins[j], out[j, i])
 

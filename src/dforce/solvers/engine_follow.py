@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
+from dforce.engine.marching import Marched
 from dforce.solvers.continuing import BENT, CHORD, EXACT, FARTHEST, GROWTH, LARGEST, SHRINK, TURNED, fold_ahead
 from dforce.solvers.quasi_static import ENDED, FIRST, FOLLOWED, SMALLEST, Branch
 from dforce.solvers.stability import is_stable
@@ -35,6 +36,9 @@ class OrbitFinder(Protocol):
         self, which: Indices, states: States, at: Array, wanted: Bools, repeats: int = 1, *, at_once: bool = False
     ) -> Any:
         """Find orbits near states, and measure those that are wanted."""
+
+    def derived(self, which: Indices, states: States, at: Array, repeats: int) -> Marched:
+        """March over so many common periods, with the map's derivatives, (motions, size, size + 1)."""
 
     def check_cancelled(self) -> Any:
         """Raise when the run is to stop."""

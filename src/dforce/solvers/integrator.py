@@ -155,6 +155,7 @@ class Integrator(ABC):
         width = kernel.size_of(problem) + self.memory_size + self.latch_count + 1
         self.block = np.zeros((self.points + 1, width))
         self.work = np.zeros((8, max(self.memory_size, 1)))
+        self.room = np.empty((measure.ROOM, self.points + 1))
         self.take(problem)
 
     def take(self, problem: Problem) -> None:
@@ -193,7 +194,8 @@ class Integrator(ABC):
     def measure(self, period: int, row: Array) -> None:
         """Measure the period whose samples are kept, into a row."""
         drive = self.tones, self.phases(period), period, self.points
-        self.solvers.entry("measure")(self.block, self.turns, drive, self.kinks, self.tip("measure_force"), row)
+        tip = self.tip("measure_force")
+        self.solvers.entry("measure")(self.block, self.turns, drive, self.kinks, tip, self.room, row)
 
     def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, Complexes]:
         """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""
@@ -215,27 +217,21 @@ class Integrator(ABC):
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion: ...
 
 
-def free_amplitudes(integrator: Integrator, period: int = 0) -> Complexes:
-    """Return the complex amplitudes (m) of the motion without forces at the start of a period, (tones, modes)."""
-    problem = integrator.problem
-    turns = np.array([tone.frequency / problem.tones[0].frequency * period for tone in problem.tones])
-    return np.asarray(problem.free * np.exp(1j * kernel.TWO_PI * (turns - np.floor(turns)))[:, None])
+def with_amplitudes(integrator: Integrator, amplitudes: AnyArray) -> Motion:
+    """Return the state at the start of a common period that deflects with these complex amplitudes (m), (tones, modes).
 
-
-def with_amplitudes(integrator: Integrator, amplitudes: AnyArray, period: int = 0) -> Motion:
-    """Return the state at the start of a period that deflects with these amplitudes; forces' memories are at rest."""
+    The forces' memories are at rest. Motion without forces has the amplitudes `free` of a problem.
+    """
     omega = kernel.TWO_PI * np.array([tone.frequency for tone in integrator.problem.tones])
-    base = kernel.base_in_motion(integrator.problem, integrator.tones, period)[: 2 * amplitudes.shape[1]]
+    base = kernel.base_in_motion(integrator.problem, integrator.tones)[: 2 * amplitudes.shape[1]]
     speeds = 1j * omega[:, None] * amplitudes / integrator.scales.speed
     x = amplitudes.sum(0).real / integrator.scales.length + base[::2]
     v = (1j * omega[:, None] * amplitudes).sum(0).real / integrator.scales.speed + base[1::2]
-    turns = integrator.tones[:, 0] * period
-    start = np.exp(1j * (integrator.tones[:, 1] + kernel.TWO_PI * (turns - np.floor(turns))))
-    moved = 1j * integrator.tones[:, 0] * kernel.base_of(integrator.tones) * start
+    moved = 1j * integrator.tones[:, 0] * kernel.base_of(integrator.tones) * np.exp(1j * integrator.tones[:, 1])
     speeds[range(len(omega)), integrator.problem.own_modes] += moved
     late = kernel.steady_fluid_memory(np.array(integrator.p), integrator.problem, integrator.tones[:, 0], speeds)
     y = np.append(np.stack([x, v], axis=1), late)
-    return Motion(tuple(y.tolist()), np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), period)
+    return Motion(tuple(y.tolist()), np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), 0)
 
 
 class RK4(Integrator):
@@ -358,7 +354,7 @@ class LSODA(Integrator):
             if every:
                 self.measure(period, out[row])
             else:
-                lock_in(self.block, self.turns, self.phases(period), out[row])
+                lock_in(self.block, self.turns, self.phases(period), self.room[0], out[row])
         size = len(motion.y)
         y = tuple(map(float, flow.state[:size]))
         left = Motion(y, flow.state[size:].copy(), flow.latched.copy(), motion.period + periods)

@@ -17,7 +17,7 @@ from dforce.integrators.loops import TAU
 from dforce.integrators.rk4 import advance
 from dforce.kernel.codegen import FIRST_DRIVE, LENGTH, OTHERS, ZC
 from dforce.kernel.vocabulary import fluid_size, from_vector, mode_count, motion_size, of_case, shaped
-from dforce.observables.measure import ROOM, measure_in, measure_motion
+from dforce.observables.measure import ROOM, measure, measure_motion
 from dforce.solvers.model import place_column
 
 FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of the neighbors that give derivatives
@@ -210,6 +210,12 @@ def put_numbers(place: Any, numbers: Any) -> None:
         place[k] = numbers[k]
 
 
+def put_rows(place: Any, rows: Any) -> None:
+    """Write the rows of a table to a place."""
+    for i in range(rows.shape[0]):
+        put_numbers(place[i], rows[i])
+
+
 def go_on(slots: Any, s: int) -> None:
     """Take the memory and the branches of a slot as they were after its period."""
     put_numbers(slots.memory[s], slots.memory_after[s])
@@ -282,7 +288,7 @@ def take_measure(slots: Any, s: int, period: int, model: Any, drive: Any, column
     for k in range(kinks.shape[0]):
         kinks_here[k] = kinks[k, j]
     driven = tones[j], drive.phases[period], period, drive.points
-    measure_in(record, drive.turns, driven, kinks_here, p, room, rows)
+    measure(record, drive.turns, driven, kinks_here, p, room, rows)
 
 
 def advance_block(slots: Any, periods: int, model: Any, drive: Any, room: Any) -> None:

@@ -35,7 +35,7 @@ from dforce.solvers.continuing import (
     shortened,
 )
 from dforce.solvers.newton import begin, central_differences, longest, march_once
-from dforce.solvers.period_map import NOTHING, carry
+from dforce.solvers.period_map import NOTHING, carry, put_numbers, put_rows
 from dforce.solvers.stability import is_stable
 
 FIRST = 0.01  # of the parameter's unit: first step, predicted by a slope alone
@@ -179,14 +179,13 @@ def follow(
 def look_ahead(path: Any, branch: Any, course: Any, slots: Any, orbits: Any, model: Any) -> None:
     """Choose where the next orbits of each problem are sought, and predict them."""
     size, cases, most = motion_size(), path.counts.shape[0], slots.case.shape[0]
-    states, branches, change, count = model.memory_scale.shape[0], model.hysteresis, np.empty(size + 1), 0
+    change, count = np.empty(size + 1), 0
     for case in range(cases):
         begun, start, unit = count, branch.last_value[case], model.unit[case]
         if course.going[case] == 1 and course.fresh[case] == 1:
             slots.value[count] = start
             course.place[count] = 0 if path.values[case, 0] == start and path.counts[case] > 0 else -1
-            for k in range(size):
-                slots.x[count, k] = branch.last_x[case, k]
+            put_numbers(slots.x[count], branch.last_x[case])
             count += 1
         elif course.going[case] == 1:
             count += choose_values(case, count, most // cases, path, branch, course, slots, unit)
@@ -195,10 +194,8 @@ def look_ahead(path: Any, branch: Any, course: Any, slots: Any, orbits: Any, mod
         for s in range(begun, count):
             slots.case[s], orbits.unit[s] = case, unit
             slots.wanted[s] = path.wanted if course.place[s] >= 0 else NOTHING
-            for k in range(states):
-                slots.memory[s, k] = branch.last_memory[case, k]
-            for k in range(branches):
-                slots.branch[s, k] = branch.last_branch[case, k]
+            put_numbers(slots.memory[s], branch.last_memory[case])
+            put_numbers(slots.branch[s], branch.last_branch[case])
             for k in range(size):
                 change[k] = slots.x[s, k] - branch.last_x[case, k]
             change[size] = (slots.value[s] - start) / unit
@@ -299,37 +296,28 @@ def go_ahead(
 def keep_before(branch: Any, course: Any, case: int) -> None:
     """Keep a problem's last orbit as the one before."""
     course.before[case] = branch.last_value[case]
-    for k in range(branch.last_x.shape[1]):
-        course.x_before[case, k], course.slope_before[case, k] = branch.last_x[case, k], branch.last_slope[case, k]
+    put_numbers(course.x_before[case], branch.last_x[case])
+    put_numbers(course.slope_before[case], branch.last_slope[case])
 
 
 def take(s: int, at: int, slots: Any, orbits: Any, branch: Any) -> None:
     """Make the orbit of a slot the last one of its problem, and keep it where it lies on the path."""
-    case, size = slots.case[s], slots.x.shape[1]
+    case = slots.case[s]
     branch.fold[case] = fold_ahead(
         slots.value[s], longest(orbits.slope[s]), branch.last_value[case], longest(branch.last_slope[case])
     )
     branch.last_value[case] = slots.value[s]
-    for k in range(size):
-        branch.last_x[case, k], branch.last_slope[case, k] = slots.x[s, k], orbits.slope[s, k]
-        for j in range(size):
-            branch.last_monodromy[case, k, j] = orbits.monodromy[s, k, j]
-    for k in range(slots.memory.shape[1]):
-        branch.last_memory[case, k] = slots.memory[s, k]
-    for k in range(slots.branch.shape[1]):
-        branch.last_branch[case, k] = slots.branch[s, k]
+    put_numbers(branch.last_x[case], slots.x[s])
+    put_numbers(branch.last_memory[case], slots.memory[s])
+    put_numbers(branch.last_branch[case], slots.branch[s])
+    put_numbers(branch.last_slope[case], orbits.slope[s])
+    put_rows(branch.last_monodromy[case], orbits.monodromy[s])
     if at < 0:
         return
-    for k in range(size):
-        branch.x[case, at, k] = slots.x[s, k]
-        for j in range(size):
-            branch.monodromy[case, at, k, j] = orbits.monodromy[s, k, j]
-    for k in range(slots.memory.shape[1]):
-        branch.memory[case, at, k] = slots.memory[s, k]
-    for k in range(slots.branch.shape[1]):
-        branch.branch[case, at, k] = slots.branch[s, k]
-    for period in range(slots.rows.shape[1]):
-        for k in range(slots.rows.shape[2]):
-            branch.rows[case, at, period, k] = slots.rows[s, period, k]
+    put_numbers(branch.x[case, at], slots.x[s])
+    put_numbers(branch.memory[case, at], slots.memory[s])
+    put_numbers(branch.branch[case, at], slots.branch[s])
+    put_rows(branch.monodromy[case, at], orbits.monodromy[s])
+    put_rows(branch.rows[case, at], slots.rows[s])
     branch.residual[case, at], branch.steps[case, at] = orbits.residual[s], orbits.steps[s]
     branch.done[case] = at + 1

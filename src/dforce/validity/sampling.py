@@ -126,8 +126,8 @@ def contact_sampling(seen: Evidence) -> Advice | None:
         "contact_sampling",
         samples,
         SWINGS,
-        f"In contact the tip oscillates at {shown(rate / (2.0 * math.pi), 'Hz')}, and such a period has only "
-        f"{samples:.2g} samples: amplitudes, phases and forces may be off by percents, multipliers by more. {way}.",
+        f"In contact the tip oscillates at {shown(rate / (2.0 * math.pi), 'Hz')}, with only {samples:.2g} samples per period. "
+        f"Amplitudes, phases and forces may have errors of some percent, multipliers larger errors. {way}.",
         "the error terms of RK4 for a linear oscillator: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential "
         "Equations I, Springer (1993), chapter II",
         ("solver.points_per_period",),
@@ -184,9 +184,9 @@ def energy_gained(seen: Evidence) -> Advice | None:
         "energy_gained",
         given,
         GAINED * most,
-        f"The sample adds energy to the tip, up to {percent(given / most)} of the largest energy from the drive. No passive "
-        "sample does: the force is too steep for the samples. Raise solver.points_per_period, or correct your own force if it "
-        "pushes a leaving tip more than an approaching tip.",
+        f"The sample adds energy to the tip, up to {percent(given / most)} of the largest energy from the drive. A passive "
+        "sample cannot add energy: the force is too steep for the samples. Raise solver.points_per_period, or correct your own "
+        "force if it repels the tip more on retract than on approach.",
         CLEVELAND,
         ("solver.points_per_period", "forces"),
         "J",
@@ -229,7 +229,7 @@ def not_settled(seen: Evidence) -> Advice | None:
         moving,
         0,
         f"{moving} of {status.size} points had not settled after the largest number of periods, so their values "
-        "still depend on the start. Raise solver.max_periods, or examine one of them with a dwell.",
+        "still depend on the start. Raise solver.max_periods, or look at one of them with a dwell.",
         "solver.settle_tolerance",
         ("solver.max_periods", "solver.settle_tolerance"),
     )
@@ -247,8 +247,8 @@ def jump_error(seen: Evidence) -> Advice | None:
         "jump_error",
         count,
         0,
-        f"Places of jumps may be off by {amount}, at {count} of them by more than the accuracy of {accuracy:.1g} asked for. "
-        "Compare them with the folds of an experiment of kind branches, or raise solver.points_per_period.",
+        f"The places of jumps may have an error of {amount}. For {count} of them it is above solver.accuracy = {accuracy:.1g}. "
+        'Compare with the folds of experiment.kind = "branches", or raise solver.points_per_period.',
         "solver.accuracy",
         ("solver.accuracy", "solver.points_per_period"),
     )
@@ -263,8 +263,8 @@ def own_time(seen: Evidence) -> Advice | None:
         "own_time",
         len(names),
         0,
-        f"The force {names[0]} depends on time, which begins anew with each period of the drive. If the force does not "
-        'repeat with the drive, write solver.method = "transient".',
+        f"The force {names[0]} depends on time, and dForce assumes that it repeats with each period of the drive. If it "
+        'does not, write solver.method = "transient".',
         "solver.method",
         ("forces", "solver.method"),
     )
