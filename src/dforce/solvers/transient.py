@@ -50,6 +50,8 @@ class Steady:
         The accuracy promised; None: none is.
     stays
         Whether its error hardly falls with more samples.
+    is_misled
+        Whether it does not repeat, and errors of its steps may be the reason.
     """
 
     values: Mapping[str, Any]
@@ -58,6 +60,7 @@ class Steady:
     repeats: bool
     accuracy: float | None = None
     stays: bool = False
+    is_misled: bool = False
 
     @property
     def columns(self) -> dict[str, Array]:
