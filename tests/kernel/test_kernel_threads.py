@@ -68,7 +68,7 @@ def test_threads_that_ask_for_one_address_at_the_same_moment_all_get_it(kernel, 
 
 
 def test_a_run_does_not_wait_until_another_one_has_compiled(monkeypatch):
-    """Who waits there hears nothing of the compilation, and cannot be stopped."""
+    """Who waits there hears nothing of the compilation."""
     compiles, goes_on, compiled = threading.Event(), threading.Event(), TipFunctions.at
 
     def slowly(self, *what):

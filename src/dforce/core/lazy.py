@@ -12,7 +12,7 @@ class lazy_property(functools.cached_property[T]):
     """A cached property that threads compute beside each other.
 
     In Python 3.11 ``functools.cached_property`` computes for one object of a class at a time. Other threads would wait for the
-    compilation of another run, and neither show it nor stop.
+    compilation of another run, and not show it.
     """
 
     def __get__(self, instance: Any, owner: type[Any] | None = None) -> Any:
