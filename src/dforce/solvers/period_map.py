@@ -129,9 +129,7 @@ def march_lanes(slots: Any, chosen: Any, measured: bool, model: Any, drive: Any,
     records, scratch = np.empty((LANES, rows, size + 1)), np.empty((ROOM, rows))
     kinks_here, others = np.empty(kinks.shape[0]), np.empty(numbers.shape[0] - OTHERS)
     crossed, work = np.empty(lanes, np.int64), np.empty((8, kinks.shape[0] + 1))
-    for k in range(size):
-        for j in range(lanes):
-            block[0, k, j] = starts[k, j]
+    put_rows(block[0], starts)
     for period in range(drive.periods):
         shared = drive.phases[period], period, drive.points, drive.waves[period]
         end = advance_lanes(block, (numbers, forcing, kinks, tones), shared, crossed, work, model.tip)
@@ -146,9 +144,7 @@ def march_lanes(slots: Any, chosen: Any, measured: bool, model: Any, drive: Any,
                     desk = records[j % LANES], scratch, kinks_here, others
                     take_measure(slots, which[j], period, model, drive, columns, j, desk)
         if end > 0:
-            for k in range(size):
-                for j in range(lanes):
-                    block[0, k, j] = block[end, k, j]
+            put_rows(block[0], block[end])
     for j in range(count * each):
         for k in range(size):
             slots.ends[which[j // each], first_column(each) + j % each, k] = block[0, k, j]
