@@ -42,7 +42,9 @@ ACCEPTED = ",".join((".toml", ".nc", ENDING, *endings()))
 DPI = 300.0
 WIDTH = "85 mm"  # of a figure: one column of a journal
 RESULTS = {".nc": "netCDF, complete, to open again", ".csv": "CSV, a table for a spreadsheet"}
-TOO_LARGE = "The result over parameters is too large for the project file, so the project does not contain it. Its own file is unchanged."
+TOO_LARGE = (
+    "The result over parameters is too large for the project file and is not saved there. Its own file is unchanged."
+)
 NOTHING = "No result yet; press Run."
 UNSAVED, UNOPENED = "the file could not be made", "the file could not be opened"
 UNSENT = "The file did not arrive: the disk of the server is full, or the server does not answer. Try again."
