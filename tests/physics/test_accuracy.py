@@ -182,7 +182,6 @@ def test_a_neck_that_forms_and_a_contact_that_begins_in_one_step_come_one_after_
     assert error / 3.0 < float(found.error_estimate) < 3.0 * error
 
 
-@pytest.mark.xfail(strict=True, reason="steps longer than the wall is wide make the motion seem not to repeat")
 @pytest.mark.parametrize("settings", [[], ["solver.points_per_period=1024", "solver.accuracy=1e-4"]])
 def test_a_motion_over_a_wall_narrower_than_a_step_is_found_to_repeat(settings):
     case = WALL.replace("solver", {}).set(*settings)

@@ -142,8 +142,6 @@ class Integrator(ABC):
     """A problem made ready to be integrated by one method, at one distance after another."""
 
     name: ClassVar[str]
-    order: ClassVar[str]
-    source: ClassVar[str]
 
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         self.settings, self.harmonics = settings, harmonics
@@ -238,8 +236,6 @@ class RK4(Integrator):
     """Runge–Kutta with fixed steps, locked to the first tone."""
 
     name = "rk4"
-    order = "4"
-    source = "M. W. Kutta, Z. Math. Phys. 46, 435 (1901)"
 
     def take(self, problem: Problem) -> None:
         """Go over to a problem with other numbers in the same modes, tones and forces; `place` has to follow."""
@@ -263,8 +259,6 @@ class Engine(Integrator):
     """Steps that fit the motion, in the frame of the free lever; they end on kinks, turns and changes of branches."""
 
     name = "engine"
-    order = "8(5,3)"
-    source = "E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, Springer (1993)"
 
     def take(self, problem: Problem) -> None:
         """Go over to a problem with other numbers in the same modes, tones and forces; `place` has to follow."""
@@ -309,8 +303,6 @@ class LSODA(Integrator):
     """SciPy's LSODA over the compiled right-hand side."""
 
     name = "lsoda"
-    order = "1 to 12 (Adams), 1 to 5 (BDF)"
-    source = "L. Petzold, SIAM J. Sci. Stat. Comput. 4, 136 (1983)"
 
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         super().__init__(problem, settings, harmonics, points)

@@ -105,11 +105,12 @@ def noise_root(mode: ModeNumbers, h: float, kT: float) -> Array:
 
 
 class Langevin(Integrator):
-    """Half kick, exact noisy linear step, half kick: thermal motion."""
+    """Half kick, exact noisy linear step, half kick: thermal motion.
+
+    Source: B. Leimkuhler, C. Matthews, Appl. Math. Res. Express 2013, 34 (2013), for such splittings.
+    """
 
     name = "langevin"
-    order = "2; exact for the free lever"
-    source = "splitting after B. Leimkuhler, C. Matthews, Appl. Math. Res. Express 2013, 34 (2013)"
 
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         if not problem.noise.thermal:
