@@ -55,10 +55,10 @@ from dforce.observables.measure import ROOM, measure
 MOST_CUTS = 12  # of one step; a force that switches more often has no branch to be on
 NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off
 TRIES = 4  # to land behind a kink
-CLOSE = 1e-5  # how near there a landing must be, relative to the step
+CLOSE = 1e-5  # relative to the step: from so near a Taylor step leads on to there
 DRIVE, FORCES = "Tuple((f8[:,::1],f8[::1],i8,i8))", "Tuple((f8[::1],f8[::1],f8[::1],f8[:,::1]))"  # types, see ``loops``
 ON_SWITCH = 1e-6  # of how far a step leads past a switch: a motion so near to it when the step begins is on it
-LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
+LANDED = 1e-8  # relative to the step: how near behind a switch a cut is, and a rest of the step that is left out
 
 
 @uncounted
