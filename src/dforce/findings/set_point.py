@@ -213,10 +213,7 @@ def regime(point: xr.Dataset) -> str:
     """
     if "virial" not in point.variables or point.variables["virial"].dims != ("mode",):
         raise ParameterError("point is not one point of a result; choose it with .isel")
-    return _word(float(point["virial"].values[0]))
-
-
-def _word(virial: float) -> str:
+    virial = float(point["virial"].values[0])
     return "attractive" if virial > 0.0 else "repulsive" if virial < 0.0 else ""
 
 

@@ -216,7 +216,6 @@ class Kernel:
         self.module = module
         self.what = what
         self.usual = usual
-        self.name = module.__name__
         self._entries: dict[str, Callable[..., Any]] = {}
         self._addresses: dict[str, int] = {}
 

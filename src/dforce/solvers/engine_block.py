@@ -17,7 +17,7 @@ from dforce.solvers.engine_follow import follow
 from dforce.solvers.engine_relax import relaxed
 from dforce.solvers.newton import CONVERGED, FAILED, Orbits
 from dforce.solvers.period_map import NOTHING, Slots
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.states import States
 
 MOTION, COLUMNS, HARMONIC = 0.03, 0.003, 0.1  # of the accuracy times a mode's damping: error of a step; see `limits`
@@ -222,11 +222,11 @@ class EngineBlock(Block):
         values: Array,
         counts: Indices | None = None,
         repeats: int = 1,
-        report: Callable[[Branch], None] = lambda found: None,
-    ) -> Branch:
+        report: Callable[[Stretch], None] = lambda found: None,
+    ) -> Stretch:
         """Follow the stable orbit near each start along `values`; see :meth:`Block.follow`."""
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
-        found = self.empty_branch(starts, at, values.shape, repeats)
+        found = self.empty_stretch(starts, at, values.shape, repeats)
         follow(self, which, values, counts, repeats, found, report)
         return found
 

@@ -62,17 +62,10 @@ class Steady:
     stays: bool = False
     is_misled: bool = False
 
-    def __len__(self) -> int:
-        return 1
-
     @property
     def columns(self) -> dict[str, Array]:
         """The observables as of many motions, of which this is the only one."""
         return {name: np.asarray(value)[None] for name, value in self.values.items()}
-
-    def points(self) -> Iterator[Steady]:
-        """Give it."""
-        yield self
 
 
 def decay_periods(problem: Problem) -> int:
