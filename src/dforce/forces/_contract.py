@@ -67,9 +67,9 @@ class Force(Parameters):
             number of state variables (a property, or a class attribute), and the function that writes their
             rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale` is the scale of
             tolerances (in the unit of the states). States start at zero, the relaxed sample. `rates` are the relaxation
-            rates (1/s) of the states. For a row of equal elements `rates` lists one element alone. Solvers resolve the fastest, and
-            foretell by all where the states come to rest. Without them a fast relaxation may be missed. `recovery_time` is the
-            time in which a free surface returns: where it is too long no periodic motion is sought.
+            rates (1/s) of the states. For a row of equal elements `rates` lists one element alone. Solvers resolve the
+            fastest, and foretell by all where the states come to rest. Without them a fast relaxation may be missed.
+            `recovery_time` is the time in which a free surface returns: where it is too long no periodic motion is sought.
         `switch(latched, d, rate, t, *arguments)`
             for a force with two branches (with and without a neck): the branch changes where the value of this function becomes
             positive, also at the start of a motion. The law then takes `latched` (0.0 or 1.0) after `t` (and after `memory`),
