@@ -19,7 +19,7 @@ from dforce.case import Case, example
 from dforce.core.units import show
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
-from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+from dforce.solvers.integrator import with_amplitudes
 from dforce.solvers.protocols import settle_at
 
 CASES = {"table-1-am": 4e-9, "figure-3-air": 5e-9}  # shipped cases, and the distance (m) of the point
@@ -93,7 +93,7 @@ def point(case: Case, zc: float, settings: SolverSettings) -> tuple[float, float
     """Return the time (s), the amplitude (m) and the phase (degrees) of a settled point; kernels are loaded before."""
     block = Block.of_one(case.problem, settings, 10, lambda: None)
     integrator = block.integrator(0, zc)
-    motion = with_amplitudes(integrator, free_amplitudes(integrator))
+    motion = with_amplitudes(integrator, integrator.problem.free)
     integrator.lock_in(motion, 1)
     start = time.perf_counter()
     found = settle_at(block, motion, zc)

@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 import dforce as df
-from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+from dforce.solvers.integrator import with_amplitudes
 from dforce.solvers.langevin import Langevin
 
 BANDWIDTH = 1e3  # Hz
@@ -59,7 +59,7 @@ def snap_in() -> None:
         kramers = df.snap_in_rate(case, zc)
         integrator = Langevin(case.problem, case.solver, 1)
         integrator.place(zc)
-        start = with_amplitudes(integrator, free_amplitudes(integrator))
+        start = with_amplitudes(integrator, integrator.problem.free)
         running = integrator.lanes([start] * lanes, range(lanes))
         events, at_risk, wait = 0, 0, 10
         for period in range(most):

@@ -24,7 +24,7 @@ from dforce.checks.machine import machine
 from dforce.core.units import show
 from dforce.problem import Problem
 from dforce.solvers.block import Block
-from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, free_amplitudes, with_amplitudes
+from dforce.solvers.integrator import INTEGRATORS, Integrator, Motion, with_amplitudes
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.states import States
 
@@ -50,7 +50,7 @@ def ready(case: Case, zc: float) -> tuple[Integrator, Motion]:
     solver = case.solver.replace(method="transient", points_per_period=POINTS)
     integrator = INTEGRATORS[solver.integrator](case.problem, solver, 10)
     integrator.place(zc)
-    return integrator, with_amplitudes(integrator, free_amplitudes(integrator))
+    return integrator, with_amplitudes(integrator, integrator.problem.free)
 
 
 def single(table: Table, quick: bool) -> None:

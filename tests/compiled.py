@@ -13,7 +13,7 @@ from dforce.observables.finish import finish, finish_each
 from dforce.observables.measure import F_V, FIRST, F, Z
 from dforce.observables.misfit import reach
 from dforce.solvers.block import Block
-from dforce.solvers.integrator import INTEGRATORS, RK4, free_amplitudes, sample_count, with_amplitudes
+from dforce.solvers.integrator import INTEGRATORS, RK4, sample_count, with_amplitudes
 from dforce.solvers.langevin import Langevin, free_motion, linear_step, noise_root
 from dforce.solvers.linear_noise import linear_noise
 from dforce.solvers.orbit import FOLD, Orbit
@@ -57,7 +57,6 @@ __all__ = [
     "deviations",
     "finish",
     "finish_each",
-    "free_amplitudes",
     "free_motion",
     "is_stable",
     "linear_noise",

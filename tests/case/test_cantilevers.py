@@ -200,5 +200,5 @@ def test_a_second_mode_that_is_not_known_is_asked_for(lever, sentence):
 
 
 def test_the_ratio_of_an_ideal_beam_is_not_taken_in_a_liquid():
-    with pytest.raises(ParameterError, match="give f0 as measured"):
+    with pytest.raises(ParameterError, match="write the measured f0"):
         bimodal(higher_modes=[{"Q": 5}], f0="130 kHz").replace("medium", "water")

@@ -115,7 +115,7 @@ def test_the_measured_curve_is_never_replaced_by_its_fit(case_file: Path, named:
     (case_file.parent / "link.csv").symlink_to(curve)
     for target in (curve, case_file.parent / "link.csv"):
         done = ran(case_file, *([curve] if named else []), "-o", target)
-        assert done.exit_code == 2 and "would be lost; give" in " ".join(done.stderr.split()), done.output
+        assert done.exit_code == 2 and "would be lost; write" in " ".join(done.stderr.split()), done.output
     assert curve.read_bytes() == before
 
 

@@ -98,7 +98,7 @@ def test_a_case_says_how_its_curve_is_read_and_what_is_typed_goes_before():
         (("nothing.csv",), "there is no file 'nothing.csv'"),
         (("curve.csv", "--columns", "height"), "--columns 'height' is not NAME=VALUE"),
         (("curve.csv", "--columns", "hight=U"), "there is no quantity 'hight'; did you mean 'height'?"),
-        (("curve.csv", "--phase", "sideways"), "phase_convention = 'sideways' is none of lag, lag-90, 90-lag, lead"),
+        (("curve.csv", "--phase", "sideways"), "phase_convention = 'sideways' is not one of lag, lag-90, 90-lag, lead"),
         (("curve.csv", "--curve", "two"), "--curve is 'two', not a whole number"),
         (("curve.csv", "--temperature", "25 degC"), "also write --thermal"),
         (("curve.csv", "-o", "out.xlsx"), "use a name ending in .nc, .csv"),

@@ -144,7 +144,10 @@ def test_a_store_at_a_url_is_written_read_and_listed(folder):
             ["-o", "map.zarr", "--set", "cantilever.k=2 N/m", "--at-set-point", "0.8"],
             'map.toml --set "cantilever.k=2 N/m" -o map.zarr --at-set-point 0.8 --resume',
         ),
-        (["-o", "map.nc", "--at-set-point", "0.8"], "only a store (-o OUT.zarr) could be continued at a set point"),
+        (
+            ["-o", "map.nc", "--at-set-point", "0.8"],
+            "with --at-set-point only a store can be continued: write -o OUT.zarr",
+        ),
     ],
 )
 def test_a_sweep_that_was_stopped_says_how_to_go_on(words, sentence, monkeypatch):

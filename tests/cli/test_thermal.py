@@ -57,7 +57,7 @@ def test_json_holds_the_numbers_in_si() -> None:
         ("nothing.csv", "there is no file 'nothing.csv'"),
         ("thermal.csv --band 60kHz", "is not the lowest and the highest frequency"),
         ("thermal.csv --temperature cold", "temperature"),
-        ("thermal.csv --calibrated thermal", "is none of static, mode"),
+        ("thermal.csv --calibrated thermal", "is not one of static, mode"),
         ("thermal.csv --plot thermal.csv", "ends in '.csv'"),
     ],
 )

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from compiled import INTEGRATORS, free_amplitudes, with_amplitudes
+from compiled import INTEGRATORS, with_amplitudes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -45,7 +45,7 @@ def check(problem, equation, integrators=tuple(TIGHT), rtol=1e-12, slack=1.0):
         chosen = df.SolverSettings(method="transient", integrator=name, **tight)
         integrator = INTEGRATORS[name](problem, chosen, 1)
         integrator.place(equation.zc)
-        motion, _ = integrator.lock_in(with_amplitudes(integrator, free_amplitudes(integrator)), PERIODS)
+        motion, _ = integrator.lock_in(with_amplitudes(integrator, integrator.problem.free), PERIODS)
         assert np.array(motion.y) == pytest.approx(expected, abs=slack * tolerance), name
         if len(memory):
             assert motion.memory / equation.memory_size == pytest.approx(

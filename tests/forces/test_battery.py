@@ -174,6 +174,43 @@ def test_a_law_must_take_its_own_fields(registry):
         spring(law)
 
 
+def with_states(law, evolve, **members):
+    """Return a new force with a memory."""
+    return spring(law, evolve=staticmethod(evolve), kinks=kinks, dissipative=True, memory_scale=1.0, **members)
+
+
+def test_a_memory_of_another_size_is_found(registry):
+    def law(d, rate, t, memory, stiffness, a0):
+        return in_contact(d, rate, t, stiffness, a0) + 0.0 * memory[0]
+
+    def of_two(d, rate, t, memory, stiffness, a0):
+        return law(d, rate, t, memory, stiffness, a0) + 0.0 * memory[1]
+
+    def evolve(d, rate, t, memory, change, stiffness, a0):
+        change[0], change[1] = -memory[0], -memory[1]
+
+    def of_one(d, rate, t, memory, change, stiffness, a0):
+        change[0] = -memory[0]
+
+    for function in (law, of_two):
+        assert "more states than memory = 1" in problems(with_states(function, evolve, memory=1))
+        REGISTRY.pop("tried")
+    assert "writes 1 of its memory = 2 states" in problems(with_states(law, of_one, memory=2))
+
+
+def test_a_memory_and_its_evolution_belong_together(registry):
+    def law(d, rate, t, memory, stiffness, a0):
+        return memory[0]
+
+    def evolve(d, rate, t, memory, change, stiffness, a0):
+        change[0] = -memory[0]
+
+    with pytest.raises(ForceError, match="'tried' has 'evolve', but no memory"):
+        with_states(law, evolve)
+    with pytest.raises(ForceError, match="'tried' has a memory, but no 'evolve'"):
+        spring(in_contact, memory=2)
+
+
 def test_an_unknown_interaction_is_refused_with_the_nearest(registry):
     with pytest.raises(ForceError, match="did you mean 'van der Waals'"):
         spring(in_contact, contains=("van der Wals",))

@@ -205,7 +205,7 @@ def test_states_are_computed_against_a_number_of_the_case(tmp_path):
             assert np.allclose(study.result["phase"], wanted["phase"], equal_nan=True)
             await until(lambda: panel.props["quantity"] == "peak_force" and panel.props["y"] == "")
             assert panel.props["found"][-1].startswith(
-                "Drawn are the states on approach and retract. “All states” adds"
+                "The picture shows the states on approach and retract. “All states” adds"
             )
             send(panel, "limit", {"on": True})
             explorer._dragged(1.0)

@@ -66,7 +66,7 @@ def test_states_behind_a_frequency_sweep_go_along_its_frequency():
 
 
 def test_a_dwell_has_no_states_behind_it():
-    with pytest.raises(df.ParameterError, match="no curve against"):
+    with pytest.raises(df.ParameterError, match="not a curve against"):
         coexisting(df.dwell(CASE, zc="18 nm"))
 
 

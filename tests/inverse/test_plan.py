@@ -464,7 +464,7 @@ def test_a_plan_file_becomes_a_table_a_file_and_a_picture(workdir):
         none.stdout,
     )
     assert "The search covered drive.A0 1 nm to 2 nm, set points 80 % to 90 %" in none.stdout
-    assert "peak_force is the limit in the way" in none.stderr
+    assert "the limit that fails is peak_force" in none.stderr
     assert "least violation: A0" in none.stdout
 
 

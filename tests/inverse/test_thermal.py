@@ -178,7 +178,7 @@ def test_a_spectrum_of_nanosurf_is_read(tmp_path):
         (table(*measured_curve.spectrum(), "U,V"), {}, r"frequency; name it with .* or --columns frequency=\.\.\."),
         (None, {"columns": {"frequenzy": "x"}}, "neither frequency nor density"),
         (None, {"columns": {"density": "x"}}, "no column 'x' for the density"),
-        (None, {"calibrated": "dynamic"}, "none of static, mode"),
+        (None, {"calibrated": "dynamic"}, "not one of static, mode"),
         (None, {"temperature": "-5 K"}, "must be above 0"),
         (None, {"band": ("1 kHz",)}, "not the lowest and the highest frequency"),
         (None, {"band": ("1 kHz", "2 kHz")}, "above 0 at 0 frequencies in the band"),

@@ -28,7 +28,7 @@ from dforce.kernel.codegen import OTHERS, compose
 from dforce.observables.measure import FIRST
 from dforce.problem import Instrument, Problem
 from dforce.solvers.block import Block
-from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
+from dforce.solvers.integrator import INTEGRATORS, with_amplitudes
 from dforce.solvers.period_map import MOTION, NOTHING
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.states import States
@@ -107,7 +107,7 @@ def test_compiled_equals_plain_python():
     asked = problem()
     ready = INTEGRATORS["rk4"](asked, df.SolverSettings(method="transient", points_per_period=64), 3)
     ready.place(6e-9)
-    start = with_amplitudes(ready, free_amplitudes(ready))
+    start = with_amplitudes(ready, ready.problem.free)
     compiled, rows = ready.observe(start, 1)
     interpreted_module = plain(asked)
     with interpreted_by(ready, interpreted_module):
@@ -137,7 +137,7 @@ def test_lanes_feel_the_speed_of_each_tip_as_it_does_alone():
         ready = INTEGRATORS["rk4"](one, df.SolverSettings(method="transient", points_per_period=points), 3)
         ready.place(zc)
         with interpreted_by(ready, functions):
-            ends.append(ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 1)[0].y)
+            ends.append(ready.lock_in(with_amplitudes(ready, ready.problem.free), 1)[0].y)
     # the tables of the drive differ by roundings
     np.testing.assert_allclose(block[end, :2].T, ends * (LANES // 2), atol=1e-12)
     assert abs(ends[0][1] - ends[1][1]) > 1e-3  # they are told apart
@@ -171,7 +171,7 @@ def test_functions_that_count_no_references_return_no_array(monkeypatch):
     ready = INTEGRATORS["rk4"](asked, df.SolverSettings(method="transient", points_per_period=64), 3)
     ready.place(6e-9)
     with interpreted_by(ready, types.SimpleNamespace(**module)):
-        ready.observe(with_amplitudes(ready, free_amplitudes(ready)), 2)
+        ready.observe(with_amplitudes(ready, ready.problem.free), 2)
     assert {"rk4_cut_at_kink", "steps_divided", "steps_part_step", "loops_passed"} <= seen
 
 
@@ -205,7 +205,7 @@ def test_parameters_never_recompile():
         chosen = df.SolverSettings(method="transient", integrator=integrator, points_per_period=points)
         ready = INTEGRATORS[integrator](asked, chosen, 1 + points // 64)
         ready.place(points * 1e-10)
-        ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 2)
+        ready.lock_in(with_amplitudes(ready, ready.problem.free), 2)
         kernels |= {ready.kernel, ready.solvers}
     assert len(kernels) == 2
     assert len(ready.kernel.module.advance.signatures) == 1
@@ -219,7 +219,7 @@ def test_the_solvers_are_the_same_for_all_forces_and_compiled_once():
     )
     assert few.kernel is not many.kernel
     assert few.solvers is many.solvers
-    motions = [ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 1)[0] for ready in (few, many)]
+    motions = [ready.lock_in(with_amplitudes(ready, ready.problem.free), 1)[0] for ready in (few, many)]
     assert len(few.solvers.module.march_rk4.signatures) == 1
     assert motions[0].y != motions[1].y
 
@@ -228,7 +228,7 @@ def test_a_memory_that_has_faded_is_nothing_and_no_number_that_takes_the_process
     forces = [df.forces.SLS(elements=4, relaxation_time="1 us"), df.forces.Capillary(formation="1 nm")]
     ready = INTEGRATORS["rk4"](problem(forces), df.SolverSettings(), 3)
     ready.place(1e-6)  # the tip touches nothing
-    start = replace(with_amplitudes(ready, free_amplitudes(ready)), memory=np.full(ready.memory_size, 1e-9))
+    start = replace(with_amplitudes(ready, ready.problem.free), memory=np.full(ready.memory_size, 1e-9))
     soon, _ = ready.lock_in(start, 2)
     late, _ = ready.lock_in(start, 2000)
     assert (soon.memory > 1e-30).all()
@@ -257,9 +257,9 @@ def test_tuples_of_numbers_reach_the_law_as_they_are():
 def test_solvers_refuse_arrays_that_the_tip_equation_was_not_compiled_for():
     """What is called by its address would read them as what they are not."""
     ready = INTEGRATORS["rk4"](problem([df.forces.Hertz()]), df.SolverSettings(), 3)
-    ready.block = ready.block.T.copy().T  # other strides
+    ready.samples = ready.samples.T.copy().T  # other strides
     with pytest.raises(TypingError, match="not with"):
-        ready.lock_in(with_amplitudes(ready, free_amplitudes(ready)), 1)
+        ready.lock_in(with_amplitudes(ready, ready.problem.free), 1)
 
 
 class Broken(Force):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from compiled import FD_STEP, INTEGRATORS, free_amplitudes, linear_noise, with_amplitudes
+from compiled import FD_STEP, INTEGRATORS, linear_noise, with_amplitudes
 from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
 
@@ -254,7 +254,7 @@ def test_noise_of_the_fluid_keeps_equipartition():
     problem = case().problem
     integrator = INTEGRATORS["rk4"](problem, SolverSettings(), 1, 512)
     integrator.place(1e-6)
-    noise = linear_noise(integrator, with_amplitudes(integrator, free_amplitudes(integrator)), 1, 1e3, 1)
+    noise = linear_noise(integrator, with_amplitudes(integrator, integrator.problem.free), 1, 1e3, 1)
     (mode,) = problem.modes
     assert noise.state[0, 0] == pytest.approx(problem.noise.kT / mode.k, rel=1e-6, abs=0.0)
     # the mass that follows at once has its share of the velocity

@@ -9,7 +9,6 @@ import pytest
 from compiled import (
     RK4,
     Langevin,
-    free_amplitudes,
     free_motion,
     linear_noise,
     linear_step,
@@ -52,7 +51,7 @@ def case(forces=(), modes=1, medium=WATER, solver=NOISY, **others):
 def started(asked, zc, cls=Langevin):
     integrator = cls(asked.problem, asked.solver, 1)
     integrator.place(zc)
-    return integrator, with_amplitudes(integrator, free_amplitudes(integrator))
+    return integrator, with_amplitudes(integrator, integrator.problem.free)
 
 
 def equilibrium(mode):
@@ -201,7 +200,7 @@ def test_noise_of_the_free_lever_is_its_equilibrium(modes):
     problem = case(modes=modes, solver={}).problem
     integrator = RK4(problem, SolverSettings(), 1, 2048)
     integrator.place(1e-6)
-    found = linear_noise(integrator, with_amplitudes(integrator, free_amplitudes(integrator)), 1, 1e3, 1)
+    found = linear_noise(integrator, with_amplitudes(integrator, integrator.problem.free), 1, 1e3, 1)
     wanted = np.concatenate([equilibrium(mode)[:2] for mode in problem.modes])
     unit = np.sqrt(wanted)
     # Simpson's rule over each step leaves 1.2e-6
@@ -214,7 +213,7 @@ def test_noise_of_the_free_lever_is_the_integral_over_its_spectrum(bandwidth, po
     (mode,), (tone,) = problem.modes, problem.tones
     integrator = RK4(problem, SolverSettings(), 1, 1024)
     integrator.place(1e-6)
-    found = linear_noise(integrator, with_amplitudes(integrator, free_amplitudes(integrator)), 1, bandwidth, poles)
+    found = linear_noise(integrator, with_amplitudes(integrator, integrator.problem.free), 1, bandwidth, poles)
     pole = time_constant(bandwidth, poles)
 
     def seen(f):

@@ -60,14 +60,14 @@ def test_the_engine_measures_as_exactly_as_it_integrates(contact):
     The roots of these forces at the kinks are the hardest part of the averages.
     The reference takes extremes from a parabola through 40 points of a step, good to 1e-6.
     """
-    from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+    from dforce.solvers.integrator import with_amplitudes
     from dforce.solvers.transient import settle
 
     problem, zc, law, region = contact()
     settings = df.SolverSettings(method="transient", integrator="engine", settle_tolerance=1e-9)
     integrator = INTEGRATORS["engine"](problem, settings, 1)
     integrator.place(zc)
-    motion, settled, _ = settle(integrator, with_amplitudes(integrator, free_amplitudes(integrator)), lambda: None)
+    motion, settled, _ = settle(integrator, with_amplitudes(integrator, integrator.problem.free), lambda: None)
     assert settled
     _, rows = integrator.observe(motion, 1)
     found = finish(problem, 1, rows, np.ones(1))

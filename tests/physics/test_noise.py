@@ -6,17 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from compiled import (
-    RK4,
-    Langevin,
-    free_amplitudes,
-    linear_noise,
-    linear_step,
-    normals,
-    philox,
-    step_noise,
-    with_amplitudes,
-)
+from compiled import RK4, Langevin, linear_noise, linear_step, normals, philox, step_noise, with_amplitudes
 from last_bits import put_levers_off
 from scipy.integrate import quad, solve_ivp
 from scipy.linalg import solve_discrete_lyapunov
@@ -51,7 +41,7 @@ def case(forces=(), solver=NOISY, Q=50, A0="20 nm", **others):
 def langevin(asked, zc):
     integrator = Langevin(asked.problem, asked.solver, 1)
     integrator.place(zc)
-    return integrator, with_amplitudes(integrator, free_amplitudes(integrator))
+    return integrator, with_amplitudes(integrator, integrator.problem.free)
 
 
 # random numbers

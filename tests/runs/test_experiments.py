@@ -6,7 +6,6 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from compiled import INTEGRATORS
 
 import dforce as df
 from dforce.runs import carry_out
@@ -240,10 +239,3 @@ def test_memory_does_not_grow_with_points_times_periods():
     # what is computed between two checks for a stop, not a trace, which would take 80 megabytes
     assert long - few < 1_000_000
     assert many - few < 76 * 20_000  # some 40 quantities a point, held one by one until the end
-
-
-def test_each_integrator_says_its_order_and_source():
-    for name, integrator in INTEGRATORS.items():
-        assert integrator.name == name
-        assert integrator.order
-        assert "(" in integrator.source  # with a year

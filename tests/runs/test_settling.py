@@ -32,7 +32,6 @@ def test_the_drive_keeps_up_no_more_than_free_motion_at_resonance(over_a_wall):
     assert reach(over_a_wall.problem) == pytest.approx(18.327881650290562e-9, rel=1e-9)
 
 
-@pytest.mark.xfail(reason="steps longer than the wall is wide make the motion seem not to repeat", strict=True)
 @pytest.mark.long
 def test_a_motion_fed_by_the_errors_of_too_few_samples_is_found_anew_with_more(over_a_wall):
     found = df.dwell(over_a_wall, zc="16.255451470725316 nm")
@@ -40,3 +39,36 @@ def test_a_motion_fed_by_the_errors_of_too_few_samples_is_found_anew_with_more(o
     assert int(found.status) == df.Status.OK
     assert float(found.max_deflection) < 18.33e-9
     np.testing.assert_allclose(found.amplitude, fine.amplitude, rtol=1e-6)
+
+
+def test_a_lever_that_errors_at_a_wall_feed_is_found_to_repeat_with_more_samples():
+    """Steps that are longer than the wall is wide kept an amplitude of 15 nm, which did not repeat, in place of 26 nm."""
+    case = df.Case(
+        cantilever=df.Cantilever(f0="232 kHz", k="18.5 N/m", Q=60.8),
+        drive=df.Drive(A0="32.7 nm"),
+        tip=df.Tip(radius="5.41 nm"),
+        forces=[df.forces.LennardJones(work_of_adhesion="26.7 mJ/m^2", equilibrium="0.168 nm")],
+        experiment=df.experiments.Dwell(zc="25.8 nm"),
+    )
+    exact = df.run(case.replace("solver.points_per_period", 8192))
+    assert exact.status == df.Status.OK
+    for method in ("periodic", "transient"):
+        found = df.run(case.replace("solver.method", method))
+        assert found.status == df.Status.OK
+        np.testing.assert_allclose(found.amplitude, exact.amplitude, atol=1e-4 * 32.7e-9)
+    swept = df.sweep(case, {"cantilever.Q": [60.8, 61.0]})
+    assert (swept.status == df.Status.OK).all()
+
+
+def test_chaos_is_left_with_the_first_samples():
+    """From the same state it goes the same way with more."""
+    case = df.Case(
+        cantilever=df.Cantilever(f0="64.3659 kHz", k="0.498 N/m", Q=9.24),
+        drive=df.Drive(A0="88.6 nm", frequency="59.8517 kHz"),
+        tip=df.Tip(radius="4.08 nm"),
+        sample=df.Sample(youngs_modulus="10.8 GPa"),
+        forces=[df.forces.DMT(hamaker="1.39e-19 J")],
+    )
+    found = df.dwell(case, zc="60.78 nm")
+    assert found.status == df.Status.NOT_REPEATING
+    assert found.attrs["samples_per_period"] == 256

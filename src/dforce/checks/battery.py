@@ -64,8 +64,8 @@ def check_force(model: type[Force]) -> None:
     problems: dict[str, None] = {}
     for check in CHECKS:
         problems.update(dict.fromkeys(check(model)))
-        if problems and check is _is_finite:
-            break  # the checks after it compute with the law's values
+        if problems and check in (_is_finite, _rests_at_zero):
+            break  # the checks after it compute with the law's values, and compiled code checks no number of a state
     if problems:
         raise ForceError("\n".join(f"{model.name or model.__name__}: {problem}" for problem in problems))
 
@@ -190,6 +190,9 @@ def _is_finite(model: type[Force]) -> Iterator[str]:
             try:
                 value = force.law_function()(*call, *numbers)
                 again = force.law_function()(*call, *numbers)
+            except IndexError:
+                yield _has_more_states(force)
+                return
             except (ArithmeticError, ValueError) as error:
                 yield f"the law of {force!r} fails at d = {call[0]} m, rate = {call[1]} m/s: {error}; {KEEP_FINITE}"
                 return
@@ -348,10 +351,21 @@ def _rests_at_zero(model: type[Force]) -> Iterator[str]:
     if model.evolve is None:
         return
     force = bound_examples(model)[0]
-    change = np.ones(force.memory)
-    force.evolve(1e-6, 0.0, 0.0, np.zeros(force.memory), change, *force.values())  # type: ignore[misc]
-    if np.any(change != 0.0):
+    change = np.full(force.memory, math.nan)
+    try:
+        force.evolve(1e-6, 0.0, 0.0, np.zeros(force.memory), change, *force.values())  # type: ignore[misc]
+    except IndexError:
+        yield _has_more_states(force)
+        return
+    written = change[~np.isnan(change)]
+    if len(written) < force.memory:
+        yield f"'evolve' writes {len(written)} of its memory = {force.memory} states"
+    if np.any(written != 0.0):
         yield "a rested sample far from the tip does not stay at rest: evolve must be zero there"
+
+
+def _has_more_states(force: Force) -> str:
+    return f"the law or 'evolve' has more states than memory = {force.memory}"
 
 
 def _survives_a_file(model: type[Force]) -> Iterator[str]:

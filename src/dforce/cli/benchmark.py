@@ -16,7 +16,7 @@ WIDE = 1000  # columns: more than any row takes
 def benchmark(
     quick: Annotated[bool, typer.Option("--quick", help="Curves alone, in a few seconds.")] = False, json: Json = False
 ) -> int:
-    """Time curves, a sweep and a first answer on this machine."""
+    """Measure the speed of curves, a sweep and a first answer on this machine."""
     from dforce.checks import benchmark as timing
 
     result = timing.benchmark(quick, say)

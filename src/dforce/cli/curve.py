@@ -27,7 +27,7 @@ class CurveDistances:
     start: Annotated[
         str | None, option("--from", "DISTANCE", "Farthest distance; default: at the range of the force.")
     ] = None
-    stop: Annotated[str | None, option("--to", "DISTANCE", "Closest distance; default: the depth in tapping.")] = None
+    stop: Annotated[str | None, option("--to", "DISTANCE", "Closest distance; default: the depth of a tap.")] = None
     points: Annotated[str, typer.Option("--points", metavar="NUMBER", help="Number of distances.")] = "501"
     speed: Annotated[
         str | None, option("--speed", "VELOCITY", "Speed of the tip, for forces with memory or drag; default: 10 nm/s.")

@@ -43,7 +43,7 @@ def gui(
         Path | None, option("--folder", "FOLDER", "Folder for documents and results; default: in the user's data.")
     ] = None,
 ) -> int:
-    """Open the window: forms, live curves and plots in the browser, served by this computer alone."""
+    """Open the window in your browser: forms, live curves and plots. It runs on this computer alone."""
     listening = None if port is None else whole_number("--port", port, 1, 65535)
     missing = [name for name in ("nicegui", "plotly") if importlib.util.find_spec(name) is None]
     if missing:

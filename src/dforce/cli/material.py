@@ -29,7 +29,7 @@ def material(
     ] = None,
     printed: Printed,
 ) -> int:
-    """Find modulus, indentation and viscosity from AM-FM by the usual formulas, beside the true values."""
+    """Compute modulus, indentation and viscosity from AM-FM by the usual formulas, and compare with the true values."""
     if output is not None:
         check_target(output, spare=[curve])
     found = df.material(df.read(curve), model)

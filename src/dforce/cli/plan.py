@@ -31,10 +31,10 @@ def plan(
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Find the settings at which limits hold, and the point with the most room around it.
+    """Find settings within your limits, and recommend the setting with the largest margin.
 
-    Exit code 1: no setting is allowed; the limit in the way and the point of least violation are printed. Ctrl-C keeps the
-    solved states.
+    Exit code 1: no setting is allowed. dForce then prints the limit that fails and the point of least violation. Ctrl-C keeps
+    the solved states.
     """
     asked = df.load_plan(file)
     if output is not None:
@@ -67,7 +67,7 @@ def plan(
     if stopped:
         say("dforce: stopped; the states are kept, without margins, boundaries and a recommended point")
     elif not allowed:
-        say(f"dforce: no setting is allowed; {points['least_violation']['limit_hit']} is the limit in the way")
+        say(f"dforce: no setting is allowed; the limit that fails is {points['least_violation']['limit_hit']}")
     return outputs.end(code)
 
 

@@ -50,7 +50,7 @@ def plot(
     ] = None,
     width: Annotated[str | None, option("--width", "WIDTH", 'Width of the picture, such as "85 mm".')] = None,
 ) -> int:
-    """Draw a kept result, whole or some of its quantities."""
+    """Draw a saved result: an overview, or chosen quantities."""
     if Path(result).suffix.lower() == ".toml" or (not exists(Path(result)) and result in df.examples()):
         raise df.ParameterError(
             f"{quoted(result)} is a case without a result; first type dforce run {quoted(result)} --plot FIG.png"

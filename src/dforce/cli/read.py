@@ -114,8 +114,8 @@ def read(
         option(
             "--case",
             "CASE",
-            "The case of the instrument: its free lag, k, f0 and Q, and its table [data] with the settings "
-            "of the file.",
+            "The case of the instrument, for its free lag, k, f0 and Q, and for the settings of the file in its "
+            "table [data].",
         ),
     ] = None,
     output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "File for the curve.")] = None,

@@ -54,7 +54,7 @@ def reconstruct(
     errors: PointErrors,
     output: Annotated[Path | None, option("--output -o", "OUT.nc|OUT.csv", "File for the force.")] = None,
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the force.")] = None,
-    formulas: Annotated[bool, typer.Option("--formulas", help="Also draw the formulas in use.")] = False,
+    formulas: Annotated[bool, typer.Option("--formulas", help="Also draw the force by published formulas.")] = False,
     printed: Printed,
 ) -> int:
     """Reconstruct the force against distance from a curve, with its errors and gaps."""
@@ -103,7 +103,7 @@ def _read(curve: Path, instrument: df.Case | None) -> xr.Dataset:
 def _walk(data: xr.Dataset, direction: str) -> xr.Dataset:
     """Return one direction of a curve."""
     if "direction" not in data.variables:
-        raise df.ParameterError("this curve has no directions to choose from")
+        raise df.ParameterError("this curve has no directions; remove --direction")
     known = sorted({str(name) for name in data["direction"].values.ravel()})
     if direction not in known:
         raise df.ParameterError(f"--direction {shorten(direction)} is not one of {', '.join(known)}")

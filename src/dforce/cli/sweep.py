@@ -140,7 +140,7 @@ def sweep(
         again = ["dforce sweep", quoted(case), *(f"--set {quoted(setting)}" for setting in settings)]
         on = f"continue with: {' '.join([*again, '-o', quoted(output), *share, '--resume'])}"
         if share and not in_blocks:
-            on = "only a store (-o OUT.zarr) could be continued at a set point"
+            on = "with --at-set-point only a store can be continued: write -o OUT.zarr"
         if output in outputs.written:
             say(f"dforce: stopped; finished cases are kept; {on}")
     return outputs.end(code)

@@ -67,9 +67,10 @@ def thermal(
     plot: Annotated[Path | None, option("--plot", PICTURE, "Draw the spectrum and its fit.")] = None,
     json: Json = False,
 ) -> int:
-    """Tune a lever: fit the thermal spectrum of the free lever for f0, Q and k, with errors.
+    """Find f0, Q and k of a lever, with errors, by a fit of its thermal spectrum.
 
-    The spectrum is text with two columns, or any file that dForce reads. Its last line goes into a case.
+    The spectrum is a text file with two columns, or any file that dForce reads. Copy the last line of
+    the output into your case.
     """
     outputs = Outputs(plot, spare=[Path(spectrum)])
     tune = df.thermal_tune(

@@ -20,11 +20,11 @@ def warm(
             metavar="CASE...",
             autocompletion=complete_cases,
             show_default=False,
-            help="Case files (.toml), results, or names of examples; left out: all examples.",
+            help="Case files (.toml), results, or names of examples; default: all examples.",
         ),
     ] = None,
 ) -> int:
-    """Compile ahead what cases need, by a run of each: later runs start at once."""
+    """Run cases once to compile their code ahead: later runs start at once."""
     from dforce.results.status import whole  # loads NumPy, which help does without
 
     known = {name: df.load_case(name) for name in cases or df.examples()}  # a name that is wrong is told before any run

@@ -158,14 +158,14 @@ def check_target(
     try:
         folder = target.resolve().parent
         if not folder.is_dir():
-            raise ResultError(f"{name} cannot be written: there is no folder '{shorten(str(folder))}'")
+            raise ResultError(f"{name} cannot be written: there is no folder '{shorten(str(folder))}'; create it first")
         taken = target.exists()
         if taken and not target.is_file():
             raise ResultError(f"{name} cannot be written: it is not a file")
         if taken and any(Path(one).exists() and target.samefile(one) for one in spare):
-            raise ResultError(f"{name} is the input, and would be lost; give the result another name")
+            raise ResultError(f"{name} is the input, and would be lost; write another name for the result")
         if not os.access(target if taken else folder, os.W_OK):
-            raise ResultError(f"{name} cannot be written: this user may not change it")
+            raise ResultError(f"{name} cannot be written: you have no permission to write it")
     except ResultError:
         raise
     except (OSError, ValueError) as error:

@@ -160,99 +160,80 @@ def unowned(array: Any) -> Any:
 
 
 @inlined
-def carved(room: Any, at: int, shape: Any) -> Any:
-    """Return a part of a room as a view that holds nothing, and the place behind it."""
-    count = 1
+def carved(room: Any, taken: Any, shape: Any) -> Any:
+    """Return the next part of a room as a view that holds nothing; `taken` counts the numbers that are taken, (1,)."""
+    count, at = 1, taken[0]
     for size in shape:
         count *= size
-    return carray(pointer(room.ctypes.data + 8 * at), shape, np.float64), at + count
+    taken[0] = at + count
+    return carray(pointer(room.ctypes.data + 8 * at), shape, np.float64)
 
 
 @compiled
 def lane_of(lanes: Any, i: int) -> Lane:
     """Return one motion with room to advance it."""
-    numbers, tones, pairs = unowned(lanes.numbers[i]), lanes.tones[i], unowned(lanes.pairs)
     modes, states, q = lanes.deviation.shape[1], lanes.scale.shape[0], lanes.deviation.shape[3]
-    tones_count, pair_count = tones.shape[0], pairs.shape[0]
+    tones, pairs, taken = lanes.tones.shape[1], lanes.pairs.shape[0], np.zeros(1, np.int64)
     room = np.zeros(  # as many numbers as all parts below have
         modes * (2 * q + 2 * q + 6 * WIDTH + 2 * q * WIDTH)
-        + tones_count * (8 + 2 * WIDTH)
+        + tones * (8 + 2 * WIDTH)
         + (2 + WIDTH) * q
-        + WIDTH * (3 + 4 + 2 * pair_count + 1 + 2)
+        + WIDTH * (3 + 4 + 2 * pairs + 1 + 2)
         + states * (2 + STAGES + 3)
         + 4 * 3
         + STATES
     )
-    turn, at = carved(room, 0, (tones_count, 8))
-    u, at = carved(room, at, (modes, 2, q))
-    end, at = carved(room, at, (modes, 2, q))
-    moved, at = carved(room, at, (modes, 2, q, WIDTH))
-    w, at = carved(room, at, (2, q))
-    push, at = carved(room, at, (q, WIDTH))
-    table, at = carved(room, at, (modes, 6, WIDTH))
-    tip, at = carved(room, at, (3, WIDTH))
-    wave, at = carved(room, at, (tones_count, 2, WIDTH))
-    swing, at = carved(room, at, (4, WIDTH))
-    fourier, at = carved(room, at, (pair_count, 2, WIDTH))
-    force, at = carved(room, at, (WIDTH,))
-    stage, at = carved(room, at, (2, WIDTH))
-    memory, at = carved(room, at, (2, states))
-    change, at = carved(room, at, (STAGES, states))
-    kept, at = carved(room, at, (3, states))
-    d, at = carved(room, at, (3,))
-    rate, at = carved(room, at, (3,))
-    t, at = carved(room, at, (3,))
-    result, at = carved(room, at, (3,))
-    state, at = carved(room, at, (STATES,))
-    assert at == room.shape[0]
+    numbers, change, kept = (
+        unowned(lanes.numbers[i]),
+        carved(room, taken, (STAGES, states)),
+        carved(room, taken, (3, states)),
+    )
+    d, rate = carved(room, taken, (3,)), carved(room, taken, (3,))
+    t, result = carved(room, taken, (3,)), carved(room, taken, (3,))
+    of_motion = address_of(d), address_of(rate), address_of(t), address_of(result)
+    at = (*of_motion, address_of(kept), address_of(change), address_of(numbers) + 8 * FIRST_LAW)
+    lane = Lane(
+        room=room,
+        numbers=numbers,
+        mode=unowned(lanes.parts[i]),
+        turn=carved(room, taken, (tones, 8)),
+        kinks=unowned(lanes.kinks[i]),
+        limits=unowned(lanes.limits[i]),
+        pairs=unowned(lanes.pairs),
+        unit=unowned(lanes.unit[i]),
+        u=carved(room, taken, (modes, 2, q)),
+        end=carved(room, taken, (modes, 2, q)),
+        moved=carved(room, taken, (modes, 2, q, WIDTH)),
+        w=carved(room, taken, (2, q)),
+        push=carved(room, taken, (q, WIDTH)),
+        table=carved(room, taken, (modes, 6, WIDTH)),
+        tip=carved(room, taken, (3, WIDTH)),
+        wave=carved(room, taken, (tones, 2, WIDTH)),
+        swing=carved(room, taken, (4, WIDTH)),
+        fourier=carved(room, taken, (pairs, 2, WIDTH)),
+        force=carved(room, taken, (WIDTH,)),
+        stage=carved(room, taken, (2, WIDTH)),
+        memory=carved(room, taken, (2, states)),
+        change=change,
+        scale=unowned(lanes.scale),
+        latched=unowned(lanes.latched[i]),
+        d=d,
+        rate=rate,
+        t=t,
+        result=result,
+        kept=kept,
+        at=at,
+        state=carved(room, taken, (STATES,)),
+    )
+    assert taken[0] == room.shape[0]
     for n in range(modes):
         for part in range(2):
             for k in range(q):
-                u[n, part, k] = lanes.deviation[i, n, part, k]
-    for j in range(tones_count):
-        turn[j, 0], turn[j, 1], turn[j, 2] = tones[j, 0], tones[j, 1], tones[j, 2]
-        turn[j, 6], turn[j, 7] = tones[j, 3], tones[j, 4]
+                lane.u[n, part, k] = lanes.deviation[i, n, part, k]
+    for j in range(tones):
+        for k in range(3):
+            lane.turn[j, k] = lanes.tones[i, j, k]
+        lane.turn[j, 6], lane.turn[j, 7] = lanes.tones[i, j, 3], lanes.tones[i, j, 4]
     for m in range(states):
-        memory[0, m] = lanes.memory[i, m]
-    places = (
-        address_of(d),
-        address_of(rate),
-        address_of(t),
-        address_of(result),
-        address_of(kept),
-        address_of(change),
-        address_of(numbers) + 8 * FIRST_LAW,
-    )
-    return Lane(
-        room,
-        numbers,
-        unowned(lanes.parts[i]),
-        turn,
-        unowned(lanes.kinks[i]),
-        unowned(lanes.limits[i]),
-        pairs,
-        unowned(lanes.unit[i]),
-        u,
-        end,
-        moved,
-        w,
-        push,
-        table,
-        tip,
-        wave,
-        swing,
-        fourier,
-        force,
-        stage,
-        memory,
-        change,
-        unowned(lanes.scale),
-        unowned(lanes.latched[i]),
-        d,
-        rate,
-        t,
-        result,
-        kept,
-        places,
-        state,
-    )
+        lane.memory[0, m] = lanes.memory[i, m]
+    return lane

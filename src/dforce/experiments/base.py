@@ -327,18 +327,18 @@ def whole_range(problem: Problem) -> dict[str, str]:
     return {"start": units.show(1.2 * A0, "m", 3), "stop": units.show(0.1 * A0, "m", 3)}
 
 
-def initial_motion(integrator: Integrator, start: Start, period: int = 0) -> Motion:
-    """Return the motion that `start` asks for, at the start of a period of the first tone."""
-    from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+def initial_motion(integrator: Integrator, start: Start) -> Motion:
+    """Return the motion that `start` asks for, at the start of a common period."""
+    from dforce.solvers.integrator import with_amplitudes
 
-    amplitudes = free_amplitudes(integrator, period)
+    amplitudes = integrator.problem.free.copy()
     if isinstance(start, InitialMotion):
         first = integrator.problem.tones[0]
         amplitudes[0] = 0.0
         amplitudes[0, first.mode] = start.amplitude * np.exp(1j * (first.phase - start.phase))
     elif start == "rest":
         amplitudes[:] = 0.0
-    return with_amplitudes(integrator, amplitudes, period)
+    return with_amplitudes(integrator, amplitudes)
 
 
 def initial_motions(block: Block, at: Array, start: Start) -> list[Motion]:

@@ -74,8 +74,8 @@ class FrequencySweep(PathExperiment):
         tone = problem.tones[0]
         if problem.is_locked and (tone.lock is None or "phase" in tone.lock.held or len(problem.tones) > 1):
             raise ParameterError(
-                'a frequency sweep needs drive.operation = "am" or "pm", with one tone: the other modes of operation find the '
-                'frequency; write experiment.kind = "approach" for its shift along zc'
+                'a frequency sweep needs drive.operation = "am" or "pm" with one tone, because the other modes of '
+                'operation find the frequency; for the frequency shift along zc write experiment.kind = "approach"'
             )
 
     @property

@@ -44,7 +44,7 @@ def coexisting(curve: xr.Dataset, progress: Progress | bool | None = None, large
     """
     along = goes_along(curve)
     if along not in ("zc", "frequency") or swept(curve) or "point" in curve.dims or curve.sizes.get(along, 0) < 2:
-        raise ParameterError("this result is no curve against the distance or the frequency")
+        raise ParameterError("this result is not a curve against the distance or the frequency")
     case = case_of(curve)
     first, last = float(curve[along].max()), float(curve[along].min())
     if along == "zc":

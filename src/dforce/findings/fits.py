@@ -23,9 +23,9 @@ WHY = {
     AS_EXPECTED: "the model describes the data within their noise",
     TOO_LARGE: f"the model does not describe the data within their noise, {LOWER_BOUNDS}",
     TOO_SMALL: "the noise is smaller than assumed. The errors are too large by the square root of chi2",
-    DECEPTIVE: f"neighboring residuals are alike. They are no noise, {LOWER_BOUNDS}",
+    DECEPTIVE: f"neighboring residuals are correlated. They are not noise, {LOWER_BOUNDS}",
     NO_MODEL: (
-        "the model does not describe the data. Its values are no answer and have no errors. Check the forces, the lever, "
+        "the model does not describe the data. Its values are not valid and have no errors. Check the forces, the lever, "
         "the sensitivity, and the signs of height and phase"
     ),
 }
@@ -33,7 +33,7 @@ UNSEEN = "not constrained by these data"
 VERDICTS = {
     TOO_LARGE: "The model does not describe the data within their noise: the errors are lower bounds.",
     DECEPTIVE: "The model does not describe the data: their residuals are systematic, and the errors are lower bounds.",
-    NO_MODEL: "No answer: the model does not describe the data, so the values mean nothing.",
+    NO_MODEL: "No answer: the model does not describe the data, so its values are not valid.",
 }
 
 

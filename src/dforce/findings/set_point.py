@@ -73,7 +73,9 @@ def at_set_point(
         return _states(result, SHIFT, shift, names).assign_attrs(frequency_shift=shift)
     set_point = parse_share(set_point, "set_point")
     if "amplitude" not in measured(result):
-        raise ParameterError("a controller holds the amplitude of this result; give frequency_shift, not set_point")
+        raise ParameterError(
+            "a controller keeps the amplitude of this result constant; write frequency_shift, not set_point"
+        )
     return _states(result, RATIO, set_point, names).assign_attrs(set_point=set_point)
 
 
@@ -211,10 +213,7 @@ def regime(point: xr.Dataset) -> str:
     """
     if "virial" not in point.variables or point.variables["virial"].dims != ("mode",):
         raise ParameterError("point is not one point of a result; choose it with .isel")
-    return _word(float(point["virial"].values[0]))
-
-
-def _word(virial: float) -> str:
+    virial = float(point["virial"].values[0])
     return "attractive" if virial > 0.0 else "repulsive" if virial < 0.0 else ""
 
 

@@ -31,9 +31,7 @@ class AdhesionHysteresis(Force):
 
     radius: float = shared("tip.radius")
     a0: float = shared("contact.a0")
-    approach_energy: Number = param(
-        "20 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_a", doc="surface energy while the tip comes"
-    )
+    approach_energy: Number = param("20 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_a", doc="surface energy on approach")
     retract_energy: Number = param("30 mJ/m^2", low="0 J/m^2", symbol=r"\gamma_r", doc="surface energy on retract")
     hamaker: MaybeNumber = param(
         None,

@@ -192,7 +192,7 @@ def fluid_mode(
             fluid = load * gamma.real
             return FluidMode(frequency, (1.0 / load + gamma.real) / gamma.imag, fluid / (1.0 + fluid))
     raise ParameterError(
-        "cantilever.beam has no resonance in this medium: Sader's theory of a beam in a fluid fails here"
+        "cantilever.beam has no resonance in this medium, by Sader's theory; write measured f0, k and Q instead of a beam"
     )
 
 

@@ -192,4 +192,6 @@ def mode_near_wall(
         if abs(frequency - before) <= 1e-13 * frequency:
             fluid = load * gamma.real
             return beam.FluidMode(frequency, (1.0 / load + gamma.real) / gamma.imag, fluid / (1.0 + fluid))
-    raise ParameterError("cantilever.beam has no resonance this near to the wall in this medium")
+    raise ParameterError(
+        "cantilever.beam has no resonance at this distance from the wall in this medium; write a larger tip_height"
+    )

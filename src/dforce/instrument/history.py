@@ -84,7 +84,9 @@ class FluidMemory:
 
         low, high = LOWEST * self.frequency, self.frequency
         if self.stiffness(low).real <= 0.0:
-            raise ParameterError("cantilever.beam has no resonance in this medium")
+            raise ParameterError(
+                "cantilever.beam has no resonance in this medium; write measured f0, k and Q instead of a beam"
+            )
         found = float(brentq(lambda f: self.stiffness(f).real, low, high, xtol=1e-12 * high, rtol=1e-14))
         return found, 1.0 / self.stiffness(found).imag
 

@@ -51,13 +51,18 @@ class HigherMode(Parameters):
     title_of: ClassVar[str] = "cantilever.higher_modes"
 
     f0: MaybeNumber = param(
-        None, unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency; left out: an ideal beam's"
+        None,
+        unit="Hz",
+        symbol="f_0",
+        above="0 Hz",
+        high="10 GHz",
+        doc="resonance frequency; default: from an ideal beam",
     )
     k: MaybeNumber = param(
-        None, unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant; left out: an ideal beam's"
+        None, unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant; default: from an ideal beam"
     )
     Q: MaybeNumber = param(
-        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; left out: by Sader's theory in a gas"
+        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; default: by Sader's theory, in a gas"
     )
 
 
@@ -229,7 +234,9 @@ class Cantilever(Parameters):
         ratio, path = (beam.wavenumber(n) / beam.wavenumber(1)) ** 2, f"cantilever.higher_modes.{n - 1}"
         simple = Fraction(ratio).limit_denominator(LONGEST_REPEAT)
         if given.f0 is None and medium.density and medium.density > DENSEST:
-            raise ParameterError(f"{path}.f0 is missing: the ratio of an ideal beam holds in air; give f0 as measured")
+            raise ParameterError(
+                f"{path}.f0 is missing: the ratio of an ideal beam is valid only in air; write the measured f0"
+            )
         f0 = float(simple) * first.f0 if given.f0 is None else given.f0
         k = ratio**2 * first.k if given.k is None else given.k * self.normal_factor
         width, Q = self.sizes[1] if self.sizes else None, given.Q
@@ -237,7 +244,9 @@ class Cantilever(Parameters):
             if not (width and medium.density and medium.viscosity) or medium.density > DENSEST:
                 why = "" if width else ": the width of the lever is not known"
                 air = ', or write medium = "air"' if width else ""
-                raise ParameterError(f"{path}.Q (quality factor of mode {n}) is missing{why}; give Q as measured{air}")
+                raise ParameterError(
+                    f"{path}.Q (quality factor of mode {n}) is missing{why}; write the measured Q{air}"
+                )
             damping = [
                 beam.hydrodynamic_function(beam.reynolds_number(f, width, medium.density, medium.viscosity)).imag
                 for f in (first.f0, f0)

@@ -23,7 +23,7 @@ class Sample(Parameters):
         None,
         max_length=50,
         examples=list(materials()),
-        description="a material known by name: its nominal Young's modulus and Poisson's ratio, where they are not given",
+        description="name of a material: its nominal Young's modulus and Poisson's ratio are the defaults",
     )
     youngs_modulus: MaybeNumber = param(
         None, unit="Pa", symbol="E_s", above="0 GPa", high="10 TPa", doc="Young's modulus of the sample"

@@ -122,7 +122,7 @@ def _check(data: xr.Dataset, baseline: str, delay: object, speed: object) -> Non
     if "neighbor_correlation" in data.attrs:
         raise ParameterError("data is already calibrated; pass the result of df.read_measured")
     if baseline not in BASELINES:
-        raise ParameterError(f"baseline = '{shorten(baseline)}' is none of {', '.join(BASELINES)}")
+        raise ParameterError(f"baseline = '{shorten(baseline)}' is not one of {', '.join(BASELINES)}")
     if speed is not None and delay is None:
         raise ParameterError("speed is used only with delay; also pass delay")
 
@@ -158,7 +158,7 @@ def _errors(data: xr.Dataset, given: Mapping[str, Any] | None) -> dict[str, floa
     for name, value in (given or {}).items():
         if name not in ERRORS or name not in data:
             known = ", ".join(key for key in ERRORS if key in data)
-            raise ParameterError(f"errors: '{shorten(name)}' is none of {known}")
+            raise ParameterError(f"errors: '{shorten(name)}' is not one of {known}")
         unit = ERRORS[name]
         error = _degrees(f"errors: {name}", value) if unit == "degree" else _quantity(f"errors: {name}", value, unit)
         if error is None or error <= 0.0:
@@ -178,7 +178,7 @@ def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[st
     table = thermal if isinstance(thermal, Mapping) else thermal.as_table()
     for name, value in table.items():
         if name not in TUNE:
-            raise ParameterError(f"thermal: '{shorten(name)}' is none of {', '.join(TUNE)}")
+            raise ParameterError(f"thermal: '{shorten(name)}' is not one of {', '.join(TUNE)}")
         found = measured(value, TUNE[name], f"thermal: {name}")
         if found.value <= 0.0:
             raise ParameterError(f"thermal: {name} = {shorten(value)} is not above 0")
@@ -204,7 +204,7 @@ def _take_sign(work: Work, convention: str | None) -> None:
             "'lag' if they rise when the tip is attracted, 'lead' if they fall"
         )
     if convention not in CONVENTIONS:
-        raise ParameterError(f"phase_convention = '{shorten(convention)}' is none of {', '.join(CONVENTIONS)}")
+        raise ParameterError(f"phase_convention = '{shorten(convention)}' is not one of {', '.join(CONVENTIONS)}")
     sign, offset = CONVENTIONS[convention]
     for name in ("phase", "phase_2"):
         if name in work.data:

@@ -88,7 +88,7 @@ class Asked:
         for name, words in choices.items():
             given = getattr(asked, name)
             if given is not None and given not in words:
-                raise ParameterError(f"{name} = '{shorten(given)}' is none of {', '.join(words)}")
+                raise ParameterError(f"{name} = '{shorten(given)}' is not one of {', '.join(words)}")
         return asked
 
 

@@ -158,7 +158,7 @@ def thermal_tune(
         If a necessary setting is missing in the file, and for arrays of other shapes or without a unit.
     """
     if calibrated not in LEVERS:
-        raise ParameterError(f"calibrated = '{shorten(calibrated)}' is none of {', '.join(LEVERS)}")
+        raise ParameterError(f"calibrated = '{shorten(calibrated)}' is not one of {', '.join(LEVERS)}")
     if density is None and isinstance(spectrum, str | os.PathLike):
         content, name = content_of(spectrum)
         table = tables_in(content, name)[0]
@@ -302,7 +302,7 @@ def _fitted(frequency: Array, power: Array, band: tuple[float, float] | None, na
     factor, doubts = _misfit(power / peak.density(frequency) - 1.0)
     errors = [factor * error for error in fit.errors]
     if not frequency[0] < peak.f0 < frequency[-1] or errors[1] > 0.5:
-        raise ResultError(f"{name} has no clear peak for f0 and Q; pass the band of frequencies around it")
+        raise ResultError(f"{name} has no clear peak for f0 and Q; pass the frequencies around it as band")
     ends = (float(frequency[0]), float(frequency[-1]))
     history = (
         f"fit: {len(frequency)} points from {units.show_range(*ends, 'Hz', 5)}, as of {fit.averages:.3g} averaged spectra",
@@ -332,7 +332,7 @@ def _most_likely(frequency: Array, power: Array, start: Resonance, name: str) ->
         return most_likely(frequency, power, start)
     except ArithmeticError:
         raise ResultError(
-            f"{name} has a peak that one resonance does not fit; pass the band of frequencies around it"
+            f"{name} has a peak that one resonance does not fit; pass the frequencies around it as band"
         ) from None
 
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -158,14 +157,13 @@ def base_of(tones: Array) -> Complexes:
     return np.asarray(tones[..., -3] + 1j * tones[..., -2])
 
 
-def base_in_motion(problem: Problem, tones: Array, period: int = 0) -> Array:
+def base_in_motion(problem: Problem, tones: Array) -> Array:
     """Return what of the scaled motion that tone tables (..., tones, columns) lead to is that of the base, (..., numbers).
 
-    It is that at the start of a period of the first tone. Of the problem only the tones' own modes count. The states of the
-    fluid's memory, behind, follow base and deflection together, and stay.
+    It is that at the start of a common period. Of the problem only the tones' own modes count. The states of the fluid's
+    memory, behind, follow base and deflection together, and stay.
     """
-    turns = tones[..., 0] * period
-    base = base_of(tones) * np.exp(1j * (tones[..., 1] + TWO_PI * (turns - np.floor(turns))))
+    base = base_of(tones) * np.exp(1j * tones[..., 1])
     moved = np.zeros((*tones.shape[:-2], size_of(problem)))
     for j, n in enumerate(problem.own_modes):
         moved[..., 2 * n] += base[..., j].real
@@ -218,14 +216,8 @@ class Kernel:
         self.module = module
         self.what = what
         self.usual = usual
-        self.name = module.__name__
         self._entries: dict[str, Callable[..., Any]] = {}
         self._addresses: dict[str, int] = {}
-
-    @property
-    def file(self) -> Path:
-        """The file of its text, which is there where it could be written."""
-        return Path(str(self.module.__file__))
 
     def is_ready(self, name: str) -> bool:
         """Say whether compiled code of an entry function lies in memory or on disk."""
@@ -234,13 +226,6 @@ class Kernel:
     def entry(self, name: str) -> Callable[..., Any]:
         """Return an entry function; its first call compiles it or loads it from disk."""
         return self._entries.get(name) or self._first(name)
-
-    def compile_for(self, name: str, arguments: Sequence[Any]) -> None:
-        """Compile an entry function for arguments of such types, or load it from disk, and do not run it."""
-        import numba
-
-        with self._made_ready(name):
-            getattr(self.module, name).compile(tuple(map(numba.typeof, arguments)))
 
     def address(self, name: str, types: str) -> int:
         """Return where in memory the compiled code for these types lies, to be called by other compiled code."""
@@ -274,7 +259,10 @@ class Kernel:
 
         def first(*arguments: Any) -> Any:
             if name not in self._entries:
-                self.compile_for(name, arguments)
+                import numba
+
+                with self._made_ready(name):  # compiled for arguments of such types, and not run
+                    function.compile(tuple(map(numba.typeof, arguments)))
                 self._entries[name] = function
             return function(*arguments)
 
@@ -305,62 +293,44 @@ def load(
     lanes
         Whether they march lanes, and so are compiled for the number of tones, too.
     """
-    modes, late = len(problem.modes), problem.late_fluid
-    forces = tuple(signature(force) for force in problem.forces)
+    modes, late, forces = len(problem.modes), problem.late_fluid, problem.forces
     drive = (len(problem.tones), problem.lagging) if lanes else None
-    return _loaded(
-        (modes, forces, tuple(entries.items()), tuple(called), late, drive),
-        lambda: texts.remembered(
-            (modes, late, drive, [rest for _, _, *rest in forces], _places(entries), _names(called)),
-            problem.forces,
-            lambda: compose(modes, problem.forces, entries, called, late, drive),
-        ),
-        _tip_equation_for(problem.forces),
-    )
+
+    def text() -> str:
+        return compose(modes, forces, entries, called, late, drive)
+
+    return _loaded(("tip", modes, late, drive), forces, (entries, called), text, _tip_equation_for(forces))
 
 
 def load_solvers(
     modes: int,
     entries: dict[str, Callable[..., Any]],
     called: Sequence[Callable[..., Any]],
-    late: int = 0,
-    usual: Sequence[str] = (),
+    late: int,
+    usual: Sequence[str],
 ) -> Kernel:
-    """Return the entry functions that are the same for all forces; what they call lies elsewhere, see `Tip`."""
-    return _loaded(
-        (modes, late, tuple(entries.items()), tuple(called)),
-        lambda: texts.remembered(
-            (modes, late, _places(entries), _names(called)), (), lambda: compose_solvers(modes, entries, called, late)
-        ),
-        _solvers_for(modes),
-        usual,
-    )
+    """Return the entry functions that are the same for all forces; what they call lies elsewhere, see ``tip``."""
+
+    def text() -> str:
+        return compose_solvers(modes, entries, called, late)
+
+    return _loaded(("solvers", modes, late), (), (entries, called), text, _solvers_for(modes), usual)
 
 
 def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     """Return functions that are the same for any forces with states, or for any without, see ``any_force``."""
     modes, late, functions = len(problem.modes), problem.late_fluid, any_force.functions_of(problem.forces)
-    return _loaded(
-        ("any", modes, late, tuple(functions), tuple(entries.items())),
-        lambda: texts.remembered(
-            ("any", modes, late, tuple(functions), _places(entries)),
-            (),
-            lambda: any_force.compose_any(modes, late, functions, entries),
-        ),
-        _solvers_for(modes),
-        tuple(entries),
-    )
+
+    def text() -> str:
+        return any_force.compose_any(modes, late, functions, entries)
+
+    numbers = ("any", modes, late, tuple(functions))
+    return _loaded(numbers, (), (entries, ()), text, _solvers_for(modes), tuple(entries))
 
 
 def load_laws(forces: Sequence[Force]) -> Kernel:
     """Return the functions that those entry functions call: the sums of some laws."""
-    signatures = tuple(signature(force) for force in forces)
-    parts = ("laws", [rest for _, _, *rest in signatures])
-    return _loaded(
-        ("laws", signatures),
-        lambda: texts.remembered(parts, forces, lambda: any_force.compose_laws(forces)),
-        _tip_equation_for(forces),
-    )
+    return _loaded(("laws",), forces, ({}, ()), lambda: any_force.compose_laws(forces), _tip_equation_for(forces))
 
 
 def _solvers_for(modes: int) -> str:
@@ -371,18 +341,24 @@ def _tip_equation_for(forces: Sequence[Force]) -> str:
     return f"the tip equation for {' + '.join(force.name for force in forces) or 'a free tip'}"
 
 
-def _places(entries: dict[str, Callable[..., Any]]) -> list[tuple[str, tuple[str, str]]]:
-    return list(zip(entries, _names(entries.values()), strict=True))
+def _loaded(
+    numbers: tuple[Any, ...],
+    forces: Sequence[Force],
+    functions: tuple[dict[str, Callable[..., Any]], Sequence[Callable[..., Any]]],
+    text: Callable[[], str],
+    what: str,
+    usual: Sequence[str] = (),
+) -> Kernel:
+    """Return the kernel of this process for a combination; its text is read from disk or made where there is none.
 
-
-def _names(functions: Iterable[Callable[..., Any]]) -> list[tuple[str, str]]:
-    return [(function.__module__, function.__qualname__) for function in functions]
-
-
-def _loaded(key: tuple[Any, ...], text: Callable[[], str], what: str, usual: Sequence[str] = ()) -> Kernel:
-    """Return the kernel of this process for a key; its text is made where there is none."""
+    `functions` are the entry functions by name, and what the solvers call by address.
+    """
+    (entries, called), signatures = functions, [signature(force) for force in forces]
+    key = numbers, *signatures, *entries.items(), *called
     if key not in _KERNELS:
-        _KERNELS[key] = Kernel(cache.load(text()), what, usual)
+        names = [(function.__module__, function.__qualname__) for function in (*entries.values(), *called)]
+        parts = numbers, [rest for _, _, *rest in signatures], list(entries), names
+        _KERNELS[key] = Kernel(cache.load(texts.remembered(parts, forces, text)), what, usual)
     return _KERNELS[key]
 
 

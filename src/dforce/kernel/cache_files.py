@@ -123,11 +123,6 @@ class KeptCode:
 
         return self._folder.glob(f"{self._start(cpu_target.target_context.codegen())}-*{CODE}")
 
-    def flush(self) -> None:
-        """Remove the code for this processor."""
-        for path in self.files():
-            forget(path)
-
     def _start(self, codegen: Any) -> str:
         return f"{self._function}-{_short(repr(codegen.magic_tuple()))}"
 

@@ -27,7 +27,8 @@ from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import load_kernels, sample_count
 from dforce.solvers.problem_batch import ProblemBatch, has_own_samples
-from dforce.solvers.protocols import Protocol, make_protocol
+from dforce.solvers.protocols import Stepwise, make_protocol
+from dforce.solvers.quasi_static_walk import Walk
 from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.transient import never_cancelled
 
@@ -179,7 +180,7 @@ class SweepPart:
                 self._keep(which, solver, block, zc)
         return need_samples(solver.points, self.found.status[which])
 
-    def _keep(self, which: Any, solver: Protocol, block: Block, zc: Array) -> None:
+    def _keep(self, which: Any, solver: Walk | Stepwise, block: Block, zc: Array) -> None:
         """Keep what was found, but for orbits whose errors are not known: these are found anew when the sweep goes on."""
         became = statuses(solver.points, block, zc)
         became[solver.points.is_orbit & np.isnan(solver.points.error)] = Status.NOT_COMPUTED

@@ -25,7 +25,7 @@ from dforce.results.status import REPEATING, Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.accuracy import assure
 from dforce.solvers.blocks import block_type
-from dforce.solvers.integrator import Integrator, Motion, free_amplitudes, load_kernels, with_amplitudes
+from dforce.solvers.integrator import Integrator, Motion, load_kernels, with_amplitudes
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.protocols import QUASI_STATIC, make_protocol
 from dforce.solvers.sample_counts import sample_counts
@@ -107,7 +107,7 @@ class Starts:
     def motion(self, integrator: Integrator, number: int) -> Motion:
         """Return one start, as an integrator takes it."""
         one, other = self.first[number // len(self.second)], self.second[number % len(self.second)]
-        amplitudes, tone = free_amplitudes(integrator), integrator.problem.tones[0]
+        amplitudes, tone = integrator.problem.free.copy(), integrator.problem.tones[0]
         amplitudes[0] = 0.0
         if self.kind == "start_amplitude":
             amplitudes[0, tone.mode] = one * np.exp(1j * (tone.phase - np.radians(other)))

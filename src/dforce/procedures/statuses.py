@@ -27,8 +27,7 @@ def status_of(found: Steady, problem: Problem) -> Status:
         return Status.FAILED
     # an orbit of several common periods holds the balance as well
     is_orbit = found.repeats or "multiplier_modulus" in found.values
-    columns = {name: np.asarray(value)[None] for name, value in found.values.items()}
-    if is_wrong(problem, columns, found.settled, is_orbit)[0]:
+    if found.is_misled or is_wrong(problem, found.columns, found.settled, is_orbit)[0]:
         return Status.UNRESOLVED
     if not found.settled:
         return Status.NOT_SETTLED

@@ -42,7 +42,7 @@ def check_store(path: str | os.PathLike[str], resume: bool) -> None:
     try:
         if files.folder is not None and not files.folder.parent.is_dir():
             parent = shorten(str(files.folder.parent))
-            raise ResultError(f"{files.name} cannot be written: there is no folder '{parent}'")
+            raise ResultError(f"{files.name} cannot be written: there is no folder '{parent}'; create it first")
         there = _is_there(files)
     except ResultError:
         raise

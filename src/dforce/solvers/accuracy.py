@@ -10,6 +10,7 @@ with the orbit that Newton's method finds near it with twice the samples, so tha
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from dforce import kernel
 from dforce.core.arrays import Array, Indices
 from dforce.core.parallel import Stopped
 from dforce.kernel.codegen import ZC
@@ -32,11 +34,11 @@ from dforce.solvers.integrator import load_kernels
 from dforce.solvers.orbit import Orbit
 from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.points import Points
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
-from dforce.solvers.transient import Steady, steady
+from dforce.solvers.transient import Steady, decay_periods, march, steady
 
 GRACE = 2.0  # s that a run which is stopped goes on to estimate errors
 PORTION = 16  # values of which it does so at once
@@ -48,6 +50,8 @@ NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the sa
 CHANCE = 3.0  # times the error: what breaks the tip equation by more has agreed with the finer one by chance
 LEAST_ORDER = 0.5  # of errors that more samples lower, from four times on: beside a jump of the force it is 1
 ENOUGH = 4  # times the samples: a motion that breaks the tip equation with them hardly less is stuck
+LOOKS, LONG = 64, 2  # periods whose errors are measured; decay times over which they are spread
+SHARE = 0.1  # errors, of the drive, over how far a motion wanders; random cases of chaos have less than half of it
 ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the force is smooth, less behind kinks
 
 
@@ -185,6 +189,8 @@ def assure_settled(block: Block, value: float, found: Steady, settles_on: bool =
     fixed number of periods, and of integrators that choose their own steps, only the orbit becomes more accurate.
     """
     accuracy, (problem, _) = block.settings.accuracy, block.problem(0, value)
+    if found.settled and not found.repeats and block.settings.integrator == "rk4":
+        return replace(found, is_misled=_is_misled(block, value, found))
     # no motion repeats with the tones, or none but after hours
     is_free = any(force.timed for force in problem.forces) or problem.late_surface is not None
     if is_free or found.stays or not (found.settled and found.repeats and block.repeats_together):
@@ -199,6 +205,24 @@ def assure_settled(block: Block, value: float, found: Steady, settles_on: bool =
         return replace(after, values={**after.values, "settling_periods": whole}, accuracy=accuracy)
 
     return _assured_alone(block, value, replace(found, accuracy=accuracy), 1, settle_on)
+
+
+def _is_misled(block: Block, value: float, found: Steady) -> bool:
+    """Say whether errors of the steps may be why the only problem's motion does not repeat.
+
+    They feed or damp a lever of a high Q as much as its drive does, and no balance over its record shows them. Periods that
+    are computed again from the same states with more samples do. In chaos they agree: motions diverge over many periods.
+    """
+    own, finer = (one.integrator(0, value) for one in (block, block.finer(ENOUGH * block.points)))
+    motion, missed = found.motion, np.zeros(LOOKS)
+    for look in range(LOOKS):
+        ends = [integrator.lock_in(motion, 1)[0].y for integrator in (own, finer)]
+        missed[look] = apart(*np.array(ends)[:, None])[0]
+        motion, _ = march(own, motion, math.ceil(LONG * decay_periods(own.problem) / LOOKS), block.check_cancelled)
+    driven = np.pi * np.abs(kernel.drive_of(own.tones, len(own.problem.modes))).max()  # what drives change in a period
+    wanders = found.values["drift"]
+    allowed = min(GROSS, SHARE * wanders) if wanders > block.settings.settle_tolerance else GROSS
+    return bool(np.sqrt((missed**2).mean()) > allowed * driven)
 
 
 def unless_stuck(block: Block, value: float, found: Steady, was_stuck: bool = False) -> Steady:
@@ -256,7 +280,7 @@ def _assured_alone(
     return found
 
 
-def _orbit_near(block: Block, value: float, found: Steady, cycles: int) -> Branch | None:
+def _orbit_near(block: Block, value: float, found: Steady, cycles: int) -> Stretch | None:
     """Return the orbit of so many common periods near a motion of the only problem; None where there is none."""
     state = States.of(found.motion)
     orbit = polished(block, np.array([0]), state, np.array([value]), cycles)

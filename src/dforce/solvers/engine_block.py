@@ -17,7 +17,7 @@ from dforce.solvers.engine_follow import follow
 from dforce.solvers.engine_relax import relaxed
 from dforce.solvers.newton import CONVERGED, FAILED, Orbits
 from dforce.solvers.period_map import NOTHING, Slots
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.states import States
 
 MOTION, COLUMNS, HARMONIC = 0.03, 0.003, 0.1  # of the accuracy times a mode's damping: error of a step; see `limits`
@@ -112,22 +112,20 @@ class EngineBlock(Block):
         start = Start(numbers, tones, self._places[which], states.x, states.memory, states.branch)
         return self._marcher.march(start, periods, self.limits(numbers, share), **wanted)
 
-    def derived(
-        self, which: Indices, states: States, at: Array, repeats: int, harmonics: int | None = None
-    ) -> tuple[Marched, Array]:
-        """March over so many common periods; return the ends and the map's derivatives, (motions, size, size + 1).
+    def derived(self, which: Indices, states: States, at: Array, repeats: int, harmonics: int | None = None) -> Marched:
+        """March over so many common periods, with the map's derivatives.
 
-        The last column is by the parameter (per unit): by differences where all numbers change with it.
+        The last of its columns is by the parameter (per unit): by differences where all numbers change with it.
         """
         periods, unit = self.common * repeats, self.unit[which]
         out = self.marched(which, states, at, periods, harmonics=harmonics, unit=unit)
         if self.parameter == DISTANCE and self.batch.levers is None:
-            return out, out.columns
+            return out
         ends = [
             self.marched(which, states, value, periods, share=FINE).path[:, -1] for value in (at, at + BESIDE * unit)
         ]
         out.columns[:, :, -1] = (ends[1] - ends[0]) / BESIDE
-        return out, out.columns
+        return out
 
     def newton(
         self,
@@ -169,8 +167,8 @@ class EngineBlock(Block):
             if not len(going):
                 break
             measured = harmonics if at_once and turn == 0 else None
-            out, by = self.derived(which[going], state.take(going), found.value[going], repeats, measured)
-            miss = out.path[:, -1] - state.x[going]
+            out = self.derived(which[going], state.take(going), found.value[going], repeats, measured)
+            by, miss = out.columns, out.path[:, -1] - state.x[going]
             step, slope = bordered(by, normal[going], miss)
             length = np.abs(step[:, :size]).max(axis=1)
             fine = (length < np.inf) & ~((length > CONTRACTS * before[going]) & (length > NEARBY))
@@ -224,11 +222,11 @@ class EngineBlock(Block):
         values: Array,
         counts: Indices | None = None,
         repeats: int = 1,
-        report: Callable[[Branch], None] = lambda found: None,
-    ) -> Branch:
+        report: Callable[[Stretch], None] = lambda found: None,
+    ) -> Stretch:
         """Follow the stable orbit near each start along `values`; see :meth:`Block.follow`."""
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
-        found = self.empty_branch(starts, at, values.shape, repeats)
+        found = self.empty_stretch(starts, at, values.shape, repeats)
         follow(self, which, values, counts, repeats, found, report)
         return found
 

@@ -2,28 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
-
 import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
-from dforce.engine.marching import Marched
+from dforce.solvers.engine_follow import OrbitFinder
 from dforce.solvers.relaxation import ARRIVED, CORRECTED, GROWTH, LONGEST, SAFETY, SHRINK
 from dforce.solvers.stability import is_stable
 from dforce.solvers.states import States
 
 
-class Derived(Protocol):
-    """What gives motions one common period later, with the map's derivatives."""
-
-    def derived(self, which: Indices, states: States, at: Array, repeats: int) -> tuple[Marched, Array]:
-        """Return the ends and the derivatives, (motions, size, size + 1)."""
-
-    def check_cancelled(self) -> Any:
-        """Raise when the run is to stop."""
-
-
-def relaxed(block: Derived, which: Indices, states: States, at: Array, most: Indices) -> tuple[Array, Bools, Array]:
+def relaxed(block: OrbitFinder, which: Indices, states: States, at: Array, most: Indices) -> tuple[Array, Bools, Array]:
     """Return where motions come to, which are near a stable orbit there, and the common periods that it took."""
     count, size = states.x.shape
     x, tried, change = states.x.copy(), states.x.copy(), np.zeros((count, size))
@@ -31,7 +19,7 @@ def relaxed(block: Derived, which: Indices, states: States, at: Array, most: Ind
     settled, going = np.zeros(count, dtype=bool), np.arange(count)
     while len(going):
         here = States(tried[going], states.memory[going], states.branch[going])
-        out, by = block.derived(which[going], here, at[going], 1)
+        out = block.derived(which[going], here, at[going], 1)
         new, spans = out.path[:, -1] - tried[going], span[going]
         lost = ~np.isfinite(new).all(axis=1)
         _, foretold = leap(change[going], monodromy[going], spans)
@@ -47,7 +35,7 @@ def relaxed(block: Derived, which: Indices, states: States, at: Array, most: Ind
         taken = np.flatnonzero(~refused & ~given_up)
         at_taken = going[taken]
         gone[at_taken] += spans[taken]
-        monodromy[at_taken] = by[taken, :, :size]
+        monodromy[at_taken] = out.columns[taken, :, :size]
         x[at_taken] = tried[at_taken] + moved[taken]
         change[at_taken] = new[taken] - moved[taken] + np.einsum("ijk,ik->ij", monodromy[at_taken], moved[taken])
         matrix = np.eye(size) - monodromy[at_taken]

@@ -142,8 +142,6 @@ class Integrator(ABC):
     """A problem made ready to be integrated by one method, at one distance after another."""
 
     name: ClassVar[str]
-    order: ClassVar[str]
-    source: ClassVar[str]
 
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         self.settings, self.harmonics = settings, harmonics
@@ -153,8 +151,9 @@ class Integrator(ABC):
         self.latch_count = sum(force.switch is not None for force in problem.forces)
         self.columns = measure.FIRST + 2 * count * (modes + 1) + 2 * harmonics + 2 * count
         width = kernel.size_of(problem) + self.memory_size + self.latch_count + 1
-        self.block = np.zeros((self.points + 1, width))
+        self.samples = np.zeros((self.points + 1, width))
         self.work = np.zeros((8, max(self.memory_size, 1)))
+        self.room = np.empty((measure.ROOM, self.points + 1))
         self.take(problem)
 
     def take(self, problem: Problem) -> None:
@@ -193,7 +192,8 @@ class Integrator(ABC):
     def measure(self, period: int, row: Array) -> None:
         """Measure the period whose samples are kept, into a row."""
         drive = self.tones, self.phases(period), period, self.points
-        self.solvers.entry("measure")(self.block, self.turns, drive, self.kinks, self.tip("measure_force"), row)
+        tip = self.tip("measure_force")
+        self.solvers.entry("measure")(self.samples, self.turns, drive, self.kinks, tip, self.room, row)
 
     def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, Complexes]:
         """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""
@@ -209,41 +209,33 @@ class Integrator(ABC):
     def record(self, motion: Motion) -> tuple[Motion, Array]:
         """Advance one period; return the motion and its samples, both ends included."""
         motion = self._march(motion, 1, False, np.empty((1, 2 * len(self.problem.tones))))
-        return motion, self.block.copy()
+        return motion, self.samples.copy()
 
     @abstractmethod
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion: ...
 
 
-def free_amplitudes(integrator: Integrator, period: int = 0) -> Complexes:
-    """Return the complex amplitudes (m) of the motion without forces at the start of a period, (tones, modes)."""
-    problem = integrator.problem
-    turns = np.array([tone.frequency / problem.tones[0].frequency * period for tone in problem.tones])
-    return np.asarray(problem.free * np.exp(1j * kernel.TWO_PI * (turns - np.floor(turns)))[:, None])
+def with_amplitudes(integrator: Integrator, amplitudes: AnyArray) -> Motion:
+    """Return the state at the start of a common period that deflects with these complex amplitudes (m), (tones, modes).
 
-
-def with_amplitudes(integrator: Integrator, amplitudes: AnyArray, period: int = 0) -> Motion:
-    """Return the state at the start of a period that deflects with these amplitudes; forces' memories are at rest."""
+    The forces' memories are at rest. Motion without forces has the amplitudes `free` of a problem.
+    """
     omega = kernel.TWO_PI * np.array([tone.frequency for tone in integrator.problem.tones])
-    base = kernel.base_in_motion(integrator.problem, integrator.tones, period)[: 2 * amplitudes.shape[1]]
+    base = kernel.base_in_motion(integrator.problem, integrator.tones)[: 2 * amplitudes.shape[1]]
     speeds = 1j * omega[:, None] * amplitudes / integrator.scales.speed
     x = amplitudes.sum(0).real / integrator.scales.length + base[::2]
     v = (1j * omega[:, None] * amplitudes).sum(0).real / integrator.scales.speed + base[1::2]
-    turns = integrator.tones[:, 0] * period
-    start = np.exp(1j * (integrator.tones[:, 1] + kernel.TWO_PI * (turns - np.floor(turns))))
-    moved = 1j * integrator.tones[:, 0] * kernel.base_of(integrator.tones) * start
+    moved = 1j * integrator.tones[:, 0] * kernel.base_of(integrator.tones) * np.exp(1j * integrator.tones[:, 1])
     speeds[range(len(omega)), integrator.problem.own_modes] += moved
     late = kernel.steady_fluid_memory(np.array(integrator.p), integrator.problem, integrator.tones[:, 0], speeds)
     y = np.append(np.stack([x, v], axis=1), late)
-    return Motion(tuple(y.tolist()), np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), period)
+    return Motion(tuple(y.tolist()), np.zeros(integrator.memory_size), np.zeros(integrator.latch_count), 0)
 
 
 class RK4(Integrator):
     """Runge–Kutta with fixed steps, locked to the first tone."""
 
     name = "rk4"
-    order = "4"
-    source = "M. W. Kutta, Z. Math. Phys. 46, 435 (1901)"
 
     def take(self, problem: Problem) -> None:
         """Go over to a problem with other numbers in the same modes, tones and forces; `place` has to follow."""
@@ -258,7 +250,7 @@ class RK4(Integrator):
         forces = memory, latched, self.kinks, self.work
         tip = self.tip("advance", "cut", *(["measure_force"] if every else []))
         y = self.solvers.entry("march_rk4")(
-            motion.y, forces, motion.period, self.tones, self.turns, self.block, tip, out
+            motion.y, forces, motion.period, self.tones, self.turns, self.samples, tip, out
         )
         return Motion(y, memory, latched, motion.period + periods)
 
@@ -267,8 +259,6 @@ class Engine(Integrator):
     """Steps that fit the motion, in the frame of the free lever; they end on kinks, turns and changes of branches."""
 
     name = "engine"
-    order = "8(5,3)"
-    source = "E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, Springer (1993)"
 
     def take(self, problem: Problem) -> None:
         """Go over to a problem with other numbers in the same modes, tones and forces; `place` has to follow."""
@@ -313,8 +303,6 @@ class LSODA(Integrator):
     """SciPy's LSODA over the compiled right-hand side."""
 
     name = "lsoda"
-    order = "1 to 12 (Adams), 1 to 5 (BDF)"
-    source = "L. Petzold, SIAM J. Sci. Stat. Comput. 4, 136 (1983)"
 
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         super().__init__(problem, settings, harmonics, points)
@@ -349,16 +337,16 @@ class LSODA(Integrator):
         for row in range(periods):
             period = motion.period + row
             start = (period - self._first) * loops.TAU
-            flow.sample(self.block, 0)
+            flow.sample(self.samples, 0)
             with warnings.catch_warnings(action="ignore"):  # SciPy's, of steps that fail: they end as NaN
                 for i in range(1, self.points + 1):
-                    flow.advance(start + i * loops.TAU / self.points, self.block, i)
+                    flow.advance(start + i * loops.TAU / self.points, self.samples, i)
             if not np.isfinite(flow.state).all():
                 break
             if every:
                 self.measure(period, out[row])
             else:
-                lock_in(self.block, self.turns, self.phases(period), out[row])
+                lock_in(self.samples, self.turns, self.phases(period), self.room[0], out[row])
         size = len(motion.y)
         y = tuple(map(float, flow.state[:size]))
         left = Motion(y, flow.state[size:].copy(), flow.latched.copy(), motion.period + periods)

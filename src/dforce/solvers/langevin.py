@@ -105,11 +105,12 @@ def noise_root(mode: ModeNumbers, h: float, kT: float) -> Array:
 
 
 class Langevin(Integrator):
-    """Half kick, exact noisy linear step, half kick: thermal motion."""
+    """Half kick, exact noisy linear step, half kick: thermal motion.
+
+    Source: B. Leimkuhler, C. Matthews, Appl. Math. Res. Express 2013, 34 (2013), for such splittings.
+    """
 
     name = "langevin"
-    order = "2; exact for the free lever"
-    source = "splitting after B. Leimkuhler, C. Matthews, Appl. Math. Res. Express 2013, 34 (2013)"
 
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         if not problem.noise.thermal:
@@ -180,7 +181,7 @@ class Langevin(Integrator):
         after = lanes.copy()
         reading = loops.Reading(self.turns, np.array(self.problem.readout.weights), self._decay)
         march = self.noisy.entry("march_noisy")
-        march(after, periods, self._lever, reading, self.kinks, self.block, self.p, out)
+        march(after, periods, self._lever, reading, self.kinks, self.samples, self.p, out)
         self._check_step(float(after.lowest.min()))
         return after._replace(period=lanes.period + periods), out[..., ::2] + 1j * out[..., 1::2]
 

@@ -22,7 +22,7 @@ from dforce.observables.finish import held_signals
 from dforce.problem import Problem
 from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
-from dforce.solvers.integrator import free_amplitudes, with_amplitudes
+from dforce.solvers.integrator import with_amplitudes
 from dforce.solvers.period_map import ALL, MOTION
 from dforce.solvers.settings import SolverSettings
 from dforce.solvers.states import States
@@ -257,7 +257,7 @@ class Locked:
     def free_motion(self) -> States:
         """The motion at the free lock."""
         integrator = self.block.integrator(0, self.reference)
-        return States.of(with_amplitudes(integrator, free_amplitudes(integrator)))
+        return States.of(with_amplitudes(integrator, integrator.problem.free))
 
     def begin(self, at: float) -> LockedAnchor | None:
         """Return the state at a distance (scaled) or far above it, from motion without forces; None where there is none."""

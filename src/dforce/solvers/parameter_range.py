@@ -26,7 +26,7 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
-from dforce.solvers.integrator import Integrator, free_amplitudes, sample_count, with_amplitudes
+from dforce.solvers.integrator import Integrator, sample_count, with_amplitudes
 from dforce.solvers.newton import CONVERGED, Orbits, begin, choose_next, empty_orbits
 from dforce.solvers.orbit import Orbit
 from dforce.solvers.period_map import FD_STEP, NOTHING, Slots
@@ -216,7 +216,7 @@ class ParameterRange:
         ends, _ = self._march(orbit.x[None], orbit.value, orbit.kept.branch, orbit.repeats)
         if np.isfinite(ends).all():
             equations, miss = np.vstack([orbit.equations, self.across(orbit)]), np.append(orbit.x - ends[0], 0.0)
-            u += np.linalg.lstsq(equations, miss)[0]  # which has a solution where curves cross, too
+            u += np.linalg.lstsq(equations, miss, rcond=None)[0]  # which has a solution where curves cross, too
             _, slots = self._march(u[None, :-1], self.value_of(u[-1]), orbit.kept.branch, orbit.repeats, True)
             rows = slots.rows[0]
         return u, rows
@@ -321,5 +321,5 @@ class ParameterRange:
     def free_orbit(self, scaled: float) -> Orbit | None:
         """Return the orbit at a scaled value that Newton's method finds from the motion without forces."""
         integrator = self.integrator(scaled)
-        start = States.of(with_amplitudes(integrator, free_amplitudes(integrator)))
+        start = States.of(with_amplitudes(integrator, integrator.problem.free))
         return self.find(np.append(self.vectors(start), scaled), start.branch)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Protocol as Kind
 
 import numpy as np
 
@@ -20,16 +19,6 @@ from dforce.solvers.states import States
 from dforce.solvers.transient import Steady, steady
 
 QUASI_STATIC, STEPWISE = "quasi_static", "stepwise"
-
-
-class Protocol(Kind):
-    """What has found motions along a parameter."""
-
-    points: Points
-    jumps: list[list[StateJump]]
-
-    def run(self) -> None:
-        """Find the steady motions at all values that are left."""
 
 
 def actual(protocol: str, block: Block) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.newton import longest, multiply, solve_both, subtract_from_one
-from dforce.solvers.period_map import FD_STEP, march
+from dforce.solvers.period_map import FD_STEP, march, put_numbers, put_rows
 from dforce.solvers.stability import is_stable
 
 CORRECTED = 1e-3  # of the free amplitude: correction of a leap
@@ -125,10 +125,9 @@ def relax(slots: Any, looks: int, leaps: Any, model: Any, drive: Any, room: Any)
                 leaps.span[s] = max(1, int(span * max(ahead, SHRINK)))
             else:
                 leaps.periods[s] += span
-                for k in range(size):
-                    leaps.x[s, k], leaps.change[s, k] = slots.x[s, k], change[k]
-                    for j in range(size):
-                        leaps.monodromy[s, k, j] = monodromy[k, j]
+                put_numbers(leaps.x[s], slots.x[s])
+                put_numbers(leaps.change[s], change)
+                put_rows(leaps.monodromy[s], monodromy)
                 for k in range(size if span > 1 else 0):
                     leaps.x[s, k] += predicted[k]
                     leaps.change[s, k] -= predicted[k]

@@ -30,7 +30,7 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.problem import Problem
 from dforce.solvers.continuation import Curve
-from dforce.solvers.integrator import Integrator, free_amplitudes, with_amplitudes
+from dforce.solvers.integrator import Integrator, with_amplitudes
 from dforce.solvers.newton import LARGEST
 from dforce.solvers.orbit import Orbit
 from dforce.solvers.parameter_range import MOST_REPEATS, ParameterRange
@@ -251,7 +251,7 @@ def of_amplitudes(integrator: Integrator, zc: float, lags: Sequence[float]) -> S
     """
     first = integrator.problem.tones[0]
     room = min(first.A0, zc) if zc > 0.0 else first.A0
-    amplitudes = free_amplitudes(integrator)
+    amplitudes = integrator.problem.free.copy()
     amplitudes[0] = 0.0
     motions = []
     for share, lag in product(SHARES, lags):
@@ -350,7 +350,7 @@ def _size(known: Known) -> Array:
     integrator, n = known.among.integrator(known.value), known.among.size
     first = integrator.problem.tones[0].frequency
     speeds = np.array([mode.f0 / first for mode in integrator.problem.modes])
-    free = np.abs(free_amplitudes(integrator)).sum(0) / integrator.scales.length
+    free = np.abs(integrator.problem.free).sum(0) / integrator.scales.length
     reach = np.abs([np.zeros(n), *(orbit.x for orbit in known.single())]).max(0)
     size = ROOMY * np.maximum(reach[::2], np.maximum(reach[1::2] / speeds, free))
     gap = integrator.p[0] / integrator.scales.length

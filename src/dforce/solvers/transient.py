@@ -50,6 +50,8 @@ class Steady:
         The accuracy promised; None: none is.
     stays
         Whether its error hardly falls with more samples.
+    is_misled
+        Whether it does not repeat, and errors of its steps may be the reason.
     """
 
     values: Mapping[str, Any]
@@ -58,18 +60,12 @@ class Steady:
     repeats: bool
     accuracy: float | None = None
     stays: bool = False
-
-    def __len__(self) -> int:
-        return 1
+    is_misled: bool = False
 
     @property
     def columns(self) -> dict[str, Array]:
         """The observables as of many motions, of which this is the only one."""
         return {name: np.asarray(value)[None] for name, value in self.values.items()}
-
-    def points(self) -> Iterator[Steady]:
-        """Give it."""
-        yield self
 
 
 def decay_periods(problem: Problem) -> int:

@@ -164,7 +164,7 @@ def hamaker_and_surface_energy(seen: Evidence) -> Advice | None:
         energy,
         implied,
         f"The surface energy is {shown(energy, 'J/m^2')}, and the Hamaker constant implies {shown(implied, 'J/m^2')}, so "
-        "the force jumps at contact. Give one of them, and the other follows.",
+        "the force jumps at contact. Remove one of them; dForce then computes it from the other.",
         "continuity of the DMT force at a0: gamma = H / (24 pi a0^2)",
         (seen.path(force, "surface_energy"), seen.path(force, "hamaker")),
         "J/m^2",
@@ -184,9 +184,9 @@ def indentation_and_radius(seen: Evidence) -> Advice | None:
         "indentation_and_radius",
         seen.deepest,
         DEEP * radius,
-        f"The indentation {verb} {shown(seen.deepest, 'm')} with a radius of {shown(radius, 'm')}: a sphere pushes less "
-        "than the paraboloid of the model, and real tips become cones. Use a larger radius, a smaller A0, or "
-        "sneddon (cone, exact_sphere).",
+        f"The indentation {verb} {shown(seen.deepest, 'm')} with a radius of {shown(radius, 'm')}. There the force of a "
+        "sphere is smaller than the force of the paraboloid in this model, and a real tip has a conical shape. Use a larger "
+        "radius, a smaller A0, or sneddon (cone, exact_sphere).",
         "I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965): the force of a sphere is 5 % smaller at half the radius",
         ("tip.radius", seen.path(force)),
         "m",
@@ -241,8 +241,8 @@ def indentation_beyond_the_model(seen: Evidence) -> Advice | None:
                 "indentation_beyond_the_model",
                 seen.deepest,
                 limit,
-                f"The indentation is {shown(seen.deepest, 'm')}, and the law of {force.name} is valid to "
-                f"{shown(limit, 'm')}; beyond it is an extrapolation. {remedy}, or use a smaller A0.",
+                f"The indentation is {shown(seen.deepest, 'm')}, but the law of {force.name} is valid only up to "
+                f"{shown(limit, 'm')}. {remedy}, or use a smaller A0.",
                 f"the range of {force.name} (see its page)",
                 (seen.path(force), seen.of_tone(0, "A0")),
                 "m",
@@ -263,8 +263,8 @@ def elements_in_contact(seen: Evidence) -> Advice | None:
                 "elements_in_contact",
                 pressed,
                 pressed * (error / COARSE) ** (1.0 / 3.0),
-                f"Only {pressed:.0f} of the {force.elements} elements of {force.name} are pressed down, so its force and loss "
-                f"have an error of some {percent(error)}. Set {seen.path(force, 'elements')} = {wanted}, or lower "
+                f"The tip presses only {pressed:.0f} of the {force.elements} elements of {force.name}, so its force and loss "
+                f"have an error of about {percent(error)}. Set {seen.path(force, 'elements')} = {wanted}, or lower "
                 f"{seen.path(force, 'max_indentation')}.",
                 f"the error falls with the cube of their number (see the page of {force.name})",
                 (seen.path(force, "elements"), seen.path(force, "max_indentation")),
@@ -280,7 +280,8 @@ def counted_twice(seen: Evidence) -> Advice | None:
             "counted_twice",
             2,
             1,
-            f"{solid.name} includes a viscosity, and kelvin_voigt adds another: the energy loss counts twice. Remove one.",
+            f"{solid.name} includes a viscosity, and kelvin_voigt adds another: the energy loss counts twice. "
+            "Remove one of them.",
             "the viscosity of the contact counts once",
             (seen.path(drag), seen.path(solid)),
         )

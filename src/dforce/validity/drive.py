@@ -23,7 +23,7 @@ def low_Q(seen: Evidence) -> Advice | None:
     if problem.shaken is not None or mode.Q >= LOW_Q or not mode.base_coupling:
         return None
     share = 1.0 / (abs(mode.base_coupling) * math.hypot(1.0, mode.Q))
-    more = " Each tap excites mode 2, too: add it." if len(problem.modes) == 1 else ""
+    more = " Each tap excites mode 2, too: add this mode." if len(problem.modes) == 1 else ""
     return Advice(
         "low_Q",
         mode.Q,
@@ -49,9 +49,8 @@ def base_in_liquid(seen: Evidence) -> Advice | None:
         shares[number],
         VISIBLE,
         f"The base moves by {base}, {percent(shares[number])} of the free amplitude: tip motion and deflection differ "
-        "(tip_amplitude, tip_phase). The share of the fluid that follows the base changes the drive several times over. "
-        "Compare "
-        "drive.fluid_follows = 0 and 1 before you compare with an experiment.",
+        "(tip_amplitude, tip_phase). The drive depends strongly on the share of the fluid that moves with the base. "
+        "Run drive.fluid_follows = 0 and 1 before you compare with an experiment.",
         XU_RAMAN,
         ("drive.excitation", "drive.fluid_follows"),
     )

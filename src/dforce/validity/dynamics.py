@@ -69,11 +69,11 @@ def mode_left_out(seen: Evidence) -> Advice | None:
     about = (seen.of_mode(len(seen.problem.modes) - 1, "f0"), seen.of_tone(0, "frequency"))
     where = (
         f"Harmonic {order} of the drive is {detuning:.2g} line widths from mode {len(seen.problem.modes) + 1} of a rectangular "
-        "beam, which the case lacks"
+        "beam, and the case does not have this mode"
     )
     remedy = "Add the modes up to this one, as measured."
     if not seen.computed and detuning < LINE_WIDTHS and mode.Q >= SHARP:
-        text = f"{where}: taps may drive it; a run shows whether. {remedy}"
+        text = f"{where}: taps may excite it. {remedy}"
         return Advice("mode_left_out", detuning, LINE_WIDTHS, text, STARK, about)
     if not seen.deepest:
         return None
@@ -105,7 +105,7 @@ def static_vs_modal_k(seen: Evidence) -> Advice | None:
         "static_vs_modal_k",
         missing * abs(mean) / A0,
         UNBENT,
-        f"The mean force bends the lever by {shown(abs(mean), 'm')}, and a whole beam would bend by "
+        f"The mean force bends the lever by {shown(abs(mean), 'm')}. A beam with all modes would bend by "
         f"{shown(stiffer * abs(mean), 'm')} more: under a static force {given} {percent(stiffer)} too stiff. Add one mode, "
         "or add this bending to zc.",
         "H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995): k of mode 1 is 1.0302 times the static k",
@@ -150,7 +150,7 @@ def small_amplitude(seen: Evidence) -> Advice | None:
         A0,
         limit,
         f"The free amplitude is {shown(A0, 'm')}, less than the diameter of an atom ({shown(limit, 'm')}): the tip then feels "
-        "single atoms, but all forces here treat tip and sample as continuous. Use a larger A0, or read it as a trend.",
+        "single atoms, but all forces here treat tip and sample as continuous. Use a larger A0, or use only the trend.",
         "J. N. Israelachvili, Intermolecular and Surface Forces, Academic Press (2011): a0 is an atom's diameter over 2.5",
         (seen.of_tone(0, "A0"), "contact.a0"),
         "m",
@@ -169,8 +169,8 @@ def thermal_amplitude(seen: Evidence) -> Advice | None:
                 moved,
                 NOISY * tone.A0,
                 f"The thermal motion of mode {tone.mode + 1} is {shown(moved, 'm')} (rms), {percent(moved / tone.A0)} of its "
-                "free amplitude, and the model neglects it. Use a larger A0 or a stiffer cantilever, or read the result as a "
-                "mean.",
+                "free amplitude, and the model neglects it. Use a larger A0 or a stiffer cantilever, or treat the result as "
+                "a mean.",
                 EQUIPARTITION,
                 (seen.of_tone(number, "A0"), seen.of_mode(tone.mode, "k")),
                 "m",
@@ -206,8 +206,7 @@ def thermal_motion_and_force(seen: Evidence) -> Advice | None:
         moved,
         limit,
         f"The thermal motion is {shown(moved, 'm')} (rms), and {what}: it changes the mean force by more than 10 %, and jumps "
-        f"come "
-        "earlier. The model neglects it. Use a stiffer cantilever, or read forces and jumps as rough.",
+        "come earlier. The model neglects it. Use a stiffer cantilever, or treat forces and jumps as approximate.",
         EQUIPARTITION,
         (seen.of_mode(0, "k"), "medium.temperature"),
         "m",
@@ -228,7 +227,7 @@ def snap_in(seen: Evidence) -> Advice | None:
             count,
             0.0,
             f"At {count} of {held.size} points the sample pulls the tip and keeps it in contact: the lever has snapped in, and "
-            "this amplitude is no tapping amplitude. Use larger distances, a larger A0 or a stiffer cantilever.",
+            "this is not tapping. Use larger distances, a larger A0 or a stiffer cantilever.",
             BURNHAM,
             about,
         )

@@ -124,8 +124,8 @@ def ideal_higher_mode(seen: Evidence) -> Advice | None:
         "ideal_higher_mode",
         len(taken),
         0.0,
-        f"An ideal beam gives {said} (f2 = 6.27 f1, k2 = 39.3 k1). A heavy tip or a pointed end changes them: "
-        "measure f0 in a tune, and write it in cantilever.higher_modes.",
+        f"An ideal beam gives {said} (f2 = 6.27 f1, k2 = 39.3 k1). A heavy tip or a pointed end changes them. "
+        "Measure f0 in a tune, and write it under cantilever.higher_modes.",
         "Euler-Bernoulli beam with one free end, without the mass of a tip",
         tuple(f"cantilever.higher_modes.{n - 1}.{field}" for n, field in taken),
     )
@@ -142,8 +142,8 @@ def nominal_sample(seen: Evidence) -> Advice | None:
         "nominal_sample",
         material.youngs_modulus,
         0.0,
-        f"Young's modulus of {name} is nominal: {shown(material.youngs_modulus, 'Pa')}{spread}. Compute at both ends, or write "
-        "a measured sample.youngs_modulus beside the name.",
+        f"Young's modulus of {name} is nominal: {shown(material.youngs_modulus, 'Pa')}{spread}. Run the case at both "
+        "ends of the range, or write a measured sample.youngs_modulus beside the name.",
         material.source,
         ("sample.youngs_modulus",),
         "Pa",

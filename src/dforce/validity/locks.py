@@ -29,7 +29,8 @@ def free_lock(seen: Evidence) -> Advice | None:
         off,
         OFF,
         f"The free lock is at {shown(tone.frequency, 'Hz')}, not at f0 = {shown(mode.f0, 'Hz')}. "
-        "frequency_shift counts from the free lock; a shift counted from f0 means another force.",
+        "frequency_shift is relative to the free lock. Before you compare with a shift relative to f0, "
+        "correct for the difference.",
         DERIVED,
         (seen.of_tone(0, "phase_set_point"), seen.of_tone(0, "signal")),
     )
@@ -54,8 +55,8 @@ def harmonics_pull(seen: Evidence) -> Advice | None:
         share,
         PULL,
         f"Higher harmonics move the turning point by up to {percent(share)} of the indentation. The usual formula for the "
-        "frequency shift of a sinusoidal motion is not valid; this result includes the harmonics. A stiffer lever is less "
-        "affected.",
+        "frequency shift of a sinusoidal motion is not valid; this result includes the harmonics. A stiffer lever makes the "
+        "effect smaller.",
         DERIVED,
         (seen.of_mode(tone.mode, "k"),),
     )
@@ -117,7 +118,8 @@ def found_in_time(seen: Evidence) -> Advice | None:
         settling.size,
         0.0,
         f"Controllers in time found the locked motion at {settling.size} of {count} points: the balance of harmonics did not "
-        'converge or does not apply. There solver.accuracy is no limit; integrator = "engine" has the smallest error.',
+        "converge or does not apply. For these points solver.accuracy has no effect. "
+        'For the smallest error write solver.integrator = "engine".',
         DERIVED,
         ("forces", "solver.integrator"),
     )

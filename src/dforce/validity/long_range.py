@@ -76,7 +76,7 @@ def debye_length_and_gap(seen: Evidence) -> Advice | None:
         force.screening,
         f"The gap closes to {shown(seen.closest, 'm')} with a Debye length of {shown(force.screening, 'm')}: nearer than one "
         "Debye length, constant charge and constant potential differ by a factor of two and more. "
-        'Use variant = "constant_charge_exact" for constant charge, or read the force there as rough.',
+        'Use variant = "constant_charge_exact" for constant charge, or treat the force there as approximate.',
         "R. Hogg, T. W. Healy, D. W. Fuerstenau, Trans. Faraday Soc. 62, 1638 (1966): the ratio of both is coth(d / 2 lambda)",
         (seen.path(force, "variant"), seen.path(force)),
         "m",
@@ -94,7 +94,8 @@ def debye_length_and_radius(seen: Evidence) -> Advice | None:
         error,
         SPHERE_ERROR,
         f"The Debye length is {percent(error)} of the tip radius, and the double layer of dlvo is too large by about that "
-        "share. It assumes a flat tip over a Debye length. Use a larger radius or more salt, or read the force as rough.",
+        "share. It assumes a flat tip over a Debye length. Use a larger radius or more salt, or treat the force as "
+        "approximate.",
         "S. Bhattacharjee, M. Elimelech, J. Colloid Interface Sci. 193, 273 (1997): the force of a sphere is smaller by "
         "1 - lambda/R",
         (seen.path(force), "tip.radius"),

@@ -30,7 +30,7 @@ def noise_near_fold(seen: Evidence) -> Advice | None:
         NEAR,
         f"Toward the end of a state the noise of the phase grows to {largest:.2g}°, {largest / usual:.2g} times the usual "
         "noise of the curve. It is no longer a small disturbance: thermal motion may switch the state before its end. "
-        "Compute its rate (df.switching_rate).",
+        "Compute the switching rate (df.switching_rate).",
         "linear noise grows as 1/(1 - |multiplier|)",
         ("noise.bandwidth",),
     )
@@ -49,8 +49,8 @@ def detector_limited(seen: Evidence) -> Advice | None:
         "detector_limited",
         share,
         SHARE,
-        f"{percent(share)} of the square of the amplitude noise is detector noise, not thermal motion: a "
-        "better detector would help, a lower temperature would not.",
+        f"Detector noise is {percent(share)} of the mean square amplitude noise; the rest is thermal motion. A better detector "
+        "reduces the noise, a lower temperature hardly does.",
         "U. Dürig et al., J. Appl. Phys. 72, 1778 (1992)",
         ("noise.detector",),
     )
@@ -78,7 +78,7 @@ def fluid_memory(seen: Evidence) -> Advice | None:
         found,
         limit,
         f"{where}, at a mode with Q = {mode.Q:.2g}. Mass and damping by the liquid depend on the frequency, so "
-        "amplitudes at twice this frequency and above are off by 7 to 13 % and some degrees. "
+        "amplitudes at twice this frequency and above have an error of 7 to 13 %, and phases of some degrees. "
         'Use cantilever.beam with fluid = "history".',
         "J. E. Sader, J. Appl. Phys. 84, 64 (1998)",
         (seen.of_mode(tone.mode, "Q"), seen.of_tone(0, "frequency")),
@@ -98,9 +98,9 @@ def thermal_switching(seen: Evidence) -> Advice | None:
         "thermal_switching",
         expected,
         OFTEN,
-        f"Thermal motion switches this state {rate:.2g} times a second (after {shown(1.0 / rate, 's')} on average): a "
-        f"slow microscope does not follow it to its fold. At {units.show(seen.problem.noise.temperature, 'K', 4)} jumps are "
-        "random, and their place depends on the speed.",
+        f"Thermal motion switches this state {rate:.2g} times a second (after {shown(1.0 / rate, 's')} on average). A "
+        f"slow microscope cannot follow this state to its fold. At {units.show(seen.problem.noise.temperature, 'K', 4)} jumps "
+        "are random, and their place depends on the speed.",
         "H. A. Kramers, Physica 7, 284 (1940)",
         ("medium.temperature",),
     )

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from dforce.core.arrays import Array
+from dforce.forces.adhesion_hysteresis import AdhesionHysteresis
 from dforce.observables.misfit import MEASURED, OF_MODES, misfit
 from dforce.results.status import Status, repeats
 from dforce.solvers.integrator import sample_count
@@ -126,8 +127,8 @@ def contact_sampling(seen: Evidence) -> Advice | None:
         "contact_sampling",
         samples,
         SWINGS,
-        f"In contact the tip oscillates at {shown(rate / (2.0 * math.pi), 'Hz')}, and such a period has only "
-        f"{samples:.2g} samples: amplitudes, phases and forces may be off by percents, multipliers by more. {way}.",
+        f"In contact the tip oscillates at {shown(rate / (2.0 * math.pi), 'Hz')}, with only {samples:.2g} samples per period. "
+        f"Amplitudes, phases and forces may have errors of some percent, multipliers larger errors. {way}.",
         "the error terms of RK4 for a linear oscillator: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential "
         "Equations I, Springer (1993), chapter II",
         ("solver.points_per_period",),
@@ -184,9 +185,9 @@ def energy_gained(seen: Evidence) -> Advice | None:
         "energy_gained",
         given,
         GAINED * most,
-        f"The sample adds energy to the tip, up to {percent(given / most)} of the largest energy from the drive. No passive "
-        "sample does: the force is too steep for the samples. Raise solver.points_per_period, or correct your own force if it "
-        "pushes a leaving tip more than an approaching tip.",
+        f"The sample adds energy to the tip, up to {percent(given / most)} of the largest energy from the drive. A passive "
+        "sample cannot add energy: the force is too steep for the samples. Raise solver.points_per_period, or correct your own "
+        "force if it repels the tip more on retract than on approach.",
         CLEVELAND,
         ("solver.points_per_period", "forces"),
         "J",
@@ -229,9 +230,32 @@ def not_settled(seen: Evidence) -> Advice | None:
         moving,
         0,
         f"{moving} of {status.size} points had not settled after the largest number of periods, so their values "
-        "still depend on the start. Raise solver.max_periods, or examine one of them with a dwell.",
+        "still depend on the start. Raise solver.max_periods, or look at one of them with a dwell.",
         "solver.settle_tolerance",
         ("solver.max_periods", "solver.settle_tolerance"),
+    )
+
+
+def held_tip(seen: Evidence) -> Advice | None:
+    """Compare adhesion hysteresis with the force of the spring at full amplitude, where points have no result."""
+    status = seen.array("status")
+    unresolved = 0 if status is None else int(np.count_nonzero(status == Status.UNRESOLVED))
+    forces = [force for force in seen.problem.forces if isinstance(force, AdhesionHysteresis)]
+    tone = seen.problem.tones[0]
+    spring = seen.problem.modes[tone.mode].k * tone.A0
+    if status is None or unresolved == 0 or not forces or forces[0].retract_adhesion <= spring:
+        return None
+    adhesion = forces[0].retract_adhesion
+    return Advice(
+        "held_tip",
+        adhesion,
+        spring,
+        f"{unresolved} of {status.size} points have no result, and the tip may stick to the sample. The adhesion on retract, "
+        f"{shown(adhesion, 'N')}, exceeds the force of the spring at full amplitude, {shown(spring, 'N')}. Choose a stiffer "
+        "lever, a larger amplitude or a smaller retract_energy; more samples do not help a tip that sticks.",
+        "balance of forces on a tip at rest",
+        (seen.of_mode(tone.mode, "k"), seen.of_tone(0, "A0"), "forces.adhesion_hysteresis"),
+        "N",
     )
 
 
@@ -247,8 +271,8 @@ def jump_error(seen: Evidence) -> Advice | None:
         "jump_error",
         count,
         0,
-        f"Places of jumps may be off by {amount}, at {count} of them by more than the accuracy of {accuracy:.1g} asked for. "
-        "Compare them with the folds of an experiment of kind branches, or raise solver.points_per_period.",
+        f"The places of jumps may have an error of {amount}. For {count} of them it is above solver.accuracy = {accuracy:.1g}. "
+        'Compare with the folds of experiment.kind = "branches", or raise solver.points_per_period.',
         "solver.accuracy",
         ("solver.accuracy", "solver.points_per_period"),
     )
@@ -263,8 +287,8 @@ def own_time(seen: Evidence) -> Advice | None:
         "own_time",
         len(names),
         0,
-        f"The force {names[0]} depends on time, which begins anew with each period of the drive. If the force does not "
-        'repeat with the drive, write solver.method = "transient".',
+        f"The force {names[0]} depends on time, and dForce assumes that it repeats with each period of the drive. If it "
+        'does not, write solver.method = "transient".',
         "solver.method",
         ("forces", "solver.method"),
     )
@@ -277,6 +301,7 @@ PIECES = (
     energy_gained,
     amplitude_beyond_the_drive,
     not_settled,
+    held_tip,
     jump_error,
     own_time,
 )

@@ -26,7 +26,7 @@ def coexisting_states(seen: Evidence) -> Advice | None:
         2,
         1,
         f"{found}. The state in an experiment depends on approach, noise and feedback. Identify the measured state by its "
-        "phase, or avoid this range with another A0; an experiment of kind basins gives their shares.",
+        'phase, or avoid this range with another A0; experiment.kind = "basins" shows their shares.',
         BISTABLE,
         ("experiment.zc", seen.of_tone(0, "A0")),
     )
@@ -72,7 +72,9 @@ def _jumps(seen: Evidence) -> str | None:
         at = seen.array(name)
         at = np.empty(0) if at is None else at[np.isfinite(at)]  # curves of a sweep are filled up to the same number
         if at.size:
-            return f"The motion jumped to another state at {shown(float(at[0]), unit)}, and near there both exist"
+            return (
+                f"The motion jumped to another state at {shown(float(at[0]), unit)}; near this place both states exist"
+            )
     return None
 
 

@@ -23,7 +23,7 @@ from dforce.forces.van_der_waals import VanDerWaals
 from dforce.instrument import Cantilever, Drive, Sample, Tip
 from dforce.problem import Instrument, Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.integrator import INTEGRATORS, free_amplitudes, with_amplitudes
+from dforce.solvers.integrator import INTEGRATORS, with_amplitudes
 
 DISTANCES = np.linspace(4.1e-9, 7.7e-9, 12)
 POINTS = (32, 64, 128, 256, 512, 1024)
@@ -122,7 +122,7 @@ def ends(name: str, **settings: Any) -> Array:
     found = []
     for zc in SMOOTH if name == "smooth" else DISTANCES:
         integrator.place(float(zc))
-        motion, _ = integrator.lock_in(with_amplitudes(integrator, free_amplitudes(integrator)), 4)
+        motion, _ = integrator.lock_in(with_amplitudes(integrator, integrator.problem.free), 4)
         found.append(motion.y)
     return np.array(found)
 

@@ -156,8 +156,8 @@ def _traces(drawn: Drawn, lines: list[tuple[str, Line]]) -> Iterator[Figure]:
 
 COLUMNS = ("zc", "frequency", "amplitude", "phase", "peak_force", "max_indentation")
 LOOKING = "The states are being looked for ..."
-NO_STATE = "No state is here."
-UNFOLLOWED = "The states of this curve cannot be followed."
+NO_STATE = "No state exists here."
+UNFOLLOWED = "dForce cannot follow the states of this curve."
 LONGEST = 40  # characters of a distance
 
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DIGITS = 6
-MEANT = "Drawn are {}. “All states” adds states that no approach meets."
+MEANT = "The picture shows {}. “All states” adds states that no approach meets."
 NO_RANGE = {"path": "", "low": "", "high": ""}
 ENDS = {"low": "50 %", "high": "95 %"}  # of the set point, as suggested
 

@@ -56,7 +56,7 @@ def _table(result: xr.Dataset) -> str:
     names = result["parameter"].values.tolist()
     rows, below = [("", *(name.split(".")[-1] for name in names), "chi2", "lost")], []
     if held := str(result.attrs.get("holds_for", "")):
-        below.append(f"all values hold for {held}")
+        below.append(f"all values are valid for {held}")
     for curve in result["curve"].values.tolist():
         one = result.sel(curve=curve)
         if message := str(one["message"].values):

@@ -28,7 +28,7 @@ DETERMINED, BLIND, UNCERTAIN = 0, 1, 2
 SENTENCES = (
     "the curve determines the force",
     "no turning point at this distance: the force is unknown",
-    "the error of the force is above a tenth of the range that is seen, behind a gap or by noise, or only noise leads here",
+    "the error of the force is above a tenth of the range of the force, behind a gap or by noise, or only noise leads here",
 )
 BY_NODES = 2e-3  # of the range of the force: what nodes leave of kinks, by known laws
 BY_CHANCE = 3.0  # errors of the distance
