@@ -227,12 +227,12 @@ class Block(TipEquations):
         return out
 
     def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
-        """Advance motions of the first problem by so many common periods, and measure them if asked for."""
+        """Advance motions by so many common periods, and measure them if asked for."""
         count = len(slots.case)
         if self.settings.integrator != "rk4":
             states, periods = States(slots.x, slots.memory, slots.branch), self.common * repeats
             for s in range(count):
-                integrator = self.integrator(0, slots.value[s])
+                integrator = self.integrator(int(slots.case[s]), slots.value[s])
                 if measured:
                     end, slots.rows[s] = integrator.observe(states.motion(s), periods)
                 else:
@@ -240,7 +240,7 @@ class Block(TipEquations):
                 slots.ends[s, 0], slots.memory_after[s], slots.branch_after[s] = end.y, end.memory, end.latched
             return
         order, room = np.arange(count), self._room(count, 1)
-        self._solvers.entry("march")(slots, order, count, 1, measured, self._first, self.drive(repeats), room)
+        self._solvers.entry("march")(slots, order, count, 1, measured, self._all, self.drive(repeats), room)
 
     def driven(self, zc: Array, states: States, at: Array, ratio: Array, wanted: int) -> tuple[States, Array]:
         """March motions of the first problem over a common period at distances (m), frequencies (Hz) and relative drives.
@@ -302,8 +302,8 @@ class Block(TipEquations):
         return self.model(np.zeros(ABREAST, np.int64))
 
     @functools.cached_property
-    def _first(self) -> Model:
-        return self.model(np.zeros(1, np.int64))
+    def _all(self) -> Model:
+        return self.model(np.arange(len(self.batch)))
 
     def relax(self, which: Indices, states: States, at: Array) -> tuple[States, Any, Array]:
         """Return where motions come to, which of them are near a stable orbit there, and the periods that it took them.

@@ -240,10 +240,9 @@ class EngineBlock(Block):
         return out
 
     def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
-        """Advance motions of the first problem by so many common periods, and measure them if asked for."""
-        which, states = np.zeros(len(slots.case), np.int64), States(slots.x, slots.memory, slots.branch)
-        harmonics = self.harmonics if measured else None
-        out = self.marched(which, states, slots.value, self.common * repeats, harmonics=harmonics)
+        """Advance motions by so many common periods, and measure them if asked for."""
+        states, harmonics = States(slots.x, slots.memory, slots.branch), self.harmonics if measured else None
+        out = self.marched(slots.case, states, slots.value, self.common * repeats, harmonics=harmonics)
         slots.ends[:, 0], slots.memory_after[:], slots.branch_after[:] = out.path[:, -1], out.memory, out.branch
         if measured:
             slots.rows[:] = out.rows
