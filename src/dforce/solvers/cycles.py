@@ -8,7 +8,7 @@ from dforce.core.arrays import Array
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish, multipliers
 from dforce.solvers.block import Block
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
@@ -34,7 +34,7 @@ def doubled(block: Block, case: int, at: float, single: States, aside: Array, cy
     return states.take(good[:1]) if len(good) else None
 
 
-def repeated(block: Block, case: int, value: float, found: Branch, place: tuple[int, int]) -> Steady:
+def repeated(block: Block, case: int, value: float, found: Stretch, place: tuple[int, int]) -> Steady:
     """Return an orbit found at a value of the parameter, as it was measured over all its periods."""
     integrator, rows = block.integrator(case, value), found.rows[place]
     shares = weights(block.frequencies, len(rows))
