@@ -189,11 +189,12 @@ class Window:
         return int(self.page.locator(f"{chart} .df-chart").first.get_attribute("data-revision"))
 
     def drawn(self, after: int = 0, chart: str = ".df-main") -> None:
-        """Wait until a chart is drawn anew, and shows what was typed last."""
+        """Wait until a chart is drawn anew, and shows what was typed last; an empty one waits for its first curve."""
         self.page.wait_for_function(
             """([chart, after]) => {
                 const found = document.querySelector(chart + " .df-chart");
-                return found && Number(found.dataset.revision) > after && !found.classList.contains("stale");
+                const empty = document.querySelector(chart + " .df-waiting progress")?.checkVisibility();
+                return found && Number(found.dataset.revision) > after && !found.classList.contains("stale") && !empty;
             }""",
             arg=[chart, after],
             polling=POLLING,

@@ -7,7 +7,7 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.solvers.block import Block
 from dforce.solvers.points import values_of_orbit
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
@@ -33,7 +33,7 @@ def doubled(block: Block, case: int, at: float, single: States, aside: Array, cy
     return states.take(good[:1]) if len(good) else None
 
 
-def repeated(block: Block, case: int, value: float, found: Branch, place: tuple[int, int]) -> Steady:
+def repeated(block: Block, case: int, value: float, found: Stretch, place: tuple[int, int]) -> Steady:
     """Return an orbit found at a value of the parameter, as it was measured over all its periods."""
     numbers = 0.0, found.residual[place], found.steps[place]
     values = values_of_orbit(block, case, value, found.rows[place], found.monodromy[place], numbers)
