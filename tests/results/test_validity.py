@@ -146,7 +146,10 @@ SPEAKS = {
         over(experiment={"kind": "frequency_sweep", "zc": "5 nm", "frequency": [40, 60]}),
         over(sample__youngs_modulus="1 mPa"), over(drive__A0="10 um"), over(DMT(hamaker=2e-17)), over(DMT(hamaker=2e-24)),
     ],
-    "sampling": [tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9)],
+    "sampling": [
+        tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9),
+        tapping(CALM, mean_force=0.0, mean_deflection=1e-12),
+    ],
     "step_error": [balanced(3e-4), balanced(-3e-4), balanced(3e-4j)],
     "contact_sampling": [
         tapping(STIFF, min_distance=-0.07e-9),

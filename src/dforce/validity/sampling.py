@@ -35,7 +35,7 @@ def sampling(seen: Evidence) -> Advice | None:
     if not force.size or force.shape != deflection.shape or settings.settle == "fixed":
         return None
     k = 1.0 / sum(1.0 / mode.k for mode in seen.problem.modes)
-    scale = float(np.abs(force).max())
+    scale = float(np.abs([force, k * deflection]).max())
     left = settings.settle_tolerance if settings.method == "transient" else 1e-8  # of the settling, in free amplitudes
     error = float(np.abs(force - k * deflection).max()) - 10.0 * left * k * seen.problem.tones[0].A0
     if error <= CLOSURE * scale:
