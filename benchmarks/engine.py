@@ -58,7 +58,7 @@ def main() -> None:
             np.tile(kinks, (LANES, 1)), np.tile(x, (LANES, 1)), np.zeros((LANES, memory)), np.zeros((LANES, latches)),
         )  # fmt: skip
         marcher, unit = Marcher.of(problem), np.full(LANES, problem.tones[0].A0)
-        touched = marcher.march(start, 1, (1e-9, 1.0, 1e-6), harmonics=1).rows[0, 0, measure.CONTACT]
+        touched = marcher.march(start, 1, (1e-9, 1.0, 1e-6), harmonics=1).rows[0, 0, measure.IN_CONTACT]
         for tolerance in (1e-6, 1e-8, 1e-10):
             limits, times = (tolerance, 0.1, 1e-4), []
             error = float(np.abs(marcher.march(start, 1, limits).path[0, -1] - exact).max())

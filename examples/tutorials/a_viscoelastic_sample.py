@@ -83,9 +83,9 @@ assert peak[0] < 0.25 * max(peak) and energy[0] < 0.3 * max(energy) and energy[-
 # sphinx_gallery_end_ignore
 
 # %%
-# On a lever the depth is not given: it follows from the amplitude and the set point. The case of this tutorial is
-# complete, so ``df.approach(case, zc=...)`` computes the curve. Forces with memory are followed tap by tap until the
-# surface repeats, which takes far longer than for other forces. For first estimates choose :doc:`kelvin_voigt
+# With a lever you do not set the depth: it follows from the amplitude and the set point. The case of this tutorial is
+# complete, so ``df.approach(case, zc=...)`` computes the curve. dForce follows forces with memory tap by tap until
+# the surface repeats. This takes far longer than for other forces. For first estimates choose :doc:`kelvin_voigt
 # </forces/kelvin_voigt>`, which recovers between taps.
 #
 # Several relaxation times: :doc:`generalized_maxwell </forces/generalized_maxwell>`. Cells and gels:

@@ -122,8 +122,8 @@ assert "Mode 2 also answers harmonics" in materials["stiff, 1 GPa"].attrs["advic
 # sphinx_gallery_end_ignore
 
 # %%
-# The largest error on the stiff sample is in no derivation of the formulas: the sixth harmonic of tone 1 is near the resonance
-# of mode 2, which answers it. This motion makes the contact seem softer.
+# The largest error on the stiff sample is absent from the formulas: the sixth harmonic of tone 1 is near the resonance of
+# mode 2 and excites it. This motion makes the contact seem softer.
 #
 # *Adhesion* is worse. The attraction outside of the contact and the repulsion inside nearly cancel in the virial of tone 1. The
 # formulas take the rest for repulsion:

@@ -50,7 +50,7 @@ print("indentation", df.show(float(state.max_indentation), "m", 3))
 print(f"phase       {float(state.phase):.1f}°")
 
 # %%
-# A phase below 90° means net repulsion: the tip taps on the sample. With two states at one set point the dataset has
+# A phase below 90° means net repulsion: the tip taps on the sample. If one set point has two states, the dataset contains
 # both, along ``crossing``; then ask :doc:`why the phase jumps <why_the_phase_jumps>`.
 #
 # Read the advice

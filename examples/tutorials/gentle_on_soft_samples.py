@@ -2,7 +2,7 @@ r"""
 Free amplitudes for soft samples
 ================================
 
-*Your samples are soft, from gels to polymers, and above some 100 pN they are damaged. How large may the free amplitude be
+*Your samples are soft, from gels to polymers, and above about 100 pN they are damaged. How large may the free amplitude be
 on each sample?* This tutorial computes the peak force at a set point over free amplitude and modulus, and draws the line of
 100 pN. It is a map of many curves, each reduced to its state at the set point.
 """

@@ -11,8 +11,8 @@ taps one elastic sample with both, and compares the usual formulas.
 # One sample, two drives
 # ----------------------
 #
-# The lever is soft and in water, with a quality factor of 2.5. The sample is elastic: it dissipates no energy, in contrast to
-# some formulas.
+# The lever is soft and in water, with a quality factor of 2.5. The sample is elastic: it dissipates no energy,
+# although some formulas show a loss.
 
 import matplotlib.pyplot as plt
 

@@ -2,7 +2,7 @@ r"""
 A soft sample in liquid, without breaking it
 ============================================
 
-*You image a protein or a membrane in water. It must not feel more than 200 pN, and the tip must not go deeper than 2 nm.
+*You image a protein or a membrane in water. The force must stay below 200 pN, and the indentation below 2 nm.
 Which free amplitude and which set point may you use?* The instrument shows amplitude and phase, not the peak force. This
 tutorial computes the peak force for all settings at once.
 """
@@ -143,7 +143,7 @@ for finding in df.summary(trace):
         print(f"{finding.label}: {finding.text}")
 
 # %%
-# *Deflection and force over three periods. At this Q a tap is no short push: the tip touches for a large part of the period,
+# *Deflection and force over three periods. At this Q a tap is long: the tip touches for a large part of the period,
 # and the deflection is not a sinusoid.*
 #
 # Summary: in liquid first choose a small free amplitude, then any set point. Check the stiffest and the softest spot, and drive

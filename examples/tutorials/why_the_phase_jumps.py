@@ -63,8 +63,8 @@ for finding in df.summary(states):
 # ---------------
 #
 # Many simulations, and earlier versions of dForce, move the tip by a sudden step, wait until the motion has settled, and take
-# the next step. Each step shakes the motion. A large step throws it out of its state long before the state ends. `protocol =
-# "stepwise"` does the same:
+# the next step. Each step disturbs the motion. A large step moves it to another state long before its own state ends.
+# `protocol = "stepwise"` does the same:
 
 steps = (0.5, 0.2, 0.1, 0.05, 0.02)  # nm
 jumps = {}
@@ -101,8 +101,8 @@ assert early == sorted(early, reverse=True) and early[0] > 3.0 and early[1] > 0.
 # *The approach in sudden steps of 0.5 and 0.2 nm leaves the attractive state 3.6 nm and 1 nm before it ends. The states are
 # equal; only the path along them differs.*
 #
-# With smaller steps the jump approaches the fold; in a slow change it is at the fold on any grid. **The place of a jump is no
-# property of the sample. The folds are.** Use `stepwise` to repeat the results of such a simulation.
+# With smaller steps the jump approaches the fold; in a slow change it is at the fold on any grid. **The place of a jump is not
+# a property of the system. The folds are.** Use `stepwise` to repeat the results of such a simulation.
 #
 # The state of each start
 # -----------------------
@@ -270,7 +270,7 @@ assert (between > 90.0).any() and (between < 90.0).any()
 
 # %%
 # *Phase at each set point and free amplitude, on approach. Blue: net attraction at every set point, with a free amplitude below
-# some 23 nm. Red: net repulsion. At the amplitudes in between a change of set point crosses the border.*
+# about 23 nm. Red: net repulsion. At the amplitudes in between a change of set point crosses the border.*
 #
 # So, for this cantilever and sample:
 #

@@ -145,7 +145,7 @@ def test_arrow_keys_go_along_a_curve_to_which_a_skip_link_leads(window):
         keyboard.press("Enter")
         page.wait_for_function(focused, arg=place)
     said = page.locator(".df-main .df-chart [role=status]")
-    expect(said).to_contain_text("Arrow keys go along a curve")
+    expect(said).to_contain_text("Arrow keys move along a curve")
     for key, at in (
         ("ArrowRight", 0),
         ("ArrowRight", 1),

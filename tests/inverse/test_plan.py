@@ -383,6 +383,12 @@ def test_a_plan_whose_curves_reach_no_set_point_says_how_far_they_come_and_what_
     assert "dissipates no energy" in str(error.value)
 
 
+def test_a_plan_whose_curves_jump_across_the_set_points_says_so():
+    snapping = hertz(1e9, k=0.1, Q=3.0, A0=1e-9).replace(forces=[{"model": "dmt", "hamaker": "2e-19 J"}])
+    with pytest.raises(df.ParameterError, match=r"jumps across them \(the lowest A/A0 down to zc = -1.2 A0 is \d"):
+        df.plan(snapping, {"drive.A0": ["1 nm"]}, [0.6], {"peak_force": "< 1 nN"})
+
+
 def test_a_setting_without_room_is_not_recommended_and_a_sentence_says_what_would_help(tmp_path: Path):
     file = tmp_path / "plan.toml"
     file.write_text(TEXT.replace("points = 4", "points = 2").replace("0.85, ", ""))

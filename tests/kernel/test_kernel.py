@@ -257,7 +257,7 @@ def test_tuples_of_numbers_reach_the_law_as_they_are():
 def test_solvers_refuse_arrays_that_the_tip_equation_was_not_compiled_for():
     """What is called by its address would read them as what they are not."""
     ready = INTEGRATORS["rk4"](problem([df.forces.Hertz()]), df.SolverSettings(), 3)
-    ready.block = ready.block.T.copy().T  # other strides
+    ready.samples = ready.samples.T.copy().T  # other strides
     with pytest.raises(TypingError, match="not with"):
         ready.lock_in(with_amplitudes(ready, ready.problem.free), 1)
 

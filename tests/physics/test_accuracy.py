@@ -11,6 +11,7 @@ from tiers import some_long
 import dforce as df
 from dforce.checks.validation.draws import draw
 from dforce.results.status import keep_promise, repeats
+from dforce.validity import advice_in
 
 FAMILIES = ("Hertz", "DMT", "Hertz, Kelvin–Voigt")
 VISCOUS = df.Case(  # a contact that the tip enters so fast that 256 samples leave 1e-3 of the peak force
@@ -209,6 +210,7 @@ def test_a_tip_that_sticks_is_left_unresolved_with_the_first_samples():
     found = df.run(STICKING)
     assert (found.status == df.Status.UNRESOLVED).all()
     assert found.attrs["samples_per_period"] == 256
+    assert "held_tip" in {piece.name for piece in advice_in(found)}
     swept = df.sweep(STICKING, {"cantilever.Q": [26.8, 27.0]})
     assert (swept.status == df.Status.UNRESOLVED).all()
 

@@ -24,6 +24,7 @@ from dforce.validity.contact import pull_off
 
 CALM = df.example("table-1-am")
 AIR = df.example("figure-3-air")
+STICKY = [df.forces.AdhesionHysteresis(), df.forces.Hertz()]
 DMT, HERTZ, SPHERE = df.forces.DMT, df.forces.Hertz, df.forces.VanDerWaals
 SALT = {"hamaker": 1e-20, "debye_length": "0.5 nm"}
 LOW = SALT | {"tip_potential": "-20 mV", "sample_potential": "-10 mV"}
@@ -145,12 +146,16 @@ SPEAKS = {
         over(experiment={"kind": "frequency_sweep", "zc": "5 nm", "frequency": [40, 60]}),
         over(sample__youngs_modulus="1 mPa"), over(drive__A0="10 um"), over(DMT(hamaker=2e-17)), over(DMT(hamaker=2e-24)),
     ],
-    "sampling": [tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9)],
+    "sampling": [
+        tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9),
+        tapping(CALM, mean_force=0.0, mean_deflection=1e-12),
+    ],
     "step_error": [balanced(3e-4), balanced(-3e-4), balanced(3e-4j)],
     "contact_sampling": [
         tapping(STIFF, min_distance=-0.07e-9),
         tapping(over(HERTZ(), df.forces.KelvinVoigt(viscosity="200 kPa s")), min_distance=-0.1e-9),
     ],
+    "held_tip": [tapping(over(*STICKY, cantilever__k=0.1), (5e-9, 4e-9), status=[0, 5])],
     "jump_error": [jumping(3e-4, np.nan), jumping(1e-5, np.inf)],
     "energy_gained": [tapping(CALM, total_dissipated_energy=-1e-19), tapping(CALM, total_dissipated_energy=-1e-19, status=1)],
     "amplitude_beyond_the_drive": [tapping(CALM, amplitude=8e-9, status=1)],
@@ -274,6 +279,10 @@ SILENT = {
         tapping(over(drive__frequency="48 kHz"), amplitude=8e-9), tapping(ALTERNATING, amplitude=8e-9),
     ],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 2])],
+    "held_tip": [
+        tapping(over(*STICKY, cantilever__k=0.1), status=0), tapping(over(*STICKY, cantilever__k=10.0), status=5),
+        tapping(over(cantilever__k=0.1), status=5), over(*STICKY, cantilever__k=0.1),
+    ],
     "jump_error": [
         jumping(9e-5, np.nan), jumping(np.nan), jumping(3e-4, case=over(solver__accuracy=1e-3)), tapping(CALM),
         jumping(3e-4, case=over(solver__points_per_period=256)),

@@ -54,7 +54,7 @@ SAFE, SHRINK, GROWTH = 0.9, 0.25, 5.0
 AIMED = 1e-3  # of the way to a kink: how near the guess is by which a step is aimed at it
 BEYOND = 1.3  # times the way to the next kink at the present speed: longest step towards it
 LANDED = 1e-9  # of the free amplitude: how near to a kink a step ends where the force jumps
-NEAR = 0.01  # times the root of a step's error: how near where it does not, as the error then goes with the square
+NEAR = 0.01  # times the root of a step's error: how near where the force only bends, as the error then goes with the square
 SWITCHED, MOST_TRIES = 1e-12, 60  # rad: how close behind a switch a step ends; attempts at it
 MOST_STEPS = 40_000  # in an interval
 MOST_SWITCHES = 3  # of each latch within REST: a force that switches more often keeps its branch as long
@@ -116,7 +116,7 @@ def longest_step(lane: Any, fast: float, speed: float, measured: bool) -> float:
 
 
 @compiled
-def meets(lane: Any, force: float, longest: float) -> Any:
+def kink_ahead(lane: Any, force: float, longest: float) -> Any:
     """Return the kink towards which the tip moves, and when it is there if the force does not change; 0 where it is not."""
     state, mode, turn, u = lane.state, lane.mode, lane.turn, lane.u
     level = state[LOW] if state[V0] < 0.0 else state[HIGH]
@@ -165,7 +165,7 @@ def try_step(lane: Any, laws: Any, kind: int, h: float, left: float, f1: float, 
     v0, begun, aim, tries, near = state[V0], kind, NOTHING, 0, -1.0
     level, low_s, high_s, low_g, high_g, error = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if kind == PLAIN:
-        level, s = meets(lane, f1, h)
+        level, s = kink_ahead(lane, f1, h)
         if s > 0.0:
             h, kind, aim = s, ARRIVING, KINK
         elif v0 < 0.0 and state[LOW] > -np.inf:

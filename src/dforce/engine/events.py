@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from dforce.engine.lanes import BEGIN, D0, D1, HIGH, LENGTH, LOW, OMEGA, SIDE, SPEED, V0, ZC, T, compiled
-from dforce.engine.laws import call_block
+from dforce.engine.laws import call_over_points
 from dforce.engine.step import BESIDE, bend, inside
 from dforce.engine.tableau import C
 
@@ -54,7 +54,7 @@ def root(lane: Any, h: float, bent_x: float, bent_v: float, level: float, wanted
 
 @compiled
 def event_in(lane: Any, h: float, turned: bool) -> Any:
-    """Return what comes first in a step that leaves its interval of kinks or turns: KINK or TURN, the kink, and when."""
+    """Return what comes first in a step that passes a kink or turns: KINK or TURN, the kink, and when."""
     low, high, d1, last, level = lane.state[LOW], lane.state[HIGH], lane.state[D1], h, 0.0
     zc, length = lane.numbers[ZC], lane.numbers[LENGTH]
     bent_x, bent_v, _, _ = bend(lane, h)
@@ -78,7 +78,7 @@ def call_law(lane: Any, laws: Any, f: int, kind: int, d: float, v: float) -> flo
     lane.t[0] = (lane.state[BEGIN] + lane.state[T]) / numbers[OMEGA]
     kept_at, side = at[4] + 8 * laws.place[f, 1], lane.latched[latch] if latch >= 0 else 0.0
     own = at[6] + 8 * laws.place[f, 0]
-    call_block(laws.address[f, kind], (1, at[0], at[1], at[2], kept_at, side, numbers[ZC], own, at[3]))
+    call_over_points(laws.address[f, kind], (1, at[0], at[1], at[2], kept_at, side, numbers[ZC], own, at[3]))
     return float(lane.result[0])
 
 

@@ -20,8 +20,8 @@ from dforce.kernel.linker import Linker
 
 TYPES = "void(i8,voidptr,voidptr,voidptr,voidptr,f8,f8,voidptr,voidptr)"
 KINDS = ("law", "evolve", "switch")
-BLOCK = """
-def {name}_block(count, distances, rates, times, memories, latched, zc, given, results):
+OVER_POINTS = """
+def {name}_over_points(count, distances, rates, times, memories, latched, zc, given, results):
     d, rate, t = carray(distances, count, np.float64), carray(rates, count, np.float64), carray(times, count, np.float64)
     numbers, memory = carray(given, {numbers}, np.float64), carray(memories, (count, {memory}), np.float64)
     out = carray(results, {shape}, np.float64)
@@ -74,7 +74,7 @@ def text_of(force: Force) -> str:
     for name, (result, function, given) in calls.items():
         call = f"{result}{linker.add(function)}({', '.join([*given, *numbers])})"
         shape = f"(count, {force.memory})" if name == "evolve" else "count"
-        text = BLOCK.format(name=name, call=call, numbers=place, memory=force.memory, shape=shape)
+        text = OVER_POINTS.format(name=name, call=call, numbers=place, memory=force.memory, shape=shape)
         linker.emit(text.strip(), "compiled")
     return "\n\n".join(linker.text) + "\n"
 
@@ -94,14 +94,14 @@ def laws_of(forces: Sequence[Force]) -> Laws:
         has_latch = force.switch is not None
         names = ["law", *(["evolve"] if force.evolve is not None else []), *(["switch"] if has_latch else [])]
         for name in names:
-            address[i, KINDS.index(name)] = kernel.address(f"{name}_block", TYPES)
+            address[i, KINDS.index(name)] = kernel.address(f"{name}_over_points", TYPES)
         place[i] = numbers, states, force.memory, latches if has_latch else -1
         numbers, states, latches = numbers + len(force.numbers()), states + force.memory, latches + has_latch
     return Laws(address, place, not all(force.is_of_distance_alone for force in forces))
 
 
-def _call_block(context: Any, address: Any, given: Any) -> Any:
-    """Call a compiled block function with what `TYPES` lists; arrays are given by their address."""
+def _call_over_points(context: Any, address: Any, given: Any) -> Any:
+    """Call a compiled function over points with what `TYPES` lists; arrays are given by their address."""
     arguments, result = sigutils.normalize_signature(TYPES)  # type: ignore[no-untyped-call]
 
     def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
@@ -118,4 +118,4 @@ def _call_block(context: Any, address: Any, given: Any) -> Any:
     return result(address, given), generate
 
 
-call_block: Callable[..., None] = intrinsic(_call_block)
+call_over_points: Callable[..., None] = intrinsic(_call_over_points)

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.engine.laws import Laws, call_block
+from dforce.engine.laws import Laws, call_over_points
 from dforce.engine.on_disk import entry
 
 
@@ -18,7 +18,7 @@ def add_laws(address: Any, place: Any, zc: float, numbers: Any, d: Any, rate: An
     at_rest = np.zeros(d.shape[0])
     for f in range(address.shape[0]):
         motion = d.ctypes.data, rate.ctypes.data, at_rest.ctypes.data
-        call_block(
+        call_over_points(
             address[f, 0], (d.shape[0], *motion, 0, 0.0, zc, numbers.ctypes.data + 8 * place[f, 0], out.ctypes.data)
         )
 

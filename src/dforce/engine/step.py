@@ -15,7 +15,7 @@ from typing import Any
 
 from dforce.core.arrays import FADED
 from dforce.engine.lanes import BEGIN, D0, D1, F1, HIGH, LENGTH, LOW, OMEGA, SPEED, V0, V1, ZC, T, compiled, inlined
-from dforce.engine.laws import call_block
+from dforce.engine.laws import call_over_points
 from dforce.engine.tableau import ARRIVING, FIFTH, LEAVING, PACE, SHARE, STAGES, THIRD, WEIGHTS, A
 
 # coefficients of the squares of an angle in its cosine, and in its sine over the angle
@@ -165,7 +165,7 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
         for f in range(forces):
             latch = place[f, 3]
             kept_at, side, own = at[4] + 8 * place[f, 1], latched[latch] if latch >= 0 else 0.0, at[6] + 8 * place[f, 0]
-            call_block(address[f, 0], (count, at[0], at[1], at[2], kept_at, side, zc, own, at[3]))
+            call_over_points(address[f, 0], (count, at[0], at[1], at[2], kept_at, side, zc, own, at[3]))
         if last:
             state[F1] = result[0]
             break
@@ -188,7 +188,7 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
                 if place[f, 2] > 0:
                     kept_at, own = at[4] + 8 * place[f, 1], at[6] + 8 * place[f, 0]
                     rates = at[5] + 8 * (i * states + place[f, 1])
-                    call_block(address[f, 1], (1, at[0], at[1], at[2], kept_at, 0.0, zc, own, rates))
+                    call_over_points(address[f, 1], (1, at[0], at[1], at[2], kept_at, 0.0, zc, own, rates))
             for m in range(states):
                 change[i, m] *= pace / omega
     for n in range(modes):

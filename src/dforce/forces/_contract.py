@@ -66,14 +66,14 @@ class Force(Parameters):
         `memory`, `evolve(d, rate, t, memory, change, *arguments)`
             number of state variables (a property, or a class attribute), and the function that writes their
             rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale` is the scale of
-            tolerances (in the unit of the states). States start at zero, the relaxed sample. `rates` are the rates (1/s) at
-            which the states of one element of the sample relax; the memory is one such set of states after the other.
-            Solvers resolve the fastest, and foretell by all where the states come to rest. `recovery_time` is the time in
-            which a free surface returns: where it is too long no periodic motion is sought.
+            tolerances (in the unit of the states). States start at zero, the relaxed sample. `rates` are the relaxation
+            rates (1/s) of the states. For a row of equal elements `rates` lists one element alone. Solvers resolve the
+            fastest, and foretell by all where the states come to rest. Without them a fast relaxation may be missed.
+            `recovery_time` is the time in which a free surface returns: where it is too long no periodic motion is sought.
         `switch(latched, d, rate, t, *arguments)`
             for a force with two branches (with and without a neck): the branch changes where the value of this function becomes
-            positive, also at the start of a motion. The law then takes `latched` (0.0 or 1.0) after `t` (and after `memory`); a
-            run starts at 0.0. Either branch must be finite at every distance.
+            positive, also at the start of a motion. The law then takes `latched` (0.0 or 1.0) after `t` (and after `memory`),
+            and `switch` takes it first; a run starts at 0.0. Either branch must be finite at every distance.
         `law_function()`, `values()`
             for a law that depends on parameters, as in `custom` and `electrostatic`: the law of this force, and its arguments.
         `parts()`

@@ -62,22 +62,23 @@ def cut_lanes(here: Any, there: Any, i: int, lanes: Any, drive: Any, crossed: An
 
 @apart
 @by_address(f"i8(f8[:,:,::1],{COLUMNS},{PERIOD},i8[::1],f8[:,::1],{{tip}})")
-def advance_lanes(block: Any, lanes: Any, drive: Any, crossed: Any, work: Any, tip: Any) -> int:
+def advance_lanes(samples: Any, lanes: Any, drive: Any, crossed: Any, work: Any, tip: Any) -> int:
     """Advance motions of different problems by one period, cut at kinks, and keep their samples.
 
-    block[i] holds sample i: the motion and, behind it, the force, one column a lane. A block of only two rows is used in
-    turns. Returns the row where the period ends. `lanes` are the numbers of the tip equations, the drives (real parts of each
-    tone on each mode, then imaginary ones) and the kinks, one column a lane, and the tone tables, (lanes, tones, columns).
+    samples[i] holds sample i: the motion and, behind it, the force, one column a lane. Where it has two rows alone, these are
+    used in turns. Returns the row where the period ends. `lanes` are the numbers of the tip equations, the drives (real parts
+    of each tone on each mode, then imaginary ones) and the kinks, one column a lane, and the tone tables, (lanes, tones,
+    columns).
     `drive` is what they share: the tones' phases at the start of the period, its number and that of its steps, and cosine and
     minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1). `crossed` and `work`, with a column
     for each kink, are scratch. Of `tip` only the addresses matter: each lane has parameters of its own.
     """
     (numbers, forcing, kinks, _), (_, period, points, waves) = lanes, drive
     h = TAU / points
-    rows, size = block.shape[0], block.shape[2]
+    rows, size = samples.shape[0], samples.shape[2]
     place, forces = motion_size(), (None, None, None, None)
     for i in range(points):
-        here, there = block[i % rows], block[(i + 1) % rows]
+        here, there = samples[i % rows], samples[(i + 1) % rows]
         c0, c1, c2 = waves_at(waves, 2 * i), waves_at(waves, 2 * i + 1), waves_at(waves, 2 * i + 2)
         for j in range(size):
             p = parameters_of(numbers, j)
@@ -90,7 +91,7 @@ def advance_lanes(block: Any, lanes: Any, drive: Any, crossed: Any, work: Any, t
         if mark_crossed(here, there, numbers, kinks, h, crossed):
             cut_lanes(here, there, i, lanes, drive, crossed, work, tip)
     end_row = points % rows
-    last = block[end_row]
+    last = samples[end_row]
     for j in range(size):
         p = parameters_of(numbers, j)
         y = column(last, j)

@@ -5,7 +5,9 @@ These go down together:
 - `drive`: the tone table, the tones' phases at the start of a period, the number of that period and of the steps in it;
 - `u`: the drive on each mode at the start, in the middle and at the end of a step;
 - `forces`: memory and branches of the forces, the distances (m) of their kinks, and room for the memory within a step, (8,
-  states), whose first row holds the memory that the step leads to.
+  states): row 0 holds the memory that the step leads to, rows 1 to 4 its rates of change at the stages, and rows 5 to 7 serve
+  the parts of a step;
+- `limits`: the distances (m) of the kinks on either side, both just inside.
 """
 
 from __future__ import annotations
@@ -14,8 +16,7 @@ import math
 from typing import Any
 
 from dforce.core.arrays import FADED
-from dforce.kernel.codegen import FIRST_DRIVE
-from dforce.kernel.linker import uncounted
+from dforce.kernel.codegen import FIRST_DRIVE, LENGTH, OMEGA
 from dforce.kernel.vocabulary import (
     coasted,
     distance,
@@ -27,16 +28,15 @@ from dforce.kernel.vocabulary import (
     rate_of,
     switch,
 )
-from dforce.observables.interpolant import cubic, turning
+from dforce.observables.interpolant import INSIDE, cubic, turning
 
 TAU = 2.0 * math.pi
-INSIDE = 1e-12  # of the free amplitude: how far beside a kink a force is taken for that on one side of it
 JUMPS = 1e-3  # of the forces on both sides: a larger difference is a jump
 
 
 def seconds(tau: float, p: Any) -> float:
     """Return a scaled time in seconds."""
-    return tau / p[3]
+    return tau / p[OMEGA]
 
 
 def phases(tones: Any, period: int, bases: Any) -> None:
@@ -71,15 +71,15 @@ def tabulate(tones: Any, bases: Any, points: int, table: Any) -> None:
             c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
 
 
-def keep_rest(block: Any, i: int, memory: Any, latched: Any, f: float) -> None:
+def keep_rest(samples: Any, i: int, memory: Any, latched: Any, f: float) -> None:
     """Write memory, branches and force as part of sample i of a period."""
     place = motion_size()
     for k in range(memory_size(memory)):
-        block[i, place + k] = memory[k]
+        samples[i, place + k] = memory[k]
     place += memory_size(memory)
     for k in range(latch_count(latched)):
-        block[i, place + k] = latched[k]
-    block[i, place + latch_count(latched)] = f
+        samples[i, place + k] = latched[k]
+    samples[i, place + latch_count(latched)] = f
 
 
 def remember(forces: Any) -> None:
@@ -138,7 +138,7 @@ def touches_a_jump(y: Any, h: float, t: float, forces: Any, p: Any) -> bool:
     """
     memory, latched, kinks, _ = forces
     d, middle, rate, found = distance(y, p), distance(coasted(y, 0.5 * h), p), rate_of(y, p), False
-    aside = INSIDE * p[1]
+    aside = INSIDE * p[LENGTH]
     for kink in kinks:
         if (d > kink) != (middle > kink):
             above = force(kink + aside, rate, t, memory, latched, p)
@@ -166,24 +166,3 @@ def margin(which: int, y: Any, end: Any, t: float, forces: Any, p: Any) -> float
         past = distance(end, p) - kinks[which]
         return -past if distance(y, p) > kinks[which] else past
     return switch(which - kinks.shape[0], latched, distance(end, p), rate_of(end, p), t, p)
-
-
-@uncounted
-def interval(y: Any, kinks: Any, p: Any) -> Any:
-    """Return the distances between the kinks on either side of a motion, both just inside."""
-    d = distance(y, p)
-    low, high = -math.inf, math.inf
-    for kink in kinks:
-        if kink < d:
-            low = max(low, kink)
-        else:
-            high = min(high, kink)
-    inside = INSIDE * p[1]
-    return low + inside, high - inside
-
-
-def held(d: float, limits: Any) -> float:
-    """Return a distance held within limits, so that every stage of a step sees the same side of a kink."""
-    if limits is None:
-        return d
-    return min(max(d, limits[0]), limits[1])

@@ -36,19 +36,19 @@ def derivative(tau: float, state: Any, start: float, latched: Any, tones: Any, b
     y = motion_of(state.reshape(1, state.shape[0]), 0)
     d, rate, t = distance(y, p), rate_of(y, p), seconds(start + tau, p)
     if memory_size(state[size:]):
-        evolve(d, rate, t, state[size:], latched, change[size:], p)
+        evolve(d, rate, t, state[size:], change[size:], p)
     slopes = motion(drive_at(tones, bases, tau), force(d, rate, t, state[size:], latched, p), y, p)
     keep(change.reshape(1, state.shape[0]), 0, slopes)
     return change
 
 
-def sample(state: Any, t: float, latched: Any, p: Any, block: Any, i: int) -> int:
+def sample(state: Any, t: float, latched: Any, p: Any, samples: Any, i: int) -> int:
     """Write a state as sample i of a period; return which latch must switch, or -1."""
     size = motion_size()
     y = motion_of(state.reshape(1, state.shape[0]), 0)
-    keep(block, i, y)
+    keep(samples, i, y)
     f = force(distance(y, p), rate_of(y, p), t, state[size:], latched, p)
-    keep_rest(block, i, state[size:], latched, f)
+    keep_rest(samples, i, state[size:], latched, f)
     return risen(y, t, latched, p)
 
 
@@ -89,38 +89,38 @@ class Flow:
         solver.set_initial_value(self.state.copy(), self.tau)  # SciPy works in place
         return solver
 
-    def sample(self, block: Any, row: int) -> int:
+    def sample(self, samples: Any, row: int) -> int:
         """Write the state as a sample; return which latch must switch, or -1."""
-        return int(self.take(self.state, seconds(self.start + self.tau, self.p), self.latched, self.p, block, row))
+        return int(self.take(self.state, seconds(self.start + self.tau, self.p), self.latched, self.p, samples, row))
 
-    def _go(self, end: float, block: Any, row: int) -> int:
+    def _go(self, end: float, samples: Any, row: int) -> int:
         """Integrate to a time, sample, and return which latch must switch, or -1."""
         self.state, self.tau = self.solver.integrate(end).copy(), end
         if not self.solver.successful():
             self.state = np.full_like(self.state, np.nan)
-        return self.sample(block, row)
+        return self.sample(samples, row)
 
-    def advance(self, end: float, block: Any, row: int) -> None:
+    def advance(self, end: float, samples: Any, row: int) -> None:
         """Integrate to a time, switching branches on the way, and write the state there as a sample."""
         before = self.state, self.tau
-        which = self._go(end, block, row)
+        which = self._go(end, samples, row)
         for _ in range(MOST_SWITCHES):
             if which < 0:
                 return
-            which = self._first_switch(*before, which, block, row)
+            which = self._first_switch(*before, which, samples, row)
             self.latched[which] = 1.0 - self.latched[which]
             before = self.state, self.tau
             self.solver = self._begin()
-            which = self._go(end, block, row)
+            which = self._go(end, samples, row)
 
-    def _first_switch(self, state: Any, low: float, which: int, block: Any, row: int) -> int:
+    def _first_switch(self, state: Any, low: float, which: int, samples: Any, row: int) -> int:
         """Go to the first switch after an earlier state, found by bisection, and return which latch it is."""
         origin, high = low, self.tau
         found = self.state, high, which
         while high - low > LANDED * (found[1] - origin) and low < (middle := 0.5 * (low + high)) < high:
             self.state, self.tau = state, origin
             self.solver = self._begin()
-            now = self._go(middle, block, row)
+            now = self._go(middle, samples, row)
             if now >= 0:
                 found, high = (self.state, middle, now), middle
             else:

@@ -13,8 +13,6 @@ import numpy as np
 from dforce.integrators.loops import (
     TAU,
     grazes,
-    held,
-    interval,
     keep_rest,
     margin,
     passed,
@@ -27,6 +25,7 @@ from dforce.integrators.loops import (
     turn_behind,
 )
 from dforce.integrators.steps import beside, divided, part_step, step
+from dforce.kernel.codegen import OMEGA
 from dforce.kernel.linker import by_address, inlined, uncounted
 from dforce.kernel.vocabulary import (
     bent,
@@ -49,24 +48,24 @@ from dforce.kernel.vocabulary import (
     row,
     unpacked,
 )
-from dforce.observables.interpolant import crossing
+from dforce.observables.interpolant import between_kinks, crossing, held
 from dforce.observables.lockin import lock_in
 from dforce.observables.measure import ROOM, measure
 
 MOST_CUTS = 12  # of one step; a force that switches more often has no branch to be on
 NEAR = 2e-6  # how near behind a kink is near enough, relative to the step: for so long the force is off
 TRIES = 4  # to land behind a kink
-CLOSE = 1e-5  # how near there a landing must be, relative to the step
+CLOSE = 1e-5  # relative to the step: from so near a Taylor step leads on to there
 DRIVE, FORCES = "Tuple((f8[:,::1],f8[::1],i8,i8))", "Tuple((f8[::1],f8[::1],f8[::1],f8[:,::1]))"  # types, see ``loops``
 ON_SWITCH = 1e-6  # of how far a step leads past a switch: a motion so near to it when the step begins is on it
-LANDED = 1e-8  # how near behind a kink or switch a cut must be, relative to the step
+LANDED = 1e-8  # relative to the step: how near behind a switch a cut is, and a rest of the step that is left out
 
 
 @uncounted
 def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: Any, p: Any) -> Any:
     """Return the motion after step i, cut where it passes a kink or a branch switches; the forces' states are updated.
 
-    `f` is the force at its start, `end` is where the uncut step would lead. Without memory and branches Newton's method finds
+    `f` is the force at its start, `end` is where the whole step leads. Without memory and branches Newton's method finds
     the kink, under a drive interpolated between the three of `u`, to an error below that of the step. What this cannot do, as
     more than one kink in a step, is left to `cut_step`.
     """
@@ -81,7 +80,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
             return end
         end = driven_step(y, tau, h, drive, forces, p)
     elif not has_states():
-        limits = interval(y, kinks, p)
+        limits = between_kinks(distance(y, p), kinks, p)
         first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
         first += 0.5 * NEAR * h
         for _ in range(TRIES):
@@ -90,7 +89,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
             um, uh = drive_between(u0, u1, u2, 0.5 * first / h), drive_between(u0, u1, u2, first / h)
             landed = part_step(y, f, (u0, um, uh), first, t, forces, points, p)
             past = margin(which, y, landed, t, forces, p)
-            wanted = NEAR * h * abs(rate_of(landed, p)) / p[3]
+            wanted = NEAR * h * abs(rate_of(landed, p)) / p[OMEGA]
             off = (past - 0.5 * wanted) / wanted
             first -= off * NEAR * h
             if not abs(off) < CLOSE / NEAR:
@@ -106,7 +105,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
             if passed(y, landed, t, forces, p) != which:
                 break
             left, between = h - first, t + seconds(first, p)
-            limits = interval(landed, kinks, p)
+            limits = between_kinks(distance(landed, p), kinks, p)
             behind = force(held(distance(landed, p), limits), rate_of(landed, p), between, memory, latched, p)
             um = drive_between(u0, u1, u2, 0.5 + 0.5 * first / h)
             end = part_step(landed, behind, (uh, um, u2), left, between, forces, points, p)
@@ -121,7 +120,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
 def cut_step(y: Any, end: Any, tau: float, h: float, drive: Any, forces: Any, p: Any) -> Any:
     """Return the motion one step later, cut where it passes a kink or a branch switches; the forces' states are updated.
 
-    `end` is where the uncut step would lead.
+    `end` is where the whole step leads.
     """
     (_, _, period, _), (_, latched, kinks, _) = drive, forces
     left, known = h, True
@@ -226,7 +225,7 @@ def first_event(y: Any, end: Any, start: float, h: float, drive: Any, forces: An
             low, below, side = guess, margin(which, y, middle, now, forces, p), 1.0
         elif found == which:
             high, above, side = guess, margin(which, y, middle, now, forces, p), -1.0
-            rate = abs(rate_of(middle, p)) / p[3]
+            rate = abs(rate_of(middle, p)) / p[OMEGA]
             if which < kinks.shape[0] and above < NEAR * h * rate:
                 return high, middle
         else:  # another event comes before it
@@ -241,25 +240,25 @@ def driven_step(y: Any, tau: float, h: float, drive: Any, forces: Any, p: Any) -
     """Take a step of any length from any time within the period, with the drive evaluated anew, on one side of all kinks."""
     (tones, bases, period, points), (memory, latched, kinks, _) = drive, forces
     t = seconds(period * TAU + tau, p)
-    f = force(held(distance(y, p), interval(y, kinks, p)), rate_of(y, p), t, memory, latched, p)
+    f = force(held(distance(y, p), between_kinks(distance(y, p), kinks, p)), rate_of(y, p), t, memory, latched, p)
     u = drive_at(tones, bases, tau), drive_at(tones, bases, tau + 0.5 * h), drive_at(tones, bases, tau + h)
     return part_step(y, f, u, h, t, forces, points, p)
 
 
 @by_address(f"{{y}}({{y}},{{y}},f8,i8,{DRIVE},f8[:,::1],{FORCES},{{tip}})")
-def cut(y: Any, plain: Any, f: float, i: int, drive: Any, table: Any, forces: Any, tip: Any) -> Any:
+def cut(y: Any, uncut: Any, f: float, i: int, drive: Any, table: Any, forces: Any, tip: Any) -> Any:
     """Return the motion after step i, taken again beside a kink or a switch; the forces' states are updated.
 
-    `f` is the force at its start, `plain` is where the step leads that takes no notice of them.
+    `f` is the force at its start, `uncut` is where the whole step leads.
     """
     (_, _, period, points), (_, _, kinks, _), p = drive, forces, unpacked(tip)
     h = TAU / points
     dt = seconds(h, p)
     t = seconds(period * TAU, p) + i * dt
     u = row(table, 2 * i), row(table, 2 * i + 1), row(table, 2 * i + 2)
-    if passed(y, plain, t + dt, forces, p) >= 0 or grazes(y, h, kinks, p):
-        return cut_at_kink(y, plain, f, u, i, drive, forces, p)
-    end = divided(y, plain, f, u, h, t, forces, p)
+    if passed(y, uncut, t + dt, forces, p) >= 0 or grazes(y, h, kinks, p):
+        return cut_at_kink(y, uncut, f, u, i, drive, forces, p)
+    end = divided(y, uncut, f, u, h, t, forces, p)
     remember(forces)
     return end
 
@@ -280,8 +279,8 @@ def next_sample(y: Any, f: float, i: int, drive: Any, table: Any, forces: Any, t
 
 
 @by_address(f"{{y}}({{y}},{DRIVE},f8[:,::1],{FORCES},f8[:,::1],{{tip}})")
-def advance(y: Any, drive: Any, table: Any, forces: Any, block: Any, tip: Any) -> Any:
-    """Return the motion one period later; block[i] holds sample i of the period, both ends included.
+def advance(y: Any, drive: Any, table: Any, forces: Any, samples: Any, tip: Any) -> Any:
+    """Return the motion one period later; samples[i] holds sample i of the period, both ends included.
 
     `table` is the drive on each mode at the ends and middles of all steps, (2 points + 1, modes).
     """
@@ -289,27 +288,27 @@ def advance(y: Any, drive: Any, table: Any, forces: Any, block: Any, tip: Any) -
     start, dt = seconds(period * TAU, p), seconds(TAU / points, p)
     for i in range(points):
         f = force(distance(y, p), rate_of(y, p), start + i * dt, memory, latched, p)
-        keep(block, i, y)
-        keep_rest(block, i, memory, latched, f)
+        keep(samples, i, y)
+        keep_rest(samples, i, memory, latched, f)
         y = next_sample(y, f, i, drive, table, forces, tip, p)
     f = force(distance(y, p), rate_of(y, p), start + points * dt, memory, latched, p)
-    keep(block, points, y)
-    keep_rest(block, points, memory, latched, f)
+    keep(samples, points, y)
+    keep_rest(samples, points, memory, latched, f)
     return y
 
 
-def march(y: Any, forces: Any, first: int, tones: Any, turns: Any, block: Any, p: Any, out: Any) -> Any:
+def march(y: Any, forces: Any, first: int, tones: Any, turns: Any, samples: Any, p: Any, out: Any) -> Any:
     """Advance whole periods and measure each into a row of `out`: the lock-in, two columns a tone, or all columns."""
-    points, bases = block.shape[0] - 1, np.empty(tones.shape[0])
+    points, bases = samples.shape[0] - 1, np.empty(tones.shape[0])
     room, table = np.empty((ROOM, points + 1)), np.empty((2 * points + 1, mode_count()))
     for i in range(out.shape[0]):
         if i == 0 or tones.shape[0] > 1:  # the first tone alone repeats every period
             phases(tones, first + i, bases)
             tabulate(tones, bases, points, table)
         drive = tones, bases, first + i, points
-        y = advance(y, drive, table, forces, block, p)
+        y = advance(y, drive, table, forces, samples, p)
         if out.shape[1] > 2 * tones.shape[0]:
-            measure(block, turns, drive, forces[2], p, room, out[i])
+            measure(samples, turns, drive, forces[2], p, room, out[i])
         else:
-            lock_in(block, turns, bases, room[0], out[i])
+            lock_in(samples, turns, bases, room[0], out[i])
     return y

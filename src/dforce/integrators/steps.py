@@ -20,8 +20,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from dforce.integrators.loops import TAU, held, interval, remember, seconds
-from dforce.kernel.codegen import FIRST_MODE
+from dforce.integrators.loops import TAU, remember, seconds
+from dforce.kernel.codegen import FIRST_MODE, LENGTH, OMEGA
 from dforce.kernel.linker import inlined, uncounted
 from dforce.kernel.vocabulary import (
     arrived,
@@ -44,7 +44,7 @@ from dforce.kernel.vocabulary import (
     rate_of,
     yielding,
 )
-from dforce.observables.interpolant import cubic, cubic_rate
+from dforce.observables.interpolant import between_kinks, cubic, cubic_rate, held
 
 PARTS = 4  # of a step beside such a kink
 SPARSE = 64  # steps a period with which one between two near kinks would have one part
@@ -82,10 +82,10 @@ def step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any,
         ya = followed(ya, y, 0.5 * h, q1)
     da, ra = held(distance(middle, p), limits), rate_of(ya, p)
     if size:
-        evolve(d, rate, t, memory, latched, room[1], p)
+        evolve(d, rate, t, memory, room[1], p)
         for i in range(size):
             stage[i] = memory[i] + 0.5 * h * room[1, i]
-        evolve(da, ra, t + half, stage, latched, room[2], p)
+        evolve(da, ra, t + half, stage, room[2], p)
     fa = force(da, ra, t + half, stage, latched, p)
     b2 = free_acceleration(u1, ya, p)
     a2 = forced(b2, fa, p)
@@ -98,7 +98,7 @@ def step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any,
     if size:
         for i in range(size):
             stage[i] = memory[i] + 0.5 * h * room[2, i]
-        evolve(db, rb, t + half, stage, latched, room[3], p)
+        evolve(db, rb, t + half, stage, room[3], p)
     a3 = forced(free_acceleration(u1, yb, p), force(db, rb, t + half, stage, latched, p), p)
     bend = 0.5 * h * h
     yc = pushed(bent(last, bend, a2), h, a3)
@@ -109,7 +109,7 @@ def step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any,
     if size:
         for i in range(size):
             stage[i] = memory[i] + h * room[3, i]
-        evolve(dc, rc, t + full, stage, latched, room[4], p)
+        evolve(dc, rc, t + full, stage, room[4], p)
     a4 = forced(free_acceleration(u2, yc, p), force(dc, rc, t + full, stage, latched, p), p)
     if size:
         for i in range(size):
@@ -147,7 +147,7 @@ def spike(f0: float, fm: float, f1: float, stride: float, h: float, p: Any) -> f
     """
     bend = abs(f0 - 2.0 * fm + f1)
     share = bend / (abs(f0) + 2.0 * abs(fm) + abs(f1) + 1e-300)
-    push = bend * h * yielding(p) / p[1] / min(1.0, UNDAMPED * p[DAMPING])
+    push = bend * h * yielding(p) / p[LENGTH] / min(1.0, UNDAMPED * p[DAMPING])
     counts = smooth((share - SPIKE) / (SPIKE_FULLY - SPIKE)) * smooth((push - PUSH) / (PUSH_FULLY - PUSH))
     return float(counts * smooth(stride / STRIDE - 1.0))
 
@@ -164,7 +164,7 @@ def since_root(y: Any, h: float, kinks: Any, p: Any) -> float:
     d, rate, ago = distance(y, p), rate_of(y, p), REACH
     for kink in kinks:
         if d < kink and rate < 0.0:
-            ago = min(ago, (d - kink) / rate * p[3] / h)
+            ago = min(ago, (d - kink) / rate * p[OMEGA] / h)
     return ago
 
 
@@ -173,7 +173,7 @@ def until_root(y: Any, end: Any, h: float, kinks: Any, p: Any) -> float:
     d, rate, left = distance(end, p), rate_of(end, p), REACH
     for kink in kinks:
         if distance(y, p) < kink and rate > 0.0:
-            left = min(left, max(kink - d, 0.0) / rate * p[3] / h)
+            left = min(left, max(kink - d, 0.0) / rate * p[OMEGA] / h)
     return left
 
 
@@ -184,8 +184,8 @@ def part_step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, points:
     It is divided between two kinks that are passed within a step, near a root, and near a spike.
     """
     _, _, kinks, _ = forces
-    low, high = limits = interval(y, kinks, p)
-    if (high - low) * p[3] * points < TAU * abs(rate_of(y, p)):
+    low, high = limits = between_kinks(distance(y, p), kinks, p)
+    if (high - low) * p[OMEGA] * points < TAU * abs(rate_of(y, p)):
         return in_parts(y, (EVEN, math.ceil(h * points * points / (TAU * SPARSE)), False), u, h, t, forces, p)
     end = whole_step(y, f, u, h, t, forces, limits, p)
     around = near_spikes(y, end, f, h, t, forces, near_roots(y, end, h, kinks, p), p)
@@ -211,7 +211,7 @@ def divided(y: Any, whole: Any, f: float, u: Any, h: float, t: float, forces: An
 
 def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
     """Say whether a step outside a kink, and near it, is long against the distance: there it may hold a spike."""
-    d0, d1, far, found = distance(y, p), distance(end, p), REACH * h / p[3], False
+    d0, d1, far, found = distance(y, p), distance(end, p), REACH * h / p[OMEGA], False
     if abs(d1 - d0) > STRIDE * min(d0, d1):
         for kink in kinks:
             found |= 0.0 < d0 - kink < far * abs(rate_of(y, p)) or 0.0 < d1 - kink < far * abs(rate_of(end, p))
@@ -225,14 +225,14 @@ def near_spikes(y: Any, end: Any, f: float, h: float, t: float, forces: Any, aro
     dt, d0, v0, d1, v1 = seconds(h, p), distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
     if not 0.0 <= STRIDE * min(d0, d1) < abs(d1 - d0):
         return around
-    limits = interval(y, kinks, p)
+    limits = between_kinks(distance(y, p), kinks, p)
     dm, vm = held(cubic(0.5, dt, d0, v0, d1, v1), limits), cubic_rate(0.5, dt, d0, v0, d1, v1)
     fm = force(dm, vm, t + 0.5 * dt, memory, latched, p)
     f1 = force(held(d1, limits), v1, t + dt, room[0] if memory_size(memory) else memory, latched, p)
     steep, first = spike(f, fm, f1, abs(d1 - d0) / min(d0, d1), h, p), abs(f) > abs(f1)
     steps = REACH
     for kink in kinks:
-        steps = min(steps, abs(d0 - kink) / abs(v0) * p[3] / h, abs(d1 - kink) / abs(v1) * p[3] / h)
+        steps = min(steps, abs(d0 - kink) / abs(v0) * p[OMEGA] / h, abs(d1 - kink) / abs(v1) * p[OMEGA] / h)
     steep *= weight(steps)
     if first and steep > at_begin:
         before, at_begin = 0.0, steep
@@ -285,7 +285,7 @@ def in_parts(y: Any, mesh: Any, u: Any, h: float, t: float, forces: Any, p: Any)
     its end instead, to the root.
     """
     (steps, parts, mirrored), (u0, u1, u2), (memory, latched, kinks, room) = mesh, u, forces
-    share, now, limits = 0.0, room[7], interval(y, kinks, p)
+    share, now, limits = 0.0, room[7], between_kinks(distance(y, p), kinks, p)
     for k in range(memory_size(memory)):
         now[k] = memory[k]
     inside = now, latched, kinks, room

@@ -37,9 +37,9 @@ def sentences(
     if allowed.any():
         return [
             *said,
-            f"No setting is recommended: no allowed setting has room around it. The search covered {ranges}. Widen a range at "
-            f"whose end limits hold ({', '.join(_binding(axes, shares, judged, allowed)) or 'none'}), or add values "
-            "between.",
+            f"No setting is recommended: no allowed setting has room around it. The search covered {ranges}. Limits hold at "
+            f"the end of these ranges: {', '.join(_binding(axes, shares, judged, allowed)) or 'none'}. Widen these ranges, "
+            "or add values between.",
         ]
     return [*said, f"No setting is allowed. The search covered {ranges}.", *_ratios(axes, wishes, judged)]
 

@@ -188,7 +188,7 @@ def _turn_heights(
     grows = given or reader.sign_of(column.name)
     if grows == "toward":
         values["height"] = -values["height"]
-        why = "as given" if given else f"as in files of {reader.maker}"
+        why = "as set" if given else f"as in files of {reader.maker}"
         history.append(f"height: larger numbers are nearer to the sample, {why}; the sign is turned")
     return grows is not None
 

@@ -197,12 +197,7 @@ class _Work:
         self.next("states")
         seeds = list(self.curves.seeds(self.shares))
         if not seeds:
-            missing = " ".join(missing_damping(self.case))
-            lowest = f"the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is {100.0 * self.curves.lowest_ratio():.3g} %"
-            raise ParameterError(
-                f"no curve reaches any of the set points: {lowest}; choose other set points, or other values under vary. "
-                f"{missing}".rstrip(". ")
-            )
+            raise ParameterError(self._why_no_state())
         near = np.array([seed.case for seed in seeds])
         points = PlannedPoints(
             self.grid[near],
@@ -217,6 +212,14 @@ class _Work:
         points = points.take(np.flatnonzero(found.found & stable))
         length = np.array([self.solver.problem(values).tones[0].A0 for values in points.values])
         return points.take(one_of_each(points, length))
+
+    def _why_no_state(self) -> str:
+        """Return why no curve has a state at any set point, and what to change."""
+        lowest, change = self.curves.lowest_ratio(), "choose other set points, or other values under vary."
+        share = f"the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is {100.0 * lowest:.3g} %"
+        if lowest < self.shares.max():
+            return f"no curve has a state at any of the set points: the amplitude jumps across them ({share}); {change}"
+        return " ".join([f"no curve reaches any of the set points: {share}; {change}", *missing_damping(self.case)])
 
     def _note_unsteady(self, seeds: Sequence[Seed], steady: Bools) -> None:
         """Note where branches pass set points without a stable state there: the motion alternates or beats."""

@@ -226,7 +226,7 @@ def take_amplitudes(work: Work, case: Case | None) -> None:
                     f"write errors = {{'{name}': ...}}"
                 )
         attrs[f"{name}_error"] = noise
-        source = "as given" if name in work.given.errors else "from the free part"
+        source = "as set" if name in work.given.errors else "from the free part"
         work.history.append(f"noise: {shown(noise, None, UNITS[name])} of the {name}, {source}")
     for amplitude, _, ending, tone in TONES:
         if amplitude not in work.data:
@@ -234,9 +234,9 @@ def take_amplitudes(work: Work, case: Case | None) -> None:
         own = work.given.free_amplitude if not ending else None
         if own is not None:
             attrs[f"free_amplitude{ending}"] = own
-            work.history.append(f"free amplitude: {units.show(own, 'm', 5)}, as given")
+            work.history.append(f"free amplitude: {units.show(own, 'm', 5)}, as set")
             if work.found:
-                _compare(work, together(work, amplitude)[0], own, "as given")
+                _compare(work, together(work, amplitude)[0], own, "in your settings")
         elif work.found:
             mean, error, _ = together(work, amplitude)
             attrs |= {f"free_amplitude{ending}": mean, f"free_amplitude{ending}_error": error}

@@ -37,7 +37,7 @@ PLAIN = {
 }
 WITH_STATES = {
     "force": ("d, rate, t, memory, latched", f"f8(f8,f8,f8,{STATES},{LAWS})"),
-    "evolve": ("d, rate, t, memory, latched, change", f"void(f8,f8,f8,{STATES},f8[::1],{LAWS})"),
+    "evolve": ("d, rate, t, memory, change", f"void(f8,f8,f8,f8[::1],f8[::1],{LAWS})"),
     "switch": ("which, latched, d, rate, t", f"f8(i8,f8[::1],f8,f8,f8,{LAWS})"),
 }
 

@@ -273,8 +273,8 @@ def _arithmetic(modes: int, late: int) -> list[str]:
 
 def _samples(places: Sequence[int]) -> list[str]:
     return [
-        f"def motion_of(block, i):\n    return {tuple_of([f'block[i, {k}]' for k in places])}",
-        "def keep(block, i, y):\n" + "\n".join(f"    block[i, {k}] = y[{k}]" for k in places),
+        f"def motion_of(samples, i):\n    return {tuple_of([f'samples[i, {k}]' for k in places])}",
+        "def keep(samples, i, y):\n" + "\n".join(f"    samples[i, {k}] = y[{k}]" for k in places),
         f"def from_vector(vector):\n    return {tuple_of([f'vector[{k}]' for k in places])}",
     ]
 
@@ -337,6 +337,6 @@ def forces_text(
         f"def force(d, rate, t, memory, latched, p):\n    return {' + '.join(terms) or '0.0'}",
         "def each_force(d, rate, t, step, out, p):\n    for i in range(out.shape[0]):\n"
         "        out[i] = force(d[i], rate[i], t + i * step, None, None, p)",
-        "def evolve(d, rate, t, memory, latched, change, p):\n" + "\n".join([*evolutions, scale]),
+        "def evolve(d, rate, t, memory, change, p):\n" + "\n".join([*evolutions, scale]),
         "def switch(which, latched, d, rate, t, p):\n" + "\n".join([*switches, "    return -1.0"]),
     ]

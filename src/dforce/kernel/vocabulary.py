@@ -93,7 +93,7 @@ def motion(u: Any, f: float, y: Any, p: Any) -> Any:
     raise NotImplementedError
 
 
-def evolve(d: float, rate: float, t: float, memory: Any, latched: Any, change: Any, p: Any) -> None:
+def evolve(d: float, rate: float, t: float, memory: Any, change: Any, p: Any) -> None:
     """Write the rates of change of the forces' states (per scaled time) into `change`."""
     raise NotImplementedError
 
@@ -193,12 +193,12 @@ def row(table: Any, i: int) -> Any:
     raise NotImplementedError
 
 
-def motion_of(block: Any, i: int) -> Any:
+def motion_of(samples: Any, i: int) -> Any:
     """Return the motion y at sample i of a recorded period."""
     raise NotImplementedError
 
 
-def keep(block: Any, i: int, y: Any) -> None:
+def keep(samples: Any, i: int, y: Any) -> None:
     """Write the motion y as sample i of a recorded period."""
     raise NotImplementedError
 

@@ -28,8 +28,7 @@ from dforce.core.errors import DForceError
 from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
 from dforce.problem import Problem
-from dforce.solvers.block import Block
-from dforce.solvers.blocks import block_type
+from dforce.solvers.blocks import side_by_side
 from dforce.solvers.period_map import FD_STEP
 from dforce.solvers.stability import stability
 from dforce.solvers.states import States
@@ -145,8 +144,8 @@ class Lines:
         self.case, self.free_parameter, self.set_point = case, free_parameter, set_point
         self.check_cancelled = check_cancelled
         self.length = max(self.problem(value).tones[0].A0 for value in values)
-        self._block = functools.lru_cache(maxsize=64)(self._new_block)
-        block = self._block(0.0)
+        self._problem = functools.lru_cache(maxsize=64)(lambda scaled: self.problem(free_parameter.value(scaled)))
+        [(_, block)] = side_by_side([self._problem(0.0)], case.solver, 1, check_cancelled)
         self.memory_scale = block.memory_scale
         self.size, self.has_branches = block.size + len(block.memory_scale), block.hysteresis > 0
         # where a force is about to switch neighbors must not; of memory there may be much, and one side is enough
@@ -159,52 +158,46 @@ class Lines:
         case = with_number(self.case, self.free_parameter.path, value)
         return Problem.build(case.instrument, case.forces)
 
-    def _new_block(self, scaled: float) -> Block:
-        settings = self.case.solver
-        return block_type(settings).of_one(self.problem(self.free_parameter.value(scaled)), settings, 1)
-
-    def _march(self, us: Array, branch: Array) -> tuple[Array, Array, list[dict[str, Array]]]:
-        """Return motions one common period later, the branches of the first, and the sums measured on the way.
+    def _march(self, us: Array, branch: Array) -> tuple[Array, Array, Array, dict[str, float]]:
+        """Return motions one common period later, the branches of the first, all amplitude ratios, and the sums of the first.
 
         Each may be at another value of the parameter.
         """
         ends: Array = np.empty((len(us), self.size))
-        after = branch
-        measured: list[dict[str, Array]] = [{} for _ in us]
-        for value in dict.fromkeys(us[:, -1].tolist()):
-            block, group = self._block(value), np.flatnonzero(us[:, -1] == value)
-            start = States.of_vectors(us[group, : self.size], branch, self.memory_scale)
-            slots = block.slots(start, us[group, self.size] * self.length)
-            slots.case[:] = 0
+        ratios: Array = np.empty(len(us))
+        after, measured = branch, {}
+        values, which = np.unique(us[:, -1], return_inverse=True)
+        problems = [self._problem(value) for value in values.tolist()]
+        for those, block in side_by_side(problems, self.case.solver, 1, self.check_cancelled):
+            some = np.flatnonzero(np.isin(which, those))
+            start = States.of_vectors(us[some, : self.size], branch, self.memory_scale)
+            slots = block.slots(start, us[some, self.size] * self.length)
+            slots.case[:] = np.searchsorted(those, which[some])
             block.march(slots, 1, True)
             end = States(slots.ends[:, 0], slots.memory_after, slots.branch_after)
-            ends[group] = end.vectors(self.memory_scale)
-            if group[0] == 0:
-                after = end.branch[:1]
-            numbers, tones = block.tables(np.zeros((1, 1)))
-            numbers, tones = np.repeat(numbers, len(group), axis=0), np.repeat(tones, len(group), axis=0)
-            even = weights(block.frequencies, block.common)
+            ends[some] = end.vectors(self.memory_scale)
+            even, tables = weights(block.frequencies, block.common), block.tables_of(slots.case, slots.value)
             with np.errstate(all="ignore"):
-                found = finish_each(block.batch.example, 1, slots.rows, even, numbers, tones)
-            for i, number in enumerate(group):
-                measured[number] = {name: values[i] for name, values in found.items()}
-        return ends, after, measured
+                found = finish_each(block.batch.example, 1, slots.rows, even, *tables)
+            ratios[some] = found["amplitude_ratio"]
+            if some[0] == 0:
+                after = end.branch[:1]
+                measured = {name: float(np.ravel(each[0])[0]) for name, each in found.items() if np.size(each[0])}
+        return ends, after, ratios, measured
 
     def _look(self, u: Array, branch: Array, wider: float = 1.0) -> tuple[Array, Array, LinePoint]:
         """Return the residual of the equations at a point, the branches a period later, and the point with derivatives."""
         count, both, sides = len(u), self._both, wider * self._sides
         near = np.diag(sides)
-        ends, after, measured = self._march(np.concatenate([u[None], u + near, (u - near)[both]]), branch)
-        values = [float(found["amplitude_ratio"]) - self.set_point for found in measured]
-        table = np.column_stack([ends, values])
+        ends, after, ratios, measured = self._march(np.concatenate([u[None], u + near, (u - near)[both]]), branch)
+        table = np.column_stack([ends, ratios - self.set_point])
         here, ahead, behind = table[0], table[1 : count + 1], table[count + 1 :]
         slopes = (ahead - here) / sides[:, None]
         slopes[both] = (ahead[both] - behind) / (2.0 * sides[both, None])
         equations = slopes.T - np.eye(count - 1, count) * (np.arange(count) < self.size)
         bends = (ahead[both] + behind - 2.0 * here)[:, : self.size] / sides[both, None]
         residual = here - np.append(u[: self.size], 0.0)
-        scalars = {name: float(np.ravel(value)[0]) for name, value in measured[0].items() if np.size(value)}
-        return residual, after, LinePoint(u, branch, equations, self.size, scalars, float(np.abs(bends).max()))
+        return residual, after, LinePoint(u, branch, equations, self.size, measured, float(np.abs(bends).max()))
 
     def correct(self, guess: Array, branch: Array, normal: Array) -> tuple[LinePoint, int] | None:
         """Return the point of a line in the plane through a guess across `normal`, and how many steps led there."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
-from dforce.core.arrays import Array, Bools
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.quantities import MOTION
 from dforce.experiments import Approach
 from dforce.experiments.base import Progress
@@ -83,20 +84,38 @@ class Branch:
             yield min(pair, key=lambda n: abs(self.zc[n] - zc))
 
 
+@dataclass(frozen=True)
+class Part:
+    """The curves of some cases: the numbers of these cases, and their sweep."""
+
+    numbers: Indices
+    data: xr.Dataset
+
+    @functools.cached_property
+    def zc(self) -> Array:
+        """Distances (m) of each case, (cases, distances)."""
+        zc = self.data["zc"].values
+        return np.broadcast_to(zc, (len(self.numbers), zc.shape[-1]))
+
+    @functools.cached_property
+    def motions(self) -> Array:
+        """Motions in SI, (cases, directions, distances, components)."""
+        return self.data[MOTION].transpose("case", "direction", ..., "component").values
+
+
 @dataclass
 class Curves:
-    """The curves of cases one by one: parts of some cases, each with their numbers."""
+    """The curves of cases one by one."""
 
-    parts: list[tuple[Any, xr.Dataset]]
+    parts: list[Part]
     interrupted: bool = False
     walked: dict[int, list[Branch]] = field(default_factory=dict)  # of cases, by their numbers
 
     def _of(self, case: int) -> Iterator[tuple[Array, Array]]:
         """Give the distances (m) and the motions (directions, distances, components) of a case, where it has curves."""
-        for numbers, data in self.parts:
-            for place in np.flatnonzero(numbers == case):
-                motion = data[MOTION].isel(case=place).transpose("direction", ..., "component")
-                yield _distances(numbers, data)[place], motion.values
+        for part in self.parts:
+            for place in np.flatnonzero(part.numbers == case):
+                yield part.zc[place], part.motions[place]
 
     def nearest(self, case: int) -> float:
         """Return the distance (m) at which the curves of a case end."""
@@ -105,13 +124,12 @@ class Curves:
 
     def lowest_ratio(self) -> float:
         """Return the lowest amplitude ratio on all curves."""
-        return min((float(data["amplitude_ratio"].min()) for _, data in self.parts), default=1.0)
+        return min((float(part.data["amplitude_ratio"].min()) for part in self.parts), default=1.0)
 
     def seeds(self, set_points: Sequence[float] | Array) -> Iterator[Seed]:
         """Give a motion of each curve beside each of its states at the set points."""
-        for numbers, data in self.parts:
-            zc = _distances(numbers, data)
-            motion = data[MOTION].transpose("case", "direction", ..., "component").values
+        for part in self.parts:
+            zc, motions, data = part.zc, part.motions, part.data
             ratio = data["amplitude_ratio"].transpose("case", "direction", ...).values
             for j, set_point in enumerate(set_points):
                 states = at_set_point(data, float(set_point), ["amplitude_ratio"])
@@ -120,7 +138,9 @@ class Curves:
                     d = data["direction"].values.tolist().index(way)
                     beside = np.argsort(np.abs(zc[place] - at), kind="stable")[:2]
                     nearest = min(beside, key=lambda i: abs(ratio[place, d, i] - set_point))  # used at once
-                    yield Seed(int(numbers[place]), j, float(zc[place, nearest]), motion[place, d, nearest], str(way))
+                    yield Seed(
+                        int(part.numbers[place]), j, float(zc[place, nearest]), motions[place, d, nearest], str(way)
+                    )
         for number, branches in self.walked.items():
             for branch, (j, set_point) in itertools.product(branches, enumerate(set_points)):
                 for pair in branch.at_ratio(float(set_point)):
@@ -138,11 +158,6 @@ class Curves:
         for branch in self.walked.get(case, []):
             for i in branch.at_distance(zc):
                 yield float(branch.zc[i]), branch.motions[i]
-
-
-def _distances(numbers: Any, data: xr.Dataset) -> Array:
-    """Return the distances (m) of each of some cases."""
-    return np.broadcast_to(data["zc"].values, (len(numbers), data["zc"].shape[-1]))
 
 
 def _pairs(past: Array, among: Bools) -> Iterator[tuple[int, int]]:
@@ -225,7 +240,7 @@ def curves_of(case: Case, rows: dict[str, Any], lowest: float, progress: Progres
         deepest = data["amplitude_ratio"].isel({along: -1, "direction": 0}).values
         done = (deepest < lowest) if stop != NEAR[-1] else np.ones(len(left), dtype=bool)
         if done.any():
-            curves.parts.append((left[done], data.isel(case=np.flatnonzero(done))))
+            curves.parts.append(Part(left[done], data.isel(case=np.flatnonzero(done))))
         left = left[~done]
         if not len(left):
             break

@@ -10,7 +10,7 @@ These go down together, beside the `drive` of ``integrators.loops``:
 - `record`: the samples of a period, the length of a step and the time of the first sample (s), the rates of change of the
   memory at all samples, room for the memory, and the distances (m) of the kinks;
 - `piece`: a part of a step, see `FROM`; before the step is cut, all of it;
-- `side`: the least and the largest distance (m) between the kinks on either side of a piece, both just inside;
+- `limits`: the least and the largest distance (m) between the kinks on either side of a piece, both just inside;
 - `result`: the sums, the pieces in which the force is highest and lowest, and the row that is measured, whose last columns
   are the lock-ins of the force.
 """
@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from dforce.kernel.codegen import CONTACT, OMEGA, ZC
 from dforce.kernel.linker import inlined
 from dforce.kernel.vocabulary import (
     arrived,
@@ -39,7 +40,18 @@ from dforce.kernel.vocabulary import (
     rate_of,
     switch,
 )
-from dforce.observables.interpolant import bends, cubic, cubic_rate, cut_at, insert, quintic, quintic_rate, turning
+from dforce.observables.interpolant import (
+    bends,
+    between_kinks,
+    cubic,
+    cubic_rate,
+    cut_at,
+    held,
+    insert,
+    quintic,
+    quintic_rate,
+    turning,
+)
 from dforce.observables.lockin import TAU, add_lock_in, turned
 
 # Gauss–Legendre on (0, 1) with three nodes, for whole steps and pieces of a step that turns; then, without weight, just
@@ -82,28 +94,28 @@ TOP = 4.0  # the top of a parabola lies at most half so many times the outer pla
 # steps
 SUM, SUM_Z, SUM_V, TOUCHED, F_LOW, F_HIGH, AT_LOW, AT_HIGH, D_LOW, D_HIGH, FASTEST, SUMS = range(12)
 # a piece: the part of the step that it is interpolated over, the motion at both ends of that, and the shares of it between
-# which it reaches
+# which it reaches; whether it has the branches at the end of the step, and the number of the step
 FROM, TO, D0, V0, A0, D1, V1, A1, BEGIN, END, LATE, STEP, PIECE = range(13)
 
 
 @inlined
 def force_at(d: float, rate: float, share: float, i: int, late: bool, record: Any, p: Any) -> float:
     """Return the force at a share of step i; `late` takes the branches from its end."""
-    block, h, start, rates, stage, _ = record
+    samples, h, start, rates, stage, _ = record
     t = start + i * h
     if has_states():
         place, which = motion_size(), i + 1 if late else i
         for k in range(stage.shape[0]):
-            begin, end = block[i, place + k], block[i + 1, place + k]
-            stage[k] = cubic(share, h * p[3], begin, rates[i, k], end, rates[i + 1, k])
-        return force(d, rate, t + share * h, stage, block[which, branches_begin(p) :], p)
+            begin, end = samples[i, place + k], samples[i + 1, place + k]
+            stage[k] = cubic(share, h * p[OMEGA], begin, rates[i, k], end, rates[i + 1, k])
+        return force(d, rate, t + share * h, stage, samples[which, branches_begin(p) :], p)
     return force(d, rate, t + share * h, stage, stage, p)
 
 
 @inlined
-def force_beside(y: Any, share: float, side: Any, piece: Any, record: Any, p: Any) -> float:
+def force_beside(y: Any, share: float, limits: Any, piece: Any, record: Any, p: Any) -> float:
     """Return the force on a motion at a share of the step, on the piece's side of all kinks."""
-    d = min(max(distance(y, p), side[0]), side[1])
+    d = held(distance(y, p), limits)
     return force_at(d, rate_of(y, p), share, int(piece[STEP]), piece[LATE] == 1.0, record, p)
 
 
@@ -122,19 +134,19 @@ def add_pieces(piece: Any, rooted: bool, record: Any, drive: Any, phasor: Any, c
     `phasor` holds the tones' cosine and sine at its start. Where it is `rooted` the force may be like a root near it. `cuts` is
     scratch.
     """
-    (block, h, _, _, _, kinks), (tones, bases, _, points), sums, i = record, drive, result[0], int(piece[STEP])
+    (samples, h, _, _, _, kinks), (tones, bases, _, points), sums, i = record, drive, result[0], int(piece[STEP])
     d0, v0, d1, v1, a1 = piece[D0], piece[V0], piece[D1], piece[V1], piece[A1]
     top = turning(h, d0, v0, d1, v1) if v0 * v1 < 0.0 else 0.0
     turns = insert(cuts, 0, top, TURN)
     count, event, contact_is_kink, ends = turns, 0.0, False, (h, d0, v0, d1, v1)
     for kink in kinks:
         count = cut_at(cuts, count, kink, event, top, ends)
-        contact_is_kink = contact_is_kink or kink == p[4]
+        contact_is_kink = contact_is_kink or kink == p[CONTACT]
         event += 1.0
     if not contact_is_kink:
-        count = cut_at(cuts, count, p[4], event, top, ends)
+        count = cut_at(cuts, count, p[CONTACT], event, top, ends)
     if has_states():
-        for which in range(block.shape[1] - 1 - branches_begin(p)):
+        for which in range(samples.shape[1] - 1 - branches_begin(p)):
             count = insert(cuts, count, switching_share(which, i, record, p), SWITCH - which)
     if count == turns:
         if turns:
@@ -148,24 +160,21 @@ def add_pieces(piece: Any, rooted: bool, record: Any, drive: Any, phasor: Any, c
         first, after = (PLAIN, CUT) if rooted else (0, TURNED if turns else PLAIN)
         add_piece(piece, first, after, record, drive, phasor, result, p)
         return 0
-    y, tau, reached = motion_of(block, i), i * TAU / points, 0.0
+    y, tau, reached = motion_of(samples, i), i * TAU / points, 0.0
     cuts[0, count] = 1.0
     for k in range(count + 1):
         guess = cuts[0, k]
         d = cubic(0.5 * (reached + guess), h, d0, v0, d1, v1)
-        low, high = -math.inf, math.inf
-        for kink in kinks:
-            low, high = (max(low, kink), high) if kink < d else (low, min(high, kink))
-        side, share = (low + 1e-12 * p[1], high - 1e-12 * p[1]), piece[FROM]
+        limits, share = between_kinks(d, kinks, p), piece[FROM]
         if k > 0:  # the acceleration on this side of the event
             piece[D0], piece[V0] = distance(y, p), rate_of(y, p)
-            f = force_beside(y, share, side, piece, record, p)
-            piece[A0] = acceleration(y, f, tau + share * h * p[3], tones, bases, p)
+            f = force_beside(y, share, limits, piece, record, p)
+            piece[A0] = acceleration(y, f, tau + share * h * p[OMEGA], tones, bases, p)
         if k < count:
-            y, share = landed(y, max(guess, share), cuts[1, k], side, piece, record, drive, p)
+            y, share = landed(y, max(guess, share), cuts[1, k], limits, piece, record, drive, p)
             piece[TO], piece[D1], piece[V1] = share, distance(y, p), rate_of(y, p)
-            f = force_beside(y, share, side, piece, record, p)
-            piece[A1] = acceleration(y, f, tau + share * h * p[3], tones, bases, p)
+            f = force_beside(y, share, limits, piece, record, p)
+            piece[A1] = acceleration(y, f, tau + share * h * p[OMEGA], tones, bases, p)
             sums[D_LOW], sums[D_HIGH] = min(sums[D_LOW], piece[D1]), max(sums[D_HIGH], piece[D1])
             sums[FASTEST] = max(sums[FASTEST], abs(piece[V1]))
         else:
@@ -181,7 +190,7 @@ def add_pieces(piece: Any, rooted: bool, record: Any, drive: Any, phasor: Any, c
 @inlined
 def acceleration(y: Any, f: float, tau: float, tones: Any, bases: Any, p: Any) -> float:
     """Return the tip's acceleration (m/s^2) under a force."""
-    return rate_of(motion(drive_at(tones, bases, tau), f, y, p), p) * p[3]
+    return rate_of(motion(drive_at(tones, bases, tau), f, y, p), p) * p[OMEGA]
 
 
 @inlined
@@ -210,14 +219,14 @@ def turned_at(guess: float, h: float, piece: Any) -> float:
 
 
 @inlined
-def landed(y: Any, guess: float, event: float, side: Any, piece: Any, record: Any, drive: Any, p: Any) -> Any:
+def landed(y: Any, guess: float, event: float, limits: Any, piece: Any, record: Any, drive: Any, p: Any) -> Any:
     """Return the motion at an event near a guess, from that where a piece begins, and the share of the step at which it is."""
     (_, h, _, _, _, _), (tones, bases, _, points), share = record, drive, piece[FROM]
-    tau, step, end, there = int(piece[STEP]) * TAU / points, h * p[3], y, share
+    tau, step, end, there = int(piece[STEP]) * TAU / points, h * p[OMEGA], y, share
     for _ in range(TRIES):
         there = guess
-        end = carried(y, there, side, piece, record, drive, p)
-        f = force_beside(end, there, side, piece, record, p)
+        end = carried(y, there, limits, piece, record, drive, p)
+        f = force_beside(end, there, limits, piece, record, p)
         bend = acceleration(end, f, tau + there * step, tones, bases, p)
         off = time_to(event, distance(end, p), rate_of(end, p), bend, there, int(piece[STEP]), record, p) / h
         if abs(off) < NEAR:
@@ -233,17 +242,17 @@ def landed(y: Any, guess: float, event: float, side: Any, piece: Any, record: An
 @inlined
 def time_to(event: float, d: float, rate: float, a: float, share: float, i: int, record: Any, p: Any) -> float:
     """Return after what time (s) from a share of step i an event comes, for a tip whose acceleration stays."""
-    block, h, start, _, _, kinks = record
+    samples, h, start, _, _, kinks = record
     if event == TURN:
         return -rate / a
     if event > TURN:
-        level, off = kinks[int(event)] if event < kinks.shape[0] else p[4], 0.0
+        level, off = kinks[int(event)] if event < kinks.shape[0] else p[CONTACT], 0.0
         for _ in range(4):
             off -= (d + off * (rate + 0.5 * off * a) - level) / (rate + off * a)
         return off
     if has_states():
         which, t = int(SWITCH - event), start + i * h + share * h
-        latched, off, near = block[i, branches_begin(p) :], 0.0, 1e-9 / p[3]
+        latched, off, near = samples[i, branches_begin(p) :], 0.0, 1e-9 / p[OMEGA]
         for _ in range(4):
             here = switch(which, latched, d + off * (rate + 0.5 * off * a), rate + off * a, t + off, p)
             off += near
@@ -254,21 +263,21 @@ def time_to(event: float, d: float, rate: float, a: float, share: float, i: int,
 
 
 @inlined
-def carried(y: Any, there: float, side: Any, piece: Any, record: Any, drive: Any, p: Any) -> Any:
+def carried(y: Any, there: float, limits: Any, piece: Any, record: Any, drive: Any, p: Any) -> Any:
     """Return the motion at another share of a step than where a piece begins, by one classical Runge–Kutta step."""
     (_, h, _, _, _, _), (tones, bases, _, points), share = record, drive, piece[FROM]
-    step, middle_share = (there - share) * h * p[3], 0.5 * (share + there)
-    start = int(piece[STEP]) * TAU / points + share * h * p[3]
+    step, middle_share = (there - share) * h * p[OMEGA], 0.5 * (share + there)
+    start = int(piece[STEP]) * TAU / points + share * h * p[OMEGA]
     u1 = drive_at(tones, bases, start + 0.5 * step)
     middle, last = coasted(y, 0.5 * step), coasted(y, step)
-    f = force_beside(y, share, side, piece, record, p)
+    f = force_beside(y, share, limits, piece, record, p)
     a1 = forced(free_acceleration(drive_at(tones, bases, start), y, p), f, p)
     ya = pushed(middle, 0.5 * step, a1)
-    a2 = forced(free_acceleration(u1, ya, p), force_beside(ya, middle_share, side, piece, record, p), p)
+    a2 = forced(free_acceleration(u1, ya, p), force_beside(ya, middle_share, limits, piece, record, p), p)
     yb = pushed(bent(middle, 0.25 * step * step, a1), 0.5 * step, a2)
-    a3 = forced(free_acceleration(u1, yb, p), force_beside(yb, middle_share, side, piece, record, p), p)
+    a3 = forced(free_acceleration(u1, yb, p), force_beside(yb, middle_share, limits, piece, record, p), p)
     yc = pushed(bent(last, 0.5 * step * step, a2), step, a3)
-    f = force_beside(yc, there, side, piece, record, p)
+    f = force_beside(yc, there, limits, piece, record, p)
     a4 = forced(free_acceleration(drive_at(tones, bases, start + step), yc, p), f, p)
     return arrived(last, step, a1, a2, a3, a4)
 
@@ -281,7 +290,7 @@ def add_piece(piece: Any, first: int, after: int, record: Any, drive: Any, phaso
     step, begin, length = width * h, piece[BEGIN], piece[END] - piece[BEGIN]
     d0, v0, d1, v1 = piece[D0], piece[V0], piece[D1], piece[V1]
     b0, b1 = bends(step, d0, v0, piece[A0], d1, v1, piece[A1])
-    if quintic(begin + 0.5 * length, step, d0, v0, d1, v1, b0, b1) < p[4]:
+    if quintic(begin + 0.5 * length, step, d0, v0, d1, v1, b0, b1) < p[CONTACT]:
         sums[TOUCHED] += width * length
     force_sum, with_z, with_v = 0.0, 0.0, 0.0
     for q in range(first, after):
@@ -298,7 +307,7 @@ def add_piece(piece: Any, first: int, after: int, record: Any, drive: Any, phaso
                 tops[1, k] = piece[k]
         part = WEIGHTS[q] * width * length * f
         force_sum += part
-        with_z += part * (d - p[0])
+        with_z += part * (d - p[ZC])
         with_v += part * rate
         for j in range(tones.shape[0]):
             c, sine = turned(phasor[0, j], phasor[1, j], tones[j, 0] * TAU / points * (share + s * width))
@@ -308,17 +317,17 @@ def add_piece(piece: Any, first: int, after: int, record: Any, drive: Any, phaso
 
 def switching_share(which: int, i: int, record: Any, p: Any) -> float:
     """Return where in step i a branch switched, or 1 when it did not."""
-    block, h, start, _, _, _ = record
+    samples, h, start, _, _, _ = record
     place, t = branches_begin(p), start + i * h
-    if block[i, place + which] == block[i + 1, place + which]:
+    if samples[i, place + which] == samples[i + 1, place + which]:
         return 1.0
-    a, b = motion_of(block, i), motion_of(block, i + 1)
+    a, b = motion_of(samples, i), motion_of(samples, i + 1)
     d0, v0, d1, v1 = distance(a, p), rate_of(a, p), distance(b, p), rate_of(b, p)
     low, high = 0.0, 1.0
     for _ in range(40):
         s = 0.5 * (low + high)
         d, rate = cubic(s, h, d0, v0, d1, v1), cubic_rate(s, h, d0, v0, d1, v1)
-        if switch(which, block[i, branches_begin(p) :], d, rate, t + s * h, p) > 0.0:
+        if switch(which, samples[i, branches_begin(p) :], d, rate, t + s * h, p) > 0.0:
             high = s
         else:
             low = s

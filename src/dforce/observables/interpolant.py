@@ -8,9 +8,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from dforce.kernel.linker import inlined
+from dforce.kernel.codegen import LENGTH
+from dforce.kernel.linker import inlined, uncounted
 
 MOST_CUTS = 16  # within one step
+INSIDE = 1e-12  # of the free amplitude: how far beside a kink a force is taken for that on one side of it
 
 
 @inlined
@@ -138,3 +140,23 @@ def fastest(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
     if first * last < 0.0:
         speed = max(speed, abs(cubic_rate(first / (first - last), h, d0, v0, d1, v1)))
     return speed
+
+
+@uncounted
+def between_kinks(d: float, kinks: Any, p: Any) -> Any:
+    """Return the distances of the kinks on either side of a distance, both just inside."""
+    low, high = -math.inf, math.inf
+    for kink in kinks:
+        if kink < d:
+            low = max(low, kink)
+        else:
+            high = min(high, kink)
+    inside = INSIDE * p[LENGTH]
+    return low + inside, high - inside
+
+
+def held(d: float, limits: Any) -> float:
+    """Return a distance held within limits, so that every stage of a step sees the same side of a kink."""
+    if limits is None:
+        return d
+    return min(max(d, limits[0]), limits[1])

@@ -75,13 +75,13 @@ def add_lock_in(real: float, imaginary: float, c: float, s: float, points: int, 
     out[place + 1] -= 2.0 * (imaginary * c + real * s) / points
 
 
-def lock_in(block: Any, turns: Any, bases: Any, z: Any, out: Any) -> None:
+def lock_in(samples: Any, turns: Any, bases: Any, z: Any, out: Any) -> None:
     """Write the real and imaginary part of c for the total deflection at each tone; `z` is scratch, (points + 1,)."""
     last = z.shape[0] - 1
     for i in range(last + 1):
         z[i] = 0.0
         for n in range(mode_count()):
-            z[i] += block[i, 2 * n]
+            z[i] += samples[i, 2 * n]
     z[0], z[last] = 0.5 * z[0], 0.5 * z[last]
     for j in range(bases.shape[0]):
         lock_in_at(z, turns.cosine[j], turns.sine[j], bases[j], out, 2 * j)

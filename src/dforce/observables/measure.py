@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from dforce.kernel.codegen import FIRST_DRIVE
+from dforce.kernel.codegen import CONTACT, FIRST_DRIVE, LENGTH, OMEGA, SPEED, ZC
 from dforce.kernel.linker import by_address, inlined, reordered
 from dforce.kernel.vocabulary import (
     branches_begin,
@@ -60,8 +60,10 @@ from dforce.observables.cuts import (
 from dforce.observables.interpolant import MOST_CUTS, bends, cubic, cubic_rate, fastest, quintic, quintic_rate, turning
 from dforce.observables.lockin import TAU, add_lock_in, dot, lock_in_at, total
 
-# columns of the result, then 2 per tone and mode, 2 per tone (total), 2 per harmonic, 2 per tone (force)
-Z, F, F_Z, F_V, CONTACT, Z_MIN, Z_MAX, F_MIN, F_MAX, D_MIN, V_MAX, FIRST = range(12)
+# columns of a row: means of the deflection, of the force, and of the force times deflection and times velocity; share of the
+# time in contact; extremes; then real and imaginary parts, of the deflection for each tone of each mode and of all, and for
+# each harmonic, and of the force for each tone
+Z, F, F_Z, F_V, IN_CONTACT, Z_MIN, Z_MAX, F_MIN, F_MAX, D_MIN, V_MAX, FIRST = range(12)
 
 BENT = 0.01  # relative second difference of the force over a step up to which Simpson's rule is good to a millionth
 ROOM = 10  # rows of scratch, one number a sample
@@ -70,7 +72,7 @@ ROOM = 10  # rows of scratch, one number a sample
 FLAT, STEEP, CUTS, BESIDE, BROKEN = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
-def measure(block: Any, turns: Any, drive: Any, kinks: Any, p: Any, room: Any, out: Any) -> None:
+def measure(samples: Any, turns: Any, drive: Any, kinks: Any, p: Any, room: Any, out: Any) -> None:
     """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI.
 
     `room` is scratch, (ROOM, samples), taken once: fresh memory costs more than what is done with it.
@@ -78,15 +80,15 @@ def measure(block: Any, turns: Any, drive: Any, kinks: Any, p: Any, room: Any, o
     tones, bases, _, _ = drive
     for k in range(out.shape[0]):
         out[k] = 0.0
-    measure_motion(block, turns, bases, room, out)
-    measure_force(block, (turns.cosine, turns.sine), drive, kinks, p, room, out)
+    measure_motion(samples, turns, bases, room, out)
+    measure_force(samples, (turns.cosine, turns.sine), drive, kinks, p, room, out)
     for j in range(tones.shape[0]):
         if tones[j, FIRST_DRIVE + 2 * mode_count()] != 0.0 or tones[j, FIRST_DRIVE + 2 * mode_count() + 1] != 0.0:
-            deflection_extremes(block, turns, tones, bases, room, out)
+            deflection_extremes(samples, turns, tones, bases, room, out)
             return
 
 
-def measure_motion(block: Any, turns: Any, bases: Any, room: Any, out: Any) -> None:
+def measure_motion(samples: Any, turns: Any, bases: Any, room: Any, out: Any) -> None:
     """Measure the deflection at the samples."""
     modes, tones, points = mode_count(), turns.cosine.shape[0], turns.cosine.shape[1] - 1
     x, z = room[0], room[1]
@@ -95,7 +97,7 @@ def measure_motion(block: Any, turns: Any, bases: Any, room: Any, out: Any) -> N
     for n in range(modes + 1):
         if n < modes:
             for i in range(points + 1):
-                x[i] = block[i, 2 * n]
+                x[i] = samples[i, 2 * n]
             x[0], x[points] = 0.5 * x[0], 0.5 * x[points]
             for i in range(points + 1):
                 z[i] += x[i]
@@ -119,15 +121,15 @@ def measure_motion(block: Any, turns: Any, bases: Any, room: Any, out: Any) -> N
         place += 2
 
 
-def deflection_extremes(block: Any, turns: Any, tones: Any, bases: Any, room: Any, out: Any) -> None:
+def deflection_extremes(samples: Any, turns: Any, tones: Any, bases: Any, room: Any, out: Any) -> None:
     """Write the extremes of the deflection from a base that moves; those of the tip are known then."""
     points, place = turns.cosine.shape[1] - 1, FIRST_DRIVE + 2 * mode_count()
     z, v = room[0], room[1]
     for i in range(points + 1):
         z[i], v[i] = 0.0, 0.0
         for n in range(mode_count()):
-            z[i] += block[i, 2 * n]
-            v[i] += block[i, 2 * n + 1]
+            z[i] += samples[i, 2 * n]
+            v[i] += samples[i, 2 * n + 1]
     for j in range(tones.shape[0]):
         c, s = math.cos(bases[j]), math.sin(bases[j])
         real, imaginary = tones[j, place] * c - tones[j, place + 1] * s, tones[j, place] * s + tones[j, place + 1] * c
@@ -144,31 +146,31 @@ def deflection_extremes(block: Any, turns: Any, tones: Any, bases: Any, room: An
 
 
 @by_address("void(f8[:,::1],UniTuple(f8[:,::1],2),Tuple((f8[:,::1],f8[::1],i8,i8)),f8[::1],{tip},f8[:,::1],f8[::1])")
-def measure_force(block: Any, waves: Any, drive: Any, kinks: Any, tip: Any, room: Any, out: Any) -> None:
+def measure_force(samples: Any, waves: Any, drive: Any, kinks: Any, tip: Any, room: Any, out: Any) -> None:
     """Measure the force and the extremes of the motion, step by step between the samples.
 
     `waves` are cosine and sine of the tones at the samples from phase 0 on, (tones, points + 1).
     """
     (tones, bases, period, points), (cosine, sine), p = drive, waves, unpacked(tip)
-    h, start = TAU / points / p[3], period * TAU / p[3]
+    h, start = TAU / points / p[OMEGA], period * TAU / p[OMEGA]
     d, v, f = room[0], room[1], room[2]
-    last = block.shape[1] - 1
+    last = samples.shape[1] - 1
     for i in range(points + 1):
-        y = motion_of(block, i)
-        d[i], v[i], f[i] = distance(y, p), rate_of(y, p), block[i, last]
+        y = motion_of(samples, i)
+        d[i], v[i], f[i] = distance(y, p), rate_of(y, p), samples[i, last]
     states = branches_begin(p) - motion_size()
     stage, rates = np.zeros(states), np.empty((points + 1, states))
     if has_states():
         for i in range(points + 1 if states else 0):
-            memory = block[i, motion_size() : branches_begin(p)]
-            evolve(d[i], v[i], start + i * h, memory, memory, rates[i], p)
+            memory = samples[i, motion_size() : branches_begin(p)]
+            evolve(d[i], v[i], start + i * h, memory, rates[i], p)
     path, middle, kind = (d, v, f, room[7], room[8], room[9]), (room[3], room[4], room[5]), room[6]
-    record, result = (block, h, start, rates, stage, kinks), (np.empty(SUMS), np.empty((2, PIECE)), out)
+    record, result = (samples, h, start, rates, stage, kinks), (np.empty(SUMS), np.empty((2, PIECE)), out)
     sort_steps(path, middle, kind, record, p)
     accelerations(path, waves, record, drive, p)
     sums, tops, _ = result
     extremes(h, d, v, f, sums)
-    sums[SUM], sums[SUM_Z], sums[SUM_V] = flat_sums(path, middle, kind, p[0])
+    sums[SUM], sums[SUM_Z], sums[SUM_V] = flat_sums(path, middle, kind, p[ZC])
     for j in range(tones.shape[0]):
         half = 0.5 * tones[j, 0] * TAU / points
         real, imaginary = flat_lock_in(f, middle[2], kind, cosine[j], sine[j], math.cos(half), math.sin(half))
@@ -189,8 +191,8 @@ def measure_force(block: Any, waves: Any, drive: Any, kinks: Any, tip: Any, room
     out[F_MAX] = highest(1.0, path, kind, piece, record, result, p)
     out[F_MIN] = -highest(-1.0, path, kind, piece, record, result, p)
     out[F], out[F_Z], out[F_V] = sums[SUM] / points, sums[SUM_Z] / points, sums[SUM_V] / points
-    out[CONTACT], out[D_MIN], out[V_MAX] = sums[TOUCHED] / points, sums[D_LOW], sums[FASTEST]
-    out[Z_MIN], out[Z_MAX] = (sums[D_LOW] - p[0]) / p[1], (sums[D_HIGH] - p[0]) / p[1]
+    out[IN_CONTACT], out[D_MIN], out[V_MAX] = sums[TOUCHED] / points, sums[D_LOW], sums[FASTEST]
+    out[Z_MIN], out[Z_MAX] = (sums[D_LOW] - p[ZC]) / p[LENGTH], (sums[D_HIGH] - p[ZC]) / p[LENGTH]
 
 
 def highest(sign: float, path: Any, kind: Any, piece: Any, record: Any, result: Any, p: Any) -> float:
@@ -208,15 +210,15 @@ def highest(sign: float, path: Any, kind: Any, piece: Any, record: Any, result: 
 
 def accelerations(path: Any, waves: Any, record: Any, drive: Any, p: Any) -> None:
     """Write the tip's acceleration (m/s^2) at all samples, and what it adds to the cubics of the steps."""
-    (d, v, f, a, b0, b1), (cosine, sine), (block, h, _, _, _, _), (tones, bases, _, _) = path, waves, record, drive
+    (d, v, f, a, b0, b1), (cosine, sine), (samples, h, _, _, _, _), (tones, bases, _, _) = path, waves, record, drive
     nothing = row(np.zeros((1, mode_count())), 0)
     for i in range(d.shape[0]):
-        a[i] = rate_of(motion(nothing, f[i], motion_of(block, i), p), p) * p[3]
+        a[i] = rate_of(motion(nothing, f[i], motion_of(samples, i), p), p) * p[OMEGA]
     for j in range(tones.shape[0]):
         real, imaginary = 0.0, 0.0
         for n in range(mode_count()):
-            real += tones[j, FIRST_DRIVE + n] * p[2] * p[3]
-            imaginary += tones[j, FIRST_DRIVE + mode_count() + n] * p[2] * p[3]
+            real += tones[j, FIRST_DRIVE + n] * p[SPEED] * p[OMEGA]
+            imaginary += tones[j, FIRST_DRIVE + mode_count() + n] * p[SPEED] * p[OMEGA]
         c, s = math.cos(bases[j]), math.sin(bases[j])
         with_cosine, with_sine = real * c - imaginary * s, real * s + imaginary * c
         for i in range(d.shape[0]):
@@ -256,9 +258,9 @@ def forces_at(s: float, first: int, d: Any, v: Any, out: Any, record: Any, p: An
 
 def sort_steps(path: Any, middle: Any, kind: Any, record: Any, p: Any) -> None:
     """Write distance, velocity and force in the middle of each step, and how the force is to be averaged over it."""
-    (d, v, f, _, _, _), (d_middle, v_middle, f_middle), (block, h, _, _, _, kinks) = path, middle, record
+    (d, v, f, _, _, _), (d_middle, v_middle, f_middle), (samples, h, _, _, _, kinks) = path, middle, record
     points = d.shape[0] - 1
-    near = p[4]
+    near = p[CONTACT]
     for kink in kinks:
         near = max(near, kink)
     for i in range(points):
@@ -269,11 +271,11 @@ def sort_steps(path: Any, middle: Any, kind: Any, record: Any, p: Any) -> None:
         d0, v0, d1, v1, fm = d[i], v[i], d[i + 1], v[i + 1], f_middle[i]
         flat = abs(f[i] - 2.0 * fm + f[i + 1]) <= BENT * (abs(f[i]) + abs(f[i + 1]))
         outside = d0 > near and d1 > near
-        whole = v0 * v1 > 0.0 and not (d0 - p[4]) * (d1 - p[4]) < 0.0
+        whole = v0 * v1 > 0.0 and not (d0 - p[CONTACT]) * (d1 - p[CONTACT]) < 0.0
         kind[i] = (FLAT if flat and outside else STEEP) if whole else CUTS
-    for k in range(branches_begin(p), block.shape[1] - 1):
+    for k in range(branches_begin(p), samples.shape[1] - 1):
         for i in range(points):
-            kind[i] = kind[i] if block[i, k] == block[i + 1, k] else CUTS
+            kind[i] = kind[i] if samples[i, k] == samples[i + 1, k] else CUTS
     mark_kinks(d, kinks, kind)
 
 
@@ -323,7 +325,7 @@ def add_steep(path: Any, kind: Any, waves: Any, record: Any, drive: Any, scratch
     for i in range(points):
         if kind[i] == STEEP:
             first, after = min(first, i), i + 1
-            inside += 1 if d[i] < p[4] else 0
+            inside += 1 if d[i] < p[CONTACT] else 0
     sums[TOUCHED] += inside
     count = max(after - first, 0)
     kind, d, v, b0, b1 = kind[first:], d[first:], v[first:], b0[first:], b1[first:]
@@ -339,7 +341,7 @@ def add_steep(path: Any, kind: Any, waves: Any, record: Any, drive: Any, scratch
                 note_force(f[i], first + i, sums)
             else:
                 f[i] = 0.0
-        force_sum, with_z, with_v = steep_sums(here, rate, f, p[0])
+        force_sum, with_z, with_v = steep_sums(here, rate, f, p[ZC])
         sums[SUM] += weight * force_sum
         sums[SUM_Z] += weight * with_z
         sums[SUM_V] += weight * with_v

@@ -216,7 +216,7 @@ class TwoTones:
         )
         row = np.empty(measure.FIRST + 2 * len(pairs))
         row[measure.FIRST :: 2], row[measure.FIRST + 1 :: 2] = pairs.real, pairs.imag
-        row[measure.Z], row[measure.F], row[measure.CONTACT] = z.mean(), force.mean(), share_below(d, there.a0)
+        row[measure.Z], row[measure.F], row[measure.IN_CONTACT] = z.mean(), force.mean(), share_below(d, there.a0)
         row[measure.F_Z], row[measure.F_V] = (force * z).mean() * self.length, (force * v).mean() * self.speed
         low, high = -crest(-z), crest(z)
         row[measure.Z_MIN], row[measure.Z_MAX], row[measure.D_MIN] = low, high, self.zc + self.length * low

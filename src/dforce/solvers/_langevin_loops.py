@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.integrators.loops import TAU, keep_rest, phases, risen, seconds
+from dforce.kernel.codegen import SPEED
 from dforce.kernel.vocabulary import (
     distance,
     evolve,
@@ -100,10 +101,10 @@ class Reading(NamedTuple):
     decay: float
 
 
-def march(lanes: Any, periods: int, lever: Any, reading: Any, kinks: Any, block: Any, p: Any, out: Any) -> None:
+def march(lanes: Any, periods: int, lever: Any, reading: Any, kinks: Any, samples: Any, p: Any, out: Any) -> None:
     """Advance lanes by whole periods; out[j, i] holds the lock-in of lane j over period i, see ``lock_in``.
 
-    `block` is scratch, which holds the samples of the last period of the last lane in the end.
+    `samples` is scratch, which holds the samples of the last period of the last lane in the end.
     """
     tones, turns = lever.tones, reading.turns
     points = turns.cosine.shape[1] - 1
@@ -115,15 +116,15 @@ def march(lanes: Any, periods: int, lever: Any, reading: Any, kinks: Any, block:
             tabulate_free(tones, bases, lever.free, steady)
         for j in range(lanes.y.shape[0]):
             forces = lanes.memory[j], lanes.latched[j], kinks, change
-            least = advance(lanes.y[j], forces, lanes.keys[j], lanes.period + i, lever, steady, block, p)
+            least = advance(lanes.y[j], forces, lanes.keys[j], lanes.period + i, lever, steady, samples, p)
             lanes.lowest[j] = min(lanes.lowest[j], least)
             if lanes.lock_ins.shape[2] == 0:
-                lock_in(block, turns, bases, z, out[j, i])
+                lock_in(samples, turns, bases, z, out[j, i])
             else:
-                low_pass(block, reading, bases, lanes.lock_ins[j], out[j, i])
+                low_pass(samples, reading, bases, lanes.lock_ins[j], out[j, i])
 
 
-def low_pass(block: Any, reading: Any, bases: Any, held: Any, out: Any) -> None:
+def low_pass(samples: Any, reading: Any, bases: Any, held: Any, out: Any) -> None:
     """Take a lock-in over a period; write the mean of its last pole at each tone, real and imaginary part.
 
     What a period alone would say, once a period, is not the same: noise at twice the frequency would count as if it were slow.
@@ -137,7 +138,7 @@ def low_pass(block: Any, reading: Any, bases: Any, held: Any, out: Any) -> None:
         for i in range(points + 1):
             z = 0.0
             for n in range(mode_count()):
-                z += weights[j, n] * block[i, 2 * n]
+                z += weights[j, n] * samples[i, 2 * n]
             cosine, sine = turns.cosine[j, i], turns.sine[j, i]
             for part in range(2):
                 now = 2.0 * z * (cosine * c - sine * s if part == 0 else -(sine * c + cosine * s))
@@ -165,8 +166,8 @@ def tabulate_free(tones: Any, bases: Any, free: Any, steady: Any) -> None:
                 steady[i, k] += free[0, j, k] * c - free[1, j, k] * s
 
 
-def advance(y: Any, forces: Any, keys: Any, period: int, lever: Any, steady: Any, block: Any, p: Any) -> float:
-    """Advance one lane by a period; return its least distance (m). block[i] holds sample i, both ends included."""
+def advance(y: Any, forces: Any, keys: Any, period: int, lever: Any, steady: Any, samples: Any, p: Any) -> float:
+    """Advance one lane by a period; return its least distance (m). samples[i] holds sample i, both ends included."""
     points, (memory, branch, kinks, _), gains = steady.shape[0] - 1, forces, lever.gains
     h = TAU / points
     start, dt, total = seconds(period * TAU, p), seconds(h, p), gains.sum()
@@ -175,8 +176,8 @@ def advance(y: Any, forces: Any, keys: Any, period: int, lever: Any, steady: Any
         t = start + i * dt
         f = kick(y, 0.5 * h, t, forces, total, p)
         before = from_vector(y)
-        keep(block, i, before)
-        keep_rest(block, i, memory, branch, f)
+        keep(samples, i, before)
+        keep_rest(samples, i, memory, branch, f)
         push(y, 0.5 * h * f, gains)
         before = from_vector(y)
         normals(period * points + i, keys[0], keys[1], random)
@@ -188,7 +189,7 @@ def advance(y: Any, forces: Any, keys: Any, period: int, lever: Any, steady: Any
             # the step again, with the impulse of its whole way: else how disturbances pass the kink has an error of order 1
             mean = mean_force(before, after, share, t, forces, p)
             for k in range(motion_size()):
-                y[k] = block[i, k]
+                y[k] = samples[i, k]
             push(y, 0.5 * h * mean, gains)
             drift(y, i, steady, lever, random, ahead)
             after = from_vector(y)
@@ -204,8 +205,8 @@ def advance(y: Any, forces: Any, keys: Any, period: int, lever: Any, steady: Any
             push(y, 0.5 * h * kick(y, 0.5 * h, t + dt, forces, total, p), gains)
     end = from_vector(y)
     f = force(distance(end, p), rate_of(end, p), start + points * dt, memory, branch, p)
-    keep(block, points, end)
-    keep_rest(block, points, memory, branch, f)
+    keep(samples, points, end)
+    keep_rest(samples, points, memory, branch, f)
     return min(least, distance(end, p))
 
 
@@ -260,7 +261,7 @@ def kick(y: Any, h: float, t: float, forces: Any, gain: float, p: Any) -> float:
     now, (memory, branch, _, _) = from_vector(y), forces
     d, rate = distance(now, p), rate_of(now, p)
     f = force(d, rate, t, memory, branch, p)
-    return force(d, rate + 0.5 * h * p[2] * gain * f, t, memory, branch, p)
+    return force(d, rate + 0.5 * h * p[SPEED] * gain * f, t, memory, branch, p)
 
 
 def push(y: Any, impulse: float, gains: Any) -> None:
@@ -271,13 +272,13 @@ def push(y: Any, impulse: float, gains: Any) -> None:
 
 def advance_memory(before: Any, after: Any, h: float, t: float, forces: Any, p: Any) -> None:
     """Advance the forces' memory over a step by the midpoint rule."""
-    memory, branch, _, change = forces
+    memory, _, _, change = forces
     d0, v0, d1, v1 = distance(before, p), rate_of(before, p), distance(after, p), rate_of(after, p)
-    evolve(d0, v0, t, memory, branch, change[0], p)
+    evolve(d0, v0, t, memory, change[0], p)
     for k in range(memory_size(memory)):
         change[1, k] = memory[k] + 0.5 * h * change[0, k]
     middle = t + seconds(0.5 * h, p)
-    evolve(0.5 * (d0 + d1), 0.5 * (v0 + v1), middle, change[1], branch, change[0], p)
+    evolve(0.5 * (d0 + d1), 0.5 * (v0 + v1), middle, change[1], change[0], p)
     for k in range(memory_size(memory)):
         memory[k] += h * change[0, k]
 

@@ -34,7 +34,7 @@ from dforce.solvers.integrator import load_kernels
 from dforce.solvers.orbit import Orbit
 from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.points import Points
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
@@ -280,7 +280,7 @@ def _assured_alone(
     return found
 
 
-def _orbit_near(block: Block, value: float, found: Steady, cycles: int) -> Branch | None:
+def _orbit_near(block: Block, value: float, found: Steady, cycles: int) -> Stretch | None:
     """Return the orbit of so many common periods near a motion of the only problem; None where there is none."""
     state = States.of(found.motion)
     orbit = polished(block, np.array([0]), state, np.array([value]), cycles)

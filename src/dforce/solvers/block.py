@@ -15,13 +15,13 @@ from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.observables.averaging import common_period
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
-from dforce.solvers.continuing import PREDICTED
 from dforce.solvers.integrator import INTEGRATORS, Integrator, sample_count
 from dforce.solvers.model import DISTANCE, FREQUENCY, Model
 from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, NOTHING, Slots
 from dforce.solvers.problem_batch import ProblemBatch
-from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Branch, Path, set_out
+from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Path, Stretch, set_out
+from dforce.solvers.quasi_static_steps import PREDICTED
 from dforce.solvers.relaxation import GOING, LOST, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.states import States
 from dforce.solvers.tip_equations import TipEquations
@@ -143,25 +143,25 @@ class Block(TipEquations):
         values: Array,
         counts: Indices | None = None,
         repeats: int = 1,
-        report: Callable[[Branch], None] = lambda found: None,
-    ) -> Branch:
+        report: Callable[[Stretch], None] = lambda found: None,
+    ) -> Stretch:
         """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
 
         `counts` says how many of its values each has; left out: all. The orbits last `repeats` common periods. `report` is
         called with what is found so far, now and then.
         """
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
-        found = self.empty_branch(starts, at, values.shape, repeats)
+        found = self.empty_stretch(starts, at, values.shape, repeats)
         follow = self._solvers.entry("follow")
         goes_on = values.shape[1] > 1 or not np.array_equal(values[:, 0], at)
         ahead = max(1, COLUMNS // (self.size + 2)) if self.is_smooth and goes_on else 1
         for part in self._parts(len(values)):
             most = len(counts[part]) * ahead
-            branch, room = Branch(*(array[part] for array in found)), self._room(most, self.size + 2)
+            stretch, room = Stretch(*(array[part] for array in found)), self._room(most, self.size + 2)
             here = (
                 Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted),
-                branch,
-                set_out(branch, most),
+                stretch,
+                set_out(stretch, most),
                 self._slots(most, self.common * repeats),
                 empty_orbits(most, self.size),
                 room,
@@ -176,14 +176,14 @@ class Block(TipEquations):
             self.check_cancelled()
         return found
 
-    def empty_branch(self, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Branch:
-        """Return empty branches along paths, (problems, values), from the start of each."""
+    def empty_stretch(self, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Stretch:
+        """Return empty stretches along paths, (problems, values), from the start of each."""
         cases, size = len(at), self.size
 
         def room(*inner: int) -> Array:
             return np.full((*shape, *inner), np.nan)
 
-        return Branch(
+        return Stretch(
             room(size),
             room(len(self.memory_scale)),
             room(self.hysteresis),
@@ -227,12 +227,12 @@ class Block(TipEquations):
         return out
 
     def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
-        """Advance motions of the first problem by so many common periods, and measure them if asked for."""
+        """Advance motions by so many common periods, and measure them if asked for."""
         count = len(slots.case)
         if self.settings.integrator != "rk4":
             states, periods = States(slots.x, slots.memory, slots.branch), self.common * repeats
             for s in range(count):
-                integrator = self.integrator(0, slots.value[s])
+                integrator = self.integrator(int(slots.case[s]), slots.value[s])
                 if measured:
                     end, slots.rows[s] = integrator.observe(states.motion(s), periods)
                 else:
@@ -240,7 +240,7 @@ class Block(TipEquations):
                 slots.ends[s, 0], slots.memory_after[s], slots.branch_after[s] = end.y, end.memory, end.latched
             return
         order, room = np.arange(count), self._room(count, 1)
-        self._solvers.entry("march")(slots, order, count, 1, measured, self._first, self.drive(repeats), room)
+        self._solvers.entry("march")(slots, order, count, 1, measured, self._all, self.drive(repeats), room)
 
     def driven(self, zc: Array, states: States, at: Array, ratio: Array, wanted: int) -> tuple[States, Array]:
         """March motions of the first problem over a common period at distances (m), frequencies (Hz) and relative drives.
@@ -302,8 +302,8 @@ class Block(TipEquations):
         return self.model(np.zeros(ABREAST, np.int64))
 
     @lazy_property
-    def _first(self) -> Model:
-        return self.model(np.zeros(1, np.int64))
+    def _all(self) -> Model:
+        return self.model(np.arange(len(self.batch)))
 
     def relax(self, which: Indices, states: States, at: Array) -> tuple[States, Any, Array]:
         """Return where motions come to, which of them are near a stable orbit there, and the periods that it took them.

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.observables.averaging import weights
-from dforce.observables.finish import finish, multipliers
 from dforce.solvers.block import Block
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.points import values_of_orbit
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
@@ -34,19 +33,10 @@ def doubled(block: Block, case: int, at: float, single: States, aside: Array, cy
     return states.take(good[:1]) if len(good) else None
 
 
-def repeated(block: Block, case: int, value: float, found: Branch, place: tuple[int, int]) -> Steady:
+def repeated(block: Block, case: int, value: float, found: Stretch, place: tuple[int, int]) -> Steady:
     """Return an orbit found at a value of the parameter, as it was measured over all its periods."""
-    integrator, rows = block.integrator(case, value), found.rows[place]
-    shares = weights(block.frequencies, len(rows))
-    values = finish(integrator.problem, block.harmonics, rows, shares)
-    modulus, angle = multipliers(found.monodromy[place][None])
-    values |= {
-        "settling_periods": 0.0,
-        "drift": float(found.residual[place]),
-        "corrections": float(found.steps[place]),
-        "multiplier_modulus": modulus[0],
-        "multiplier_angle": angle[0],
-    }
+    numbers = 0.0, found.residual[place], found.steps[place]
+    values = values_of_orbit(block, case, value, found.rows[place], found.monodromy[place], numbers)
     row, k = place
     states = States(found.x[row], found.memory[row], found.branch[row])
     return Steady(values, states.motion(k), True, False)

@@ -17,7 +17,7 @@ from dforce.solvers.engine_follow import follow
 from dforce.solvers.engine_relax import relaxed
 from dforce.solvers.newton import CONVERGED, FAILED, Orbits
 from dforce.solvers.period_map import NOTHING, Slots
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.states import States
 
 MOTION, COLUMNS, HARMONIC = 0.03, 0.003, 0.1  # of the accuracy times a mode's damping: error of a step; see `limits`
@@ -222,11 +222,11 @@ class EngineBlock(Block):
         values: Array,
         counts: Indices | None = None,
         repeats: int = 1,
-        report: Callable[[Branch], None] = lambda found: None,
-    ) -> Branch:
+        report: Callable[[Stretch], None] = lambda found: None,
+    ) -> Stretch:
         """Follow the stable orbit near each start along `values`; see :meth:`Block.follow`."""
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
-        found = self.empty_branch(starts, at, values.shape, repeats)
+        found = self.empty_stretch(starts, at, values.shape, repeats)
         follow(self, which, values, counts, repeats, found, report)
         return found
 
@@ -240,10 +240,9 @@ class EngineBlock(Block):
         return out
 
     def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
-        """Advance motions of the first problem by so many common periods, and measure them if asked for."""
-        which, states = np.zeros(len(slots.case), np.int64), States(slots.x, slots.memory, slots.branch)
-        harmonics = self.harmonics if measured else None
-        out = self.marched(which, states, slots.value, self.common * repeats, harmonics=harmonics)
+        """Advance motions by so many common periods, and measure them if asked for."""
+        states, harmonics = States(slots.x, slots.memory, slots.branch), self.harmonics if measured else None
+        out = self.marched(slots.case, states, slots.value, self.common * repeats, harmonics=harmonics)
         slots.ends[:, 0], slots.memory_after[:], slots.branch_after[:] = out.path[:, -1], out.memory, out.branch
         if measured:
             slots.rows[:] = out.rows

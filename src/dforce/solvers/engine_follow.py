@@ -14,8 +14,8 @@ import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.engine.marching import Marched
-from dforce.solvers.continuing import BENT, CHORD, EXACT, FARTHEST, GROWTH, LARGEST, SHRINK, TURNED, fold_ahead
-from dforce.solvers.quasi_static import ENDED, FIRST, FOLLOWED, SMALLEST, Branch
+from dforce.solvers.quasi_static import ENDED, FIRST, FOLLOWED, SMALLEST, Stretch
+from dforce.solvers.quasi_static_steps import BENT, CHORD, EXACT, FARTHEST, GROWTH, LARGEST, SHRINK, TURNED, fold_ahead
 from dforce.solvers.stability import is_stable
 from dforce.solvers.states import States
 
@@ -61,8 +61,8 @@ def follow(
     values: Array,
     counts: Indices,
     repeats: int,
-    found: Branch,
-    report: Callable[[Branch], None],
+    found: Stretch,
+    report: Callable[[Stretch], None],
 ) -> None:
     """Follow the stable orbit near each start, which `found` begins with, along `values` (problems, values).
 
@@ -78,7 +78,7 @@ class _Walk:
     """Problems on the way along their paths."""
 
     def __init__(
-        self, block: OrbitFinder, which: Indices, values: Array, counts: Indices, repeats: int, found: Branch
+        self, block: OrbitFinder, which: Indices, values: Array, counts: Indices, repeats: int, found: Stretch
     ) -> None:
         cases = len(values)
         self.block, self.which, self.values, self.counts = block, which, values, counts

@@ -151,7 +151,7 @@ class Integrator(ABC):
         self.latch_count = sum(force.switch is not None for force in problem.forces)
         self.columns = measure.FIRST + 2 * count * (modes + 1) + 2 * harmonics + 2 * count
         width = kernel.size_of(problem) + self.memory_size + self.latch_count + 1
-        self.block = np.zeros((self.points + 1, width))
+        self.samples = np.zeros((self.points + 1, width))
         self.work = np.zeros((8, max(self.memory_size, 1)))
         self.room = np.empty((measure.ROOM, self.points + 1))
         self.take(problem)
@@ -193,7 +193,7 @@ class Integrator(ABC):
         """Measure the period whose samples are kept, into a row."""
         drive = self.tones, self.phases(period), period, self.points
         tip = self.tip("measure_force")
-        self.solvers.entry("measure")(self.block, self.turns, drive, self.kinks, tip, self.room, row)
+        self.solvers.entry("measure")(self.samples, self.turns, drive, self.kinks, tip, self.room, row)
 
     def lock_in(self, motion: Motion, periods: int) -> tuple[Motion, Complexes]:
         """Advance; return the motion and the scaled complex amplitude at each tone, (periods, tones)."""
@@ -209,7 +209,7 @@ class Integrator(ABC):
     def record(self, motion: Motion) -> tuple[Motion, Array]:
         """Advance one period; return the motion and its samples, both ends included."""
         motion = self._march(motion, 1, False, np.empty((1, 2 * len(self.problem.tones))))
-        return motion, self.block.copy()
+        return motion, self.samples.copy()
 
     @abstractmethod
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion: ...
@@ -250,7 +250,7 @@ class RK4(Integrator):
         forces = memory, latched, self.kinks, self.work
         tip = self.tip("advance", "cut", *(["measure_force"] if every else []))
         y = self.solvers.entry("march_rk4")(
-            motion.y, forces, motion.period, self.tones, self.turns, self.block, tip, out
+            motion.y, forces, motion.period, self.tones, self.turns, self.samples, tip, out
         )
         return Motion(y, memory, latched, motion.period + periods)
 
@@ -337,16 +337,16 @@ class LSODA(Integrator):
         for row in range(periods):
             period = motion.period + row
             start = (period - self._first) * loops.TAU
-            flow.sample(self.block, 0)
+            flow.sample(self.samples, 0)
             with warnings.catch_warnings(action="ignore"):  # SciPy's, of steps that fail: they end as NaN
                 for i in range(1, self.points + 1):
-                    flow.advance(start + i * loops.TAU / self.points, self.block, i)
+                    flow.advance(start + i * loops.TAU / self.points, self.samples, i)
             if not np.isfinite(flow.state).all():
                 break
             if every:
                 self.measure(period, out[row])
             else:
-                lock_in(self.block, self.turns, self.phases(period), self.room[0], out[row])
+                lock_in(self.samples, self.turns, self.phases(period), self.room[0], out[row])
         size = len(motion.y)
         y = tuple(map(float, flow.state[:size]))
         left = Motion(y, flow.state[size:].copy(), flow.latched.copy(), motion.period + periods)

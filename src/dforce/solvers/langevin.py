@@ -181,7 +181,7 @@ class Langevin(Integrator):
         after = lanes.copy()
         reading = loops.Reading(self.turns, np.array(self.problem.readout.weights), self._decay)
         march = self.noisy.entry("march_noisy")
-        march(after, periods, self._lever, reading, self.kinks, self.block, self.p, out)
+        march(after, periods, self._lever, reading, self.kinks, self.samples, self.p, out)
         self._check_step(float(after.lowest.min()))
         return after._replace(period=lanes.period + periods), out[..., ::2] + 1j * out[..., 1::2]
 

@@ -125,33 +125,29 @@ def march_lanes(slots: Any, chosen: Any, measured: bool, model: Any, drive: Any,
     size, lanes = starts.shape
     kept = measured and each == 1 and is_any_wanted(slots, which, count)
     rows = drive.points + 1 if kept else 2
-    block = shaped(room, rows, size + 1, lanes)
+    samples = shaped(room, rows, size + 1, lanes)
     records, scratch = np.empty((LANES, rows, size + 1)), np.empty((ROOM, rows))
     kinks_here, others = np.empty(kinks.shape[0]), np.empty(numbers.shape[0] - OTHERS)
     crossed, work = np.empty(lanes, np.int64), np.empty((8, kinks.shape[0] + 1))
-    for k in range(size):
-        for j in range(lanes):
-            block[0, k, j] = starts[k, j]
+    put_rows(samples[0], starts)
     for period in range(drive.periods):
         shared = drive.phases[period], period, drive.points, drive.waves[period]
-        end = advance_lanes(block, (numbers, forcing, kinks, tones), shared, crossed, work, model.tip)
+        end = advance_lanes(samples, (numbers, forcing, kinks, tones), shared, crossed, work, model.tip)
         if kept:
             for j in range(count):
                 if j % LANES == 0:  # of all that lie side by side at once: the memory is read once
                     for i in range(rows):
                         for k in range(size + 1):
                             for lane in range(LANES):
-                                records[lane, i, k] = block[i, k, j + lane]
+                                records[lane, i, k] = samples[i, k, j + lane]
                 if slots.wanted[which[j]] != NOTHING:
                     desk = records[j % LANES], scratch, kinks_here, others
                     take_measure(slots, which[j], period, model, drive, columns, j, desk)
         if end > 0:
-            for k in range(size):
-                for j in range(lanes):
-                    block[0, k, j] = block[end, k, j]
+            put_rows(samples[0], samples[end])
     for j in range(count * each):
         for k in range(size):
-            slots.ends[which[j // each], first_column(each) + j % each, k] = block[0, k, j]
+            slots.ends[which[j // each], first_column(each) + j % each, k] = samples[0, k, j]
 
 
 def march_columns(slots: Any, chosen: Any, measured: bool, model: Any, drive: Any, columns: Any) -> None:
@@ -170,7 +166,7 @@ def march_columns(slots: Any, chosen: Any, measured: bool, model: Any, drive: An
         np.empty(kinks.shape[0]),
         np.empty(numbers.shape[0] - OTHERS),
     )
-    record, work, others = desk[0], np.empty((8, max(states, 1))), np.empty(numbers.shape[0] - OTHERS)
+    samples, work, others = desk[0], np.empty((8, max(states, 1))), np.empty(numbers.shape[0] - OTHERS)
     for j in range(count * each):
         s = which[j // each]
         start, e, gain = from_vector(starts[:, j].copy()), first_column(each) + j % each, model.gain[slots.case[s]]
@@ -186,7 +182,7 @@ def march_columns(slots: Any, chosen: Any, measured: bool, model: Any, drive: An
             for period in range(drive.periods):
                 tabulate_steps(tones[j], drive.waves[period], table)
                 of_period = tones[j], drive.phases[period], period, drive.points
-                y = advance(y, of_period, table, (memory, branch, kinks[:, j].copy(), work), record, p)
+                y = advance(y, of_period, table, (memory, branch, kinks[:, j].copy(), work), samples, p)
                 if measured and each == 1 and slots.wanted[s] != NOTHING:
                     take_measure(slots, s, period, model, drive, columns, j, desk)
             settled = unrest(memory, memory_before, branch, branch_before, gain, model.memory_scale) < REPEATED
@@ -277,18 +273,18 @@ def take_measure(slots: Any, s: int, period: int, model: Any, drive: Any, column
     `desk` holds the samples, and scratch for the measurement, for kinks and for the tip equation's numbers.
     """
     numbers, kinks, tones, _, _ = columns
-    record, room, kinks_here, others = desk
+    samples, room, kinks_here, others = desk
     rows = slots.rows[s, period]
     if slots.wanted[s] == MOTION:
         for k in range(rows.shape[0]):
             rows[k] = 0.0
-        measure_motion(record, drive.turns, drive.phases[period], room, rows)
+        measure_motion(samples, drive.turns, drive.phases[period], room, rows)
         return
     p = of_case(model.tip, numbers, j, others)
     for k in range(kinks.shape[0]):
         kinks_here[k] = kinks[k, j]
     driven = tones[j], drive.phases[period], period, drive.points
-    measure(record, drive.turns, driven, kinks_here, p, room, rows)
+    measure(samples, drive.turns, driven, kinks_here, p, room, rows)
 
 
 def advance_block(slots: Any, periods: int, model: Any, drive: Any, room: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -120,19 +121,10 @@ class Points:
         found = self.others.get((case, place))
         if found is not None:
             return found
-        integrator = block.integrator(case, value)
-        even = weights(block.frequencies, block.common)
-        values = finish(integrator.problem, block.harmonics, self.rows[case, place], even)
-        modulus, angle = multipliers(self.monodromy[case, place][None])
-        values |= {
-            "settling_periods": float(self.settling[case, place]),
-            "drift": float(self.residual[case, place]),
-            "corrections": float(self.steps[case, place]),
-            "multiplier_modulus": modulus[0],
-            "multiplier_angle": angle[0],
-            "error_estimate": float(self.error[case, place]),
-        }
-        motion = self.states.take((case, [place])).motion(0)
+        where, motion = (case, place), self.states.take((case, [place])).motion(0)
+        numbers = self.settling[where], self.residual[where], self.steps[where]
+        values = values_of_orbit(block, case, value, self.rows[where], self.monodromy[where], numbers)
+        values["error_estimate"] = float(self.error[where])
         return Steady(values, motion, True, True, block.settings.accuracy)
 
     @property
@@ -163,6 +155,19 @@ class Points:
         known = np.isfinite(out["corrections"]).any()  # their errors may not be known yet
         kept = {name for name in out if known or name not in ONLY_OF_ORBITS or not np.isnan(out[name]).all()}
         return {name: column for name, column in out.items() if name in kept}
+
+
+def values_of_orbit(
+    block: Block, case: int, value: float, rows: Array, monodromy: Array, numbers: tuple[float, float, float]
+) -> dict[str, Any]:
+    """Return the observables of an orbit at a value of the parameter, from what was measured over its periods.
+
+    `numbers` are the periods in which it settled, how far from its start it ends, and its Newton steps.
+    """
+    problem, (modulus, angle) = block.integrator(case, value).problem, multipliers(monodromy[None])
+    values = finish(problem, block.harmonics, rows, weights(block.frequencies, len(rows)))
+    values |= zip(("settling_periods", "drift", "corrections"), map(float, numbers), strict=True)
+    return values | {"multiplier_modulus": modulus[0], "multiplier_angle": angle[0]}
 
 
 def amplitude_of(block: Block, case: int, value: float, rows: Array) -> float:

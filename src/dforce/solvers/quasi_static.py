@@ -21,7 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dforce.kernel.vocabulary import motion_size
-from dforce.solvers.continuing import (
+from dforce.solvers.newton import begin, central_differences, longest, march_once
+from dforce.solvers.period_map import NOTHING, carry, put_numbers, put_rows
+from dforce.solvers.quasi_static_steps import (
     TINY,
     TOWARDS,
     before_of,
@@ -34,8 +36,6 @@ from dforce.solvers.continuing import (
     predict,
     shortened,
 )
-from dforce.solvers.newton import begin, central_differences, longest, march_once
-from dforce.solvers.period_map import NOTHING, carry, put_numbers, put_rows
 from dforce.solvers.stability import is_stable
 
 FIRST = 0.01  # of the parameter's unit: first step, predicted by a slope alone
@@ -69,7 +69,7 @@ class Path(NamedTuple):
     wanted: int
 
 
-class Branch(NamedTuple):
+class Stretch(NamedTuple):
     """The stretch of stable orbits of each problem along its path, and the last orbit of all, on the path or not.
 
     Attributes
@@ -110,7 +110,7 @@ class Course(NamedTuple):
     Attributes
     ----------
     before, x_before, slope_before
-        Of each problem the orbit before its last one, as in `Branch`.
+        Of each problem the orbit before its last one, as in `Stretch`.
     margin, closing
         Margins of its last orbit's multipliers from +1 and -1, and how fast both fell on the way there, per unit.
     reach, bridge, short
@@ -135,13 +135,13 @@ class Course(NamedTuple):
     place: Any
 
 
-def set_out(branch: Branch, slots: int) -> Course:
+def set_out(stretch: Stretch, slots: int) -> Course:
     """Return the course of problems at their starts, of which so many orbits at most are sought at once."""
-    cases = len(branch.last_x)
+    cases = len(stretch.last_x)
     return Course(
-        branch.last_value.copy(),
-        branch.last_x.copy(),
-        branch.last_slope.copy(),
+        stretch.last_value.copy(),
+        stretch.last_x.copy(),
+        stretch.last_slope.copy(),
         np.zeros((cases, 2)),
         np.zeros((cases, 2)),
         np.full(cases, FIRST),
@@ -155,7 +155,7 @@ def set_out(branch: Branch, slots: int) -> Course:
 
 
 def follow(
-    path: Any, branch: Any, course: Any, slots: Any, orbits: Any, room: Any, model: Any, drive: Any, marches: int
+    path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, room: Any, model: Any, drive: Any, marches: int
 ) -> bool:
     """Follow the stable orbit near each problem's start along its path, and measure it at each value.
 
@@ -166,52 +166,52 @@ def follow(
     which = np.empty(slots.case.shape[0], np.int64)
     for _ in range(marches):
         if course.sought[0] == 0:
-            look_ahead(path, branch, course, slots, orbits, model)
+            look_ahead(path, stretch, course, slots, orbits, model)
             if course.sought[0] == 0:
                 return True
             begin(orbits, course.sought[0])
         if not march_once(slots, course.sought[0], True, model, drive, orbits, which, room):
-            go_ahead(path, branch, course, slots, orbits, which, room, model, drive)
+            go_ahead(path, stretch, course, slots, orbits, which, room, model, drive)
             course.sought[0] = 0
     return False
 
 
-def look_ahead(path: Any, branch: Any, course: Any, slots: Any, orbits: Any, model: Any) -> None:
+def look_ahead(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, model: Any) -> None:
     """Choose where the next orbits of each problem are sought, and predict them."""
     size, cases, most = motion_size(), path.counts.shape[0], slots.case.shape[0]
     change, count = np.empty(size + 1), 0
     for case in range(cases):
-        begun, start, unit = count, branch.last_value[case], model.unit[case]
+        begun, start, unit = count, stretch.last_value[case], model.unit[case]
         if course.going[case] == 1 and course.fresh[case] == 1:
             slots.value[count] = start
             course.place[count] = 0 if path.values[case, 0] == start and path.counts[case] > 0 else -1
-            put_numbers(slots.x[count], branch.last_x[case])
+            put_numbers(slots.x[count], stretch.last_x[case])
             count += 1
         elif course.going[case] == 1:
-            count += choose_values(case, count, most // cases, path, branch, course, slots, unit)
+            count += choose_values(case, count, most // cases, path, stretch, course, slots, unit)
             for s in range(begun, count):
-                predict(last_of(branch, case), before_of(course, case), unit, slots.value[s], slots.x[s])
+                predict(last_of(stretch, case), before_of(course, case), unit, slots.value[s], slots.x[s])
         for s in range(begun, count):
             slots.case[s], orbits.unit[s] = case, unit
             slots.wanted[s] = path.wanted if course.place[s] >= 0 else NOTHING
-            put_numbers(slots.memory[s], branch.last_memory[case])
-            put_numbers(slots.branch[s], branch.last_branch[case])
+            put_numbers(slots.memory[s], stretch.last_memory[case])
+            put_numbers(slots.branch[s], stretch.last_branch[case])
             for k in range(size):
-                change[k] = slots.x[s, k] - branch.last_x[case, k]
+                change[k] = slots.x[s, k] - stretch.last_x[case, k]
             change[size] = (slots.value[s] - start) / unit
             carry(slots, s, change)
     course.sought[0] = count
 
 
 def choose_values(
-    case: int, first: int, most: int, path: Any, branch: Any, course: Any, slots: Any, unit: float
+    case: int, first: int, most: int, path: Any, stretch: Any, course: Any, slots: Any, unit: float
 ) -> int:
     """Write at which values the next orbits of a problem are sought, from a slot on; return how many.
 
     They are those of the path, with even steps between where these are farther apart than a step.
     """
-    start, at, values = branch.last_value[case], branch.done[case], path.values[case]
-    (_, _, slope), (before, _, slope_before) = last_of(branch, case), before_of(course, case)
+    start, at, values = stretch.last_value[case], stretch.done[case], path.values[case]
+    (_, _, slope), (before, _, slope_before) = last_of(stretch, case), before_of(course, case)
     fold = fold_ahead(start, longest(slope), before, longest(slope_before))
     way = 1.0 if values[at] > start else -1.0
     reach, farthest = course.reach[case] * unit, LEAP * course.reach[case] * unit
@@ -235,13 +235,13 @@ def choose_values(
 
 
 def go_ahead(
-    path: Any, branch: Any, course: Any, slots: Any, orbits: Any, which: Any, room: Any, model: Any, drive: Any
+    path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, which: Any, room: Any, model: Any, drive: Any
 ) -> None:
     """Go to the orbits found that continue the last ones of their problems; choose the next steps."""
     count = course.sought[0]
     longer, margin, fitting = np.empty(count), np.empty(2), 0
     for s in range(count):
-        longer[s] = longer_by(s, longer, slots, orbits, branch, course, model.unit[slots.case[s]], path.predicted)
+        longer[s] = longer_by(s, longer, slots, orbits, stretch, course, model.unit[slots.case[s]], path.predicted)
         if longer[s] >= 1.0:
             which[fitting] = s
             fitting += 1
@@ -249,26 +249,26 @@ def go_ahead(
         central_differences(slots, which, fitting, model, drive, orbits, room)
     s = 0
     while s < count:
-        case, done, refused, step = slots.case[s], branch.done[slots.case[s]], False, np.inf
-        unit, begun, fresh = model.unit[case], branch.last_value[case], course.fresh[case] == 1
+        case, done, refused, step = slots.case[s], stretch.done[slots.case[s]], False, np.inf
+        unit, begun, fresh = model.unit[case], stretch.last_value[case], course.fresh[case] == 1
         while s < count and slots.case[s] == case:
-            gap = abs(slots.value[s] - branch.last_value[case]) / unit
+            gap = abs(slots.value[s] - stretch.last_value[case]) / unit
             stable = longer[s] >= 1.0 and is_stable(orbits.monodromy[s])
             margins_of(orbits.monodromy[s], margin)
             if stable and not refused and not may_have_passed(margin, course.margin[case], course.closing[case], gap):
-                keep_before(branch, course, case)
+                keep_before(stretch, course, case)
                 for k in range(2):
                     fallen = course.margin[case, k] - margin[k]
                     course.closing[case, k] = 0.0 if fresh or gap == 0.0 else fallen / gap
                     course.margin[case, k] = margin[k]
-                take(s, course.place[s], slots, orbits, branch)
+                take(s, course.place[s], slots, orbits, stretch)
                 step = min(step, next_step(longer[s], gap, course.reach[case]))
                 if fresh:  # there is no other one before
-                    keep_before(branch, course, case)
+                    keep_before(stretch, course, case)
             elif not refused:
                 refused = True
                 if fresh:
-                    course.going[case], branch.outcome[case] = 0, ENDED
+                    course.going[case], stretch.outcome[case] = 0, ENDED
                 elif course.bridge[case] > 0:
                     course.bridge[case] += 1
                 else:
@@ -282,42 +282,42 @@ def go_ahead(
         if course.reach[case] < SMALLEST and course.bridge[case] == 0:
             course.bridge[case] = 1
         if course.bridge[case] > len(BRIDGES):
-            course.going[case], branch.outcome[case] = 0, ENDED
-        if branch.done[case] > done:
+            course.going[case], stretch.outcome[case] = 0, ENDED
+        if stretch.done[case] > done:
             course.short[case] = 0
-        elif abs(branch.last_value[case] - begun) < SHORT * unit:
+        elif abs(stretch.last_value[case] - begun) < SHORT * unit:
             course.short[case] += 1
         if course.short[case] > MOST_SHORT:
-            course.going[case], branch.outcome[case] = 0, TOO_ROUGH
-        if branch.done[case] == path.counts[case]:
+            course.going[case], stretch.outcome[case] = 0, TOO_ROUGH
+        if stretch.done[case] == path.counts[case]:
             course.going[case] = 0
 
 
-def keep_before(branch: Any, course: Any, case: int) -> None:
+def keep_before(stretch: Any, course: Any, case: int) -> None:
     """Keep a problem's last orbit as the one before."""
-    course.before[case] = branch.last_value[case]
-    put_numbers(course.x_before[case], branch.last_x[case])
-    put_numbers(course.slope_before[case], branch.last_slope[case])
+    course.before[case] = stretch.last_value[case]
+    put_numbers(course.x_before[case], stretch.last_x[case])
+    put_numbers(course.slope_before[case], stretch.last_slope[case])
 
 
-def take(s: int, at: int, slots: Any, orbits: Any, branch: Any) -> None:
+def take(s: int, at: int, slots: Any, orbits: Any, stretch: Any) -> None:
     """Make the orbit of a slot the last one of its problem, and keep it where it lies on the path."""
     case = slots.case[s]
-    branch.fold[case] = fold_ahead(
-        slots.value[s], longest(orbits.slope[s]), branch.last_value[case], longest(branch.last_slope[case])
+    stretch.fold[case] = fold_ahead(
+        slots.value[s], longest(orbits.slope[s]), stretch.last_value[case], longest(stretch.last_slope[case])
     )
-    branch.last_value[case] = slots.value[s]
-    put_numbers(branch.last_x[case], slots.x[s])
-    put_numbers(branch.last_memory[case], slots.memory[s])
-    put_numbers(branch.last_branch[case], slots.branch[s])
-    put_numbers(branch.last_slope[case], orbits.slope[s])
-    put_rows(branch.last_monodromy[case], orbits.monodromy[s])
+    stretch.last_value[case] = slots.value[s]
+    put_numbers(stretch.last_x[case], slots.x[s])
+    put_numbers(stretch.last_memory[case], slots.memory[s])
+    put_numbers(stretch.last_branch[case], slots.branch[s])
+    put_numbers(stretch.last_slope[case], orbits.slope[s])
+    put_rows(stretch.last_monodromy[case], orbits.monodromy[s])
     if at < 0:
         return
-    put_numbers(branch.x[case, at], slots.x[s])
-    put_numbers(branch.memory[case, at], slots.memory[s])
-    put_numbers(branch.branch[case, at], slots.branch[s])
-    put_rows(branch.monodromy[case, at], orbits.monodromy[s])
-    put_rows(branch.rows[case, at], slots.rows[s])
-    branch.residual[case, at], branch.steps[case, at] = orbits.residual[s], orbits.steps[s]
-    branch.done[case] = at + 1
+    put_numbers(stretch.x[case, at], slots.x[s])
+    put_numbers(stretch.memory[case, at], slots.memory[s])
+    put_numbers(stretch.branch[case, at], slots.branch[s])
+    put_rows(stretch.monodromy[case, at], orbits.monodromy[s])
+    put_rows(stretch.rows[case, at], slots.rows[s])
+    stretch.residual[case, at], stretch.steps[case, at] = orbits.residual[s], orbits.steps[s]
+    stretch.done[case] = at + 1

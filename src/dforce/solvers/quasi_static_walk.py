@@ -18,10 +18,10 @@ import numpy as np
 from dforce.core.arrays import Array, Indices
 from dforce.solvers.accuracy import assure, assure_repeated, assure_settled, unless_stuck
 from dforce.solvers.block import ENDED, FOLLOWED, TOO_ROUGH, Block
-from dforce.solvers.continuing import CHORD
 from dforce.solvers.cycles import doubled, repeated
 from dforce.solvers.points import Points, StateJump, amplitude_at, amplitude_of, as_kept
-from dforce.solvers.quasi_static import SMALLEST, Branch
+from dforce.solvers.quasi_static import SMALLEST, Stretch
+from dforce.solvers.quasi_static_steps import CHORD
 from dforce.solvers.settling import apart, gone, polished, settled
 from dforce.solvers.state_ends import End, Ended, Left, ahead_of, directions, located
 from dforce.solvers.states import States
@@ -130,13 +130,13 @@ class Walk:
                 self._in_time(int(case))
         self._report()
 
-    def _keep_first(self, cases: Indices, found: Branch, good: Any, periods: Array) -> None:
+    def _keep_first(self, cases: Indices, found: Stretch, good: Any, periods: Array) -> None:
         which = np.flatnonzero(good)
         self._store(cases, found, which, np.minimum(found.done, 1), 1)
         self.points.settling[cases[which], 0] = periods[which]
         self.cycles[cases[which]] = 1
 
-    def _settled(self, cases: Indices, start: States, at: Array) -> tuple[Branch, Any, Array]:
+    def _settled(self, cases: Indices, start: States, at: Array) -> tuple[Stretch, Any, Array]:
         """Return the orbits on which motions settle, which of them are sure, and how many periods it took."""
         state, found, good, periods = settled(self.block, cases, start, at)
         self.state.put(cases, state)
@@ -152,7 +152,7 @@ class Walk:
         places = done[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1)
         values = self.values[cases[:, None], places]
 
-        def keep(found: Branch) -> None:
+        def keep(found: Stretch) -> None:
             if cycles == 1:  # others may come to repeat after half the periods
                 self._store(cases, found, np.arange(len(cases)), found.done, cycles, done)
                 self._report()
@@ -166,7 +166,7 @@ class Walk:
         ended = np.flatnonzero((found.outcome == ENDED) & ~halved)
         if len(ended):
             targets = values[ended, np.minimum(found.done[ended], counts[ended] - 1)]
-            self._leave(cases[ended], Branch(*(array[ended] for array in found)), targets, cycles)
+            self._leave(cases[ended], Stretch(*(array[ended] for array in found)), targets, cycles)
         lost = (found.outcome == TOO_ROUGH) | (self.ends[cases] > MOST_ENDS)
         for case in cases[lost & (self.cycles[cases] > 0) & ~halved].tolist():
             self.loose[case] = amplitude_at(self.block, case, self.state.motion(case), self.at[case], cycles)
@@ -195,7 +195,7 @@ class Walk:
                 self.done[case], self.at[case] = new.stop, values[new.stop - 1]
                 self.state.put(case, points.states.take((case, new.stop - 1)))
 
-    def _halve(self, cases: Indices, found: Branch, i: int, values: Array, cycles: int) -> bool:
+    def _halve(self, cases: Indices, found: Stretch, i: int, values: Array, cycles: int) -> bool:
         """Go over to half the periods where orbits repeat after them, as behind a period doubling gone back; say whether."""
         case, done = int(cases[i]), int(found.done[i])
         x = np.append(found.x[i, :done], found.last_x[i : i + 1], axis=0)
@@ -213,7 +213,7 @@ class Walk:
         return True
 
     def _store(
-        self, cases: Indices, found: Branch, which: Indices, counts: Indices, cycles: int, begun: Indices | None = None
+        self, cases: Indices, found: Stretch, which: Indices, counts: Indices, cycles: int, begun: Indices | None = None
     ) -> None:
         """Keep orbits found from the next place of each problem on, and go to the last of them.
 
@@ -246,7 +246,7 @@ class Walk:
                 self.state.put(case, States.last_of(found).take(i))
                 self.at[case] = found.last_value[i]
 
-    def _leave(self, cases: Indices, ends: Branch, targets: Array, cycles: int) -> None:
+    def _leave(self, cases: Indices, ends: Stretch, targets: Array, cycles: int) -> None:
         """Integrate away from the folds along the unstable directions, until each motion is on another state."""
         unit = self.block.unit[cases]
         known = np.isfinite(ends.last_monodromy).all(axis=(1, 2))
@@ -269,7 +269,7 @@ class Walk:
         if not len(rest):
             return
         cases, unit, way, targets = cases[rest], unit[rest], way[rest], targets[rest]
-        ends, last, aside = Branch(*(array[rest] for array in ends)), last.take(rest), aside[rest]
+        ends, last, aside = Stretch(*(array[rest] for array in ends)), last.take(rest), aside[rest]
         ahead = ahead_of(ends, way, folding[rest], unit)
         place = ends.last_value + way * ahead
         beyond = place + way * BEYOND * unit
@@ -349,7 +349,7 @@ class Walk:
             if apart(later.x, motion.x)[0] < AT_ONCE:
                 yield cycles
 
-    def _note_capture(self, case: int, before: float, value: float, orbit: Branch, cycles: int) -> None:
+    def _note_capture(self, case: int, before: float, value: float, orbit: Stretch, cycles: int) -> None:
         """Note a jump to an orbit from a state that ended, or from a motion that did not repeat at the value before.
 
         The orbit is followed back to where the motion came from. Where it ends on the way there, the motion came from no orbit.

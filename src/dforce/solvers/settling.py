@@ -9,7 +9,7 @@ import numpy as np
 
 from dforce.core.arrays import Array, Indices
 from dforce.solvers.block import Block
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.relaxation import ARRIVED
 from dforce.solvers.states import States
 
@@ -23,12 +23,12 @@ AT_REST, STAYS = (
 MOST_GHOSTS = 20  # retries behind the ghost of a saddle-node: a slow passage that looks settled
 
 
-def polished(block: Block, cases: Indices, start: States, at: Array, cycles: int = 1) -> Branch:
+def polished(block: Block, cases: Indices, start: States, at: Array, cycles: int = 1) -> Stretch:
     """Return the orbits that Newton's method finds near some states, where they are stable."""
     return block.follow(cases, start, at, at[:, None], repeats=cycles)
 
 
-def settled(block: Block, cases: Indices, start: States, at: Array) -> tuple[States, Branch, Any, Array]:
+def settled(block: Block, cases: Indices, start: States, at: Array) -> tuple[States, Stretch, Any, Array]:
     """Return where motions come to, the orbits there, which of these are sure, and how many periods it took."""
     if not block.is_smooth:
         return _settled_in_time(block, cases, start, at)
@@ -51,7 +51,7 @@ def settled(block: Block, cases: Indices, start: States, at: Array) -> tuple[Sta
     return state, found, good, periods
 
 
-def _settled_in_time(block: Block, cases: Indices, start: States, at: Array) -> tuple[States, Branch, Any, Array]:
+def _settled_in_time(block: Block, cases: Indices, start: States, at: Array) -> tuple[States, Stretch, Any, Array]:
     """Return the same by integrating through all periods, as forces with memory or hysteresis need.
 
     Where the motion has settled and a slow memory has not, that is taken from the orbit nearby, and the motion settles on.

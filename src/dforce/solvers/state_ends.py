@@ -11,11 +11,11 @@ from dforce.solvers.accuracy import FINER, ORDER, SURE, TWICE
 from dforce.solvers.block import ENDED, Block
 from dforce.solvers.integrator import Motion
 from dforce.solvers.parameter_range import STEEP
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.states import States
 
-NEARER = 0.2  # times the distance of the next multiplier from the unit circle: that of a state close to a fold
+NEARER = 0.2  # of the next multiplier's distance from the unit circle: beside a fold the largest is nearer
 FORETOLD = 1e-4  # of the parameter's unit: how far behind its last orbit a fold that this one foretells may lie
 ALIKE = 1e-3  # of the parameter's unit: an end found with more samples is the same one, if it is so near
 STILL_INSIDE = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
@@ -47,7 +47,7 @@ class Left(NamedTuple):
     motion: Motion
 
 
-def directions(ends: Branch, way: Array) -> tuple[Any, Any, Array]:
+def directions(ends: Stretch, way: Array) -> tuple[Any, Any, Array]:
     """Return which states end in a period doubling, which in a fold, and the unit vectors along which motions leave.
 
     At a fold this is the direction in which the state moves: on its other side lies the unstable one. Where no multiplier is
@@ -71,7 +71,7 @@ def directions(ends: Branch, way: Array) -> tuple[Any, Any, Array]:
     return doubling, folding, aside
 
 
-def ahead_of(ends: Branch, way: Array, folding: Bools, unit: Array) -> Array:
+def ahead_of(ends: Stretch, way: Array, folding: Bools, unit: Array) -> Array:
     """Return how far behind the last orbits of states the folds lie that these foretell; zero where they foretell none."""
     ahead = np.where(folding, way * (ends.fold - ends.last_value), np.nan)
     return np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
@@ -84,7 +84,7 @@ class Ended(NamedTuple):
     """
 
     cases: Indices
-    ends: Branch
+    ends: Stretch
     places: Array
     way: Array
     before: States
@@ -96,7 +96,7 @@ class Ended(NamedTuple):
         """Return some of them."""
         return Ended(
             self.cases[which],
-            Branch(*(array[which] for array in self.ends)),
+            Stretch(*(array[which] for array in self.ends)),
             self.places[which],
             self.way[which],
             self.before.take(which),

@@ -9,7 +9,7 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.solvers.integrator import Motion
-from dforce.solvers.quasi_static import Branch
+from dforce.solvers.quasi_static import Stretch
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class States:
         return cls(vectors[:, :motion], vectors[:, motion:] * memory_scale, np.repeat(branch, len(vectors), axis=0))
 
     @classmethod
-    def last_of(cls, found: Branch) -> States:
+    def last_of(cls, found: Stretch) -> States:
         """Return the last states that were found along paths."""
         return cls(found.last_x, found.last_memory, found.last_branch)
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from dforce.core.arrays import Array
+from dforce.forces.adhesion_hysteresis import AdhesionHysteresis
 from dforce.observables.misfit import MEASURED, OF_MODES, misfit
 from dforce.results.status import Status, repeats
 from dforce.solvers.integrator import sample_count
@@ -34,7 +35,7 @@ def sampling(seen: Evidence) -> Advice | None:
     if not force.size or force.shape != deflection.shape or settings.settle == "fixed":
         return None
     k = 1.0 / sum(1.0 / mode.k for mode in seen.problem.modes)
-    scale = float(np.abs(force).max())
+    scale = float(np.abs([force, k * deflection]).max())
     left = settings.settle_tolerance if settings.method == "transient" else 1e-8  # of the settling, in free amplitudes
     error = float(np.abs(force - k * deflection).max()) - 10.0 * left * k * seen.problem.tones[0].A0
     if error <= CLOSURE * scale:
@@ -235,6 +236,29 @@ def not_settled(seen: Evidence) -> Advice | None:
     )
 
 
+def held_tip(seen: Evidence) -> Advice | None:
+    """Compare adhesion hysteresis with the force of the spring at full amplitude, where points have no result."""
+    status = seen.array("status")
+    unresolved = 0 if status is None else int(np.count_nonzero(status == Status.UNRESOLVED))
+    forces = [force for force in seen.problem.forces if isinstance(force, AdhesionHysteresis)]
+    tone = seen.problem.tones[0]
+    spring = seen.problem.modes[tone.mode].k * tone.A0
+    if status is None or unresolved == 0 or not forces or forces[0].retract_adhesion <= spring:
+        return None
+    adhesion = forces[0].retract_adhesion
+    return Advice(
+        "held_tip",
+        adhesion,
+        spring,
+        f"{unresolved} of {status.size} points have no result, and the tip may stick to the sample. The adhesion on retract, "
+        f"{shown(adhesion, 'N')}, exceeds the force of the spring at full amplitude, {shown(spring, 'N')}. Choose a stiffer "
+        "lever, a larger amplitude or a smaller retract_energy; more samples do not help a tip that sticks.",
+        "balance of forces on a tip at rest",
+        (seen.of_mode(tone.mode, "k"), seen.of_tone(0, "A0"), "forces.adhesion_hysteresis"),
+        "N",
+    )
+
+
 def jump_error(seen: Evidence) -> Advice | None:
     """Count the jumps whose places may be off by more than the accuracy asked for, or by an unknown amount."""
     off, accuracy = seen.array("jump_error"), seen.case.solver.accuracy
@@ -277,6 +301,7 @@ PIECES = (
     energy_gained,
     amplitude_beyond_the_drive,
     not_settled,
+    held_tip,
     jump_error,
     own_time,
 )

@@ -118,11 +118,11 @@ def averages(
     ready = INTEGRATORS[settings.integrator](problem, settings, 5)
     ready.place(zc)
     turn = 2.0 * np.pi * np.arange(points + 1) / points
-    ready.block[:, 0] = amplitude / ready.scales.length * np.cos(turn)
-    ready.block[:, 1] = -amplitude / ready.scales.length * np.sin(turn)
+    ready.samples[:, 0] = amplitude / ready.scales.length * np.cos(turn)
+    ready.samples[:, 1] = -amplitude / ready.scales.length * np.sin(turn)
     for i in range(points + 1):
-        d, v = zc + amplitude * math.cos(turn[i]), ready.block[i, 1] * ready.scales.speed
-        ready.block[i, -1] = sum(f.law_function()(d, v, 0.0, *f.values()) for f in problem.forces)
+        d, v = zc + amplitude * math.cos(turn[i]), ready.samples[i, 1] * ready.scales.speed
+        ready.samples[i, -1] = sum(f.law_function()(d, v, 0.0, *f.values()) for f in problem.forces)
     row = np.empty((1, ready.columns))
     ready.measure(0, row[0])
     return finish(problem, 5, row, np.ones(1))

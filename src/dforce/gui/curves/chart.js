@@ -104,7 +104,7 @@ export default {
     </div>`,
   props: { library: String, label: { default: "" }, holds: Boolean, walks: Boolean },
   data() {
-    return { revision: 0, stale: false, said: "", KEYS: "Arrow keys go along a curve and to the next one. Enter chooses the point." };
+    return { revision: 0, stale: false, said: "", KEYS: "Arrow keys move along a curve and to the next curve. Enter chooses the point." };
   },
   async mounted() {
     this.figure = null;

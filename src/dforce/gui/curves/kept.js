@@ -2,7 +2,7 @@
 export default {
   template: `
     <div class="df-kept" role="group" aria-label="results kept">
-      <button type="button" class="df-plain" :disabled="!now" title="Keep the drawn result, to compare it with others"
+      <button type="button" class="df-plain" :disabled="!now" title="Keep this result, to compare it with others"
               @click="$emit('keep')">Keep</button>
       <span v-for="one in items" :key="one.id" class="df-chip" :class="{off: !one.shown}">
         <button type="button" class="df-eye" :aria-pressed="one.shown ? 'true' : 'false'" :aria-label="'draw ' + one.name"

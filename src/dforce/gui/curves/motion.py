@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 PATIENCE = 10.0  # s; a motion that takes longer to settle is given up
 MOST_SAMPLES = 4000  # that are sent; more are not seen
 DIGITS = 5
-TOO_LONG = "This motion takes too long to settle; run a dwell at this distance instead."
+TOO_LONG = "This motion takes too long to settle here; run a dwell at this distance."
 
 
 class Drawing(ui.element, component="motion.js"):

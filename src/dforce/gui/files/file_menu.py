@@ -41,13 +41,13 @@ ENDING = ".dforce"  # of a project
 ACCEPTED = ",".join((".toml", ".nc", ENDING, *endings()))
 DPI = 300.0
 WIDTH = "85 mm"  # of a figure: one column of a journal
-RESULTS = {".nc": "netCDF, with everything, to open again", ".csv": "CSV, a table for a spreadsheet"}
+RESULTS = {".nc": "netCDF, complete, to open again", ".csv": "CSV, a table for a spreadsheet"}
 TOO_LARGE = (
-    "The result over parameters is too large for the project file. It is not saved in it; its own file is unchanged."
+    "The result over parameters is too large for the project file and is not saved there. Its own file is unchanged."
 )
 NOTHING = "No result yet; press Run."
 UNSAVED, UNOPENED = "the file could not be made", "the file could not be opened"
-UNSENT = "The file did not arrive: the server of the window has no room, or cannot be reached."
+UNSENT = "The file did not arrive: the disk of the server is full, or the server does not answer. Try again."
 REFUSED = (
     f"Only a case (.toml), a result (.nc), a measured curve ({', '.join(endings())}) or a project ({ENDING}) of at most "
     f"{uploads.MOST_BYTES // 1_000_000} MB can be opened."
@@ -75,7 +75,7 @@ class FileMenu:
                 (
                     ("New", "begin with a question, a lever and a sample", new),
                     ("Open ...", "a case, a result, a measured curve, a project; or drop it here", lambda: None),
-                    ("Save project", "the case, all results kept, the measured curve", self.save_project),
+                    ("Save project", "the case, all kept results, the measured curve", self.save_project),
                     ("Save case", "for this window, the command line and Python", self.save_case),
                     ("Save result ...", "the numbers, as netCDF or CSV", self.result_dialog),
                     ("Save figure ...", "the picture, as PNG, SVG or PDF at the width of a page", self.figure_dialog),
@@ -239,7 +239,7 @@ class FileMenu:
             with self._telling("the spectrum could not be used"):
                 found = await asyncio.to_thread(reading.tune_from, data, name, told, folder)
                 self.view.edit(fitting.with_tune(self.view.document, found), anew=True)
-                ui.notify(f"The lever has now {fitting.tune_in_words(found)}", type="positive")
+                ui.notify(f"The lever now has {fitting.tune_in_words(found)}", type="positive")
 
         ask(f"Thermal tune {shorten(name, 60)}", list(shown.values()), answered, why=why, button="Take for the lever")
 

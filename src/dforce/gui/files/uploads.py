@@ -209,8 +209,8 @@ def validate_upload(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] 
     if kind is None or kind.panel != "curves":
         words = "unknown to dForce" if kind is None else f"({kind.words})"
         raise df.ResultError(
-            f"the window shows results of experiments, but this is another kind {words}; "
-            "df.plot.overview in Python draws it, and so does dforce plot"
+            f"the window shows results of experiments, but this result is of another kind {words}; "
+            "draw it with dforce plot, or with df.plot.overview in Python"
         )
     try:
         df.write(result, folder / "again.nc")

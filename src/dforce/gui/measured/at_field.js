@@ -6,7 +6,7 @@ export default {
           @change="$emit('free', $event.target.checked)" /> fit</label>
       <span v-if="found" class="df-found" :class="{behind: stale}">{{ whole(found) }}</span>
       <input v-if="free" class="df-box" :value="prior" maxlength="60" :aria-label="'prior of ' + label" :placeholder="'prior: ' + example"
-             title="Known beforehand: value and error, such as 180(4)" @change="$emit('prior', $event.target.value)" />
+             title="Prior: value and error known before the fit, such as 180(4)" @change="$emit('prior', $event.target.value)" />
       <span v-if="note" class="df-advice">{{ whole(note) }}</span>
     </div>`,
   props: {

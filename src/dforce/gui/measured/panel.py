@@ -30,8 +30,8 @@ FEWEST, MOST, EVERY = 51, 501, 0.1e-9  # points of an experiment over the measur
 BETWEEN = 0.05  # s between two messages of the shift that is dragged
 PRIORS = ("fit", "priors")
 LONGEST_PRIOR = 60  # characters
-NONE = "Drop a measured curve anywhere onto the window: it is drawn under the curve of the model, and fitted here."
-MATCH = "An approach over the measured distances, with the measured free amplitude"
+NONE = "Drop a measured curve anywhere onto the window. The chart draws it under the curve of the model; here you can fit it."
+MATCH = "Set an approach over the measured distances, with the measured free amplitude"
 NOT_HERE = "This picture has no measured quantity; choose amplitude and phase against the distance."
 NO_MODEL = "The case has no curve against the distance; press Match the experiment."
 

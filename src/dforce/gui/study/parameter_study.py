@@ -211,7 +211,7 @@ class Varied:
             raise df.ParameterError(f"{self.points} values are not between 2 and {MOST_VALUES}")
         low, high = (df.parse(end.replace(",", "."), unit) for end in (self.low, self.high))
         if not low < high:
-            raise df.ParameterError(f"the range from {self.low} to {self.high} does not rise")
+            raise df.ParameterError(f"the range from {self.low} to {self.high} does not rise; exchange its ends")
         ratio = high / low if low > 0.0 else 0.0
         even = {"start": low, "stop": high, "points": self.points}
         return even if self.row.name == SET_POINT else even | {"spacing": "log" if ratio >= LOGARITHMIC else "linear"}

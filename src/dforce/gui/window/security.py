@@ -28,10 +28,8 @@ KEY = "key"  # of the secret in the address
 GUEST = "dforce.guest"  # in the scope of a request: whether it comes from a guest of a class
 MOST_BYTES = 50_000_000  # of a request
 TOO_LARGE = f"This is larger than {MOST_BYTES // 1_000_000} MB, the limit of this server."
-NO_KEY = "This page needs the whole address that dForce printed when it was started."
-WRONG_CODE = (
-    "Check each letter of the address: it is not the address of this class. Each start of dForce has a new one."
-)
+NO_KEY = "Open the complete address that dForce printed at its start: this address lacks its key."
+WRONG_CODE = "This is not the address of this class: check each letter. Each start of dForce has a new address."
 POLICY = "; ".join(
     (
         "default-src 'self'",
@@ -157,7 +155,7 @@ class Guard:
         if host is None or origin is None:
             return "This request has a header twice, unlike any browser."
         if self.hosts and host.lower() not in self.hosts:
-            return "This server answers only under the address that dForce printed when it was started."
+            return "This server answers only under the address that dForce printed at its start."
         # compared as text: an origin that is no address must not be taken apart
         if origin and origin.lower() not in (f"http://{host.lower()}", f"https://{host.lower()}"):
             return "This request comes from another page."

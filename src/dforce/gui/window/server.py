@@ -108,7 +108,9 @@ def listening(host: str, wanted: int | None = None) -> socket.socket:
             return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
         except OSError as error:
             reason = (error.strerror or str(error)).partition(" (while")[0]
-    raise df.ParameterError(f"cannot listen at {shorten(host)}, port {wanted or 'any'}: {reason.lower()}")
+    raise df.ParameterError(
+        f"cannot listen at {shorten(host)}, port {wanted or 'any'}: {reason.lower()}; choose another --host or --port"
+    )
 
 
 def serve(options: Options) -> None:
@@ -119,7 +121,9 @@ def serve(options: Options) -> None:
         secret, cookie_secret = kept_secret(folder / "secret"), kept_secret(folder / "cookie-secret")
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise df.ParameterError(f"the window cannot keep anything in '{shorten(str(folder))}': {reason}") from None
+        raise df.ParameterError(
+            f"the window cannot write to the folder '{shorten(str(folder))}': {reason}; choose another --folder"
+        ) from None
     # read by NiceGUI when it is imported, which is why that waits until here
     os.environ["NICEGUI_STORAGE_PATH"] = str(folder / "sessions")
     with contextlib.suppress(

@@ -93,7 +93,7 @@ QUESTIONS = (
 )
 TIP = "borosilicate_glass"  # for the native oxide of a silicon tip
 SHORT = ("hopg", "ldpe", "pdms", "pmma")  # names of samples that are abbreviations
-NO_LEVER = "Choose a lever, too: the medium decides its Q, and the example has none for this one"
+NO_LEVER = "Choose a lever, too: Q depends on the medium, and the example has no Q for this medium"
 
 
 def lever_labels(bimodal: bool = False) -> dict[str, str]:
@@ -171,15 +171,15 @@ ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as 
 TWO_MODES = "The second mode belongs to an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
 # who began here goes on at the chart, for what had the keyboard is no longer there
 TO_CHART = 'dforceFocus.before?.closest(".df-start") && dforceFocus.go(".df-main .df-chart")'
-NO_Q = "The library has no quality factor of this lever. Type it at “Quality factor Q”."
+NO_Q = "The library has no quality factor of this lever. Type your value at “Quality factor Q”."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (
-    "This window is for you alone. Type this command in a terminal. It opens a window for everyone in your network, with a "
-    "short address and a QR code for your students, and a page that shows who is there."
+    "This window is for you alone. For a class, type this command in a terminal. It opens a window for everyone in your "
+    "network, with a short address and a QR code for your students, and a page that shows who is there."
 )
 HOW_TO_JOIN = (
     "Students in this network scan the code or type the address. The address of your page is a link to your case for all who "
-    "have joined. The link Class leads to the page that shows who is there."
+    "have joined. The link Class opens the page that shows who is there."
 )
 
 

@@ -26,9 +26,9 @@ SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues 
 FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
 
 
-def last_of(branch: Any, case: int) -> Any:
+def last_of(stretch: Any, case: int) -> Any:
     """Return value, state and slope of a problem's last orbit."""
-    return branch.last_value[case], branch.last_x[case], branch.last_slope[case]
+    return stretch.last_value[case], stretch.last_x[case], stretch.last_slope[case]
 
 
 def before_of(course: Any, case: int) -> Any:
@@ -71,14 +71,14 @@ def fold_ahead(value: float, slope: float, value_before: float, slope_before: fl
 
 
 def longer_by(
-    s: int, longer: Any, slots: Any, orbits: Any, branch: Any, course: Any, unit: float, predicted: float
+    s: int, longer: Any, slots: Any, orbits: Any, stretch: Any, course: Any, unit: float, predicted: float
 ) -> float:
     """Return how much longer the step to the orbit of a slot might be; below 1 it does not continue the one before.
 
     `longer` holds the same of the slots before.
     """
     case, guess = slots.case[s], np.empty(slots.x.shape[1])
-    last, before = last_of(branch, case), before_of(course, case)
+    last, before = last_of(stretch, case), before_of(course, case)
     if s > 0 and slots.case[s - 1] == case:
         before, last = last, (slots.value[s - 1], slots.x[s - 1], orbits.slope[s - 1])
         if s > 1 and slots.case[s - 2] == case:
