@@ -9,7 +9,9 @@ import time
 import pytest
 from numba.core.registry import cpu_target
 
+import dforce as df
 from dforce.kernel import Kernel, cache, whole
+from dforce.kernel.tip import TipFunctions
 
 THREADS = 8
 NUMBERS = itertools.count(5000)
@@ -63,3 +65,26 @@ def test_threads_that_ask_for_one_address_at_the_same_moment_all_get_it(kernel, 
     assert len(found) == THREADS
     assert len(set(found)) == 1, found
     assert found[0]
+
+
+def test_a_run_does_not_wait_until_another_one_has_compiled(monkeypatch):
+    """Who waits there hears nothing of the compilation."""
+    compiles, goes_on, compiled = threading.Event(), threading.Event(), TipFunctions.at
+
+    def slowly(self, *what):
+        if not compiles.is_set():
+            compiles.set()
+            goes_on.wait()
+        return compiled(self, *what)
+
+    monkeypatch.setattr(TipFunctions, "at", slowly)
+    first, second = (threading.Thread(target=df.dwell, args=(df.example("figure-3-air"), "8 nm")) for _ in range(2))
+    first.start()
+    compiles.wait()
+    second.start()
+    second.join(60.0)
+    waits = second.is_alive()
+    goes_on.set()
+    first.join()
+    second.join()
+    assert not waits

@@ -23,7 +23,7 @@ class DMT(Force):
         F = \begin{cases} -\dfrac{H R}{6 d^2} & d > a_0 \\[1ex]
         \tfrac{4}{3} E_\mathrm{eff} \sqrt{R}\, (a_0 - d)^{3/2} - 4 \pi R \gamma & d \le a_0 \end{cases}
 
-    Set the Hamaker constant or the surface energy of one of two like bodies (work of adhesion :math:`W = 2\gamma`); the
+    Set the Hamaker constant or the surface energy of one of two equal materials (work of adhesion :math:`W = 2\gamma`); the
     other follows from the continuity of the force, :math:`4 \pi R \gamma = H R / 6 a_0^2`. If you set both, the force jumps
     at :math:`a_0` unless they agree. The model equals `van_der_waals` plus `hertz`. Valid for small Tabor parameters,
     :math:`(R W^2 / E_\mathrm{eff}^2 a_0^3)^{1/3} < 0.1`, and indentations small relative to the tip radius.

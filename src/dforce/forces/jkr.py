@@ -21,11 +21,11 @@ class JKR(AdhesiveContact):
 
     with :math:`\bar\delta = (a_0 - d)/u`, :math:`u = (3 \pi^2 \gamma^2 R / 16 E_\mathrm{eff}^2)^{1/3}`,
     :math:`\bar F = F / 3\pi\gamma R`, contact radius :math:`(9\pi\gamma R^2 / 4 E_\mathrm{eff})^{1/3}
-    q^2` and surface energy :math:`\gamma` of one of two like bodies (work of adhesion :math:`W =
+    q^2` and surface energy :math:`\gamma` of one of two equal materials (work of adhesion :math:`W =
     2\gamma`). The tip snaps into contact at :math:`d = a_0`, where the force falls to
-    :math:`-\tfrac{8}{3}\pi\gamma R`. It stays on the branch until :math:`\delta = -3^{2/3} u`, where it detaches with
-    :math:`-\tfrac{5}{3}\pi\gamma R`: the end at a prescribed distance, for a stiff or moving lever. Without attraction outside
-    contact, the sample dissipates :math:`22.516318693\, (\gamma^5 R^4 / E_\mathrm{eff}^2)^{1/3}` a cycle.
+    :math:`-\tfrac{8}{3}\pi\gamma R`. The contact stays on the branch until :math:`\delta = -3^{2/3} u`, where it detaches with
+    :math:`-\tfrac{5}{3}\pi\gamma R`. The branch ends there at a prescribed distance, as for a stiff lever. Without
+    attraction outside contact, the sample dissipates :math:`22.516318693\, (\gamma^5 R^4 / E_\mathrm{eff}^2)^{1/3}` a cycle.
 
     Outside contact the force is zero, or with a Hamaker constant :math:`-H R/6 d^2`, limited to its value at first contact.
     Valid for large Tabor parameters, :math:`(R W^2 / E_\mathrm{eff}^2 a_0^3)^{1/3} > 5`, and contact radii small relative to R.

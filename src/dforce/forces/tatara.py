@@ -15,7 +15,7 @@ KAPPA_LIMIT = 0.9 * KAPPA_FOLD
 
 
 class Tatara(Force):
-    r"""Compression of a spherical sample between the tip and its support, both contacts alike.
+    r"""Compression of a spherical sample between the tip and its support, with two equal contacts.
 
     .. math:: \frac{\delta}{2} = \left(\frac{F}{n}\right)^{2/3} - \frac{F}{n_c}, \qquad
         n = \tfrac{4}{3} E_\mathrm{eff} \sqrt{R_\mathrm{eff}}

@@ -22,13 +22,13 @@ class VanDerWaals(Force):
     revolution gives :math:`F = -\tfrac{H}{2}\int r(z)^2 (d + z)^{-4}\,dz`):
 
     - `exact_sphere`: :math:`F = -\dfrac{2 H R^3}{3 d^2 (d + 2R)^2}`
-    - `capped_cone`, a sphere that goes over into a cone at the height :math:`z_t = R(1 - \sin\theta)` without
+    - `capped_cone`, a sphere that continues as a cone from the height :math:`z_t = R(1 - \sin\theta)` without
       an edge, with :math:`D = d + z_t`:
       :math:`F = -\dfrac{H}{6 d^2 D^3}\left[z_t^2 (R z_t + (3R - z_t) d)
       + d^2 (R^2\cos^2\theta + R \sin\theta\, D + \tan^2\theta\, D^2)\right]`
     - `flat`, a punch whose flat end has the radius :math:`R`: :math:`F = -H R^2 / 6 d^3`
 
-    At R = 2 nm Derjaguin's approximation is 8 % too large at contact and 27 % at 0.5 nm. Valid below some 10 nm, without
+    At R = 2 nm Derjaguin's approximation is 8 % too large at contact and 27 % at 0.5 nm. Valid below about 10 nm, without
     retardation.
     """
 
@@ -76,7 +76,7 @@ class VanDerWaals(Force):
 
     @property
     def cap(self) -> float:
-        """Height at which the sphere goes over into the cone; 0 without a cone (m)."""
+        """Height at which the cone begins; 0 without a cone (m)."""
         return self.radius * (1.0 - sin(self.needed("half_angle"))) if self.geometry == "capped_cone" else 0.0
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from dforce.core.arrays import Array, Indices
+from dforce.core.lazy import lazy_property
 from dforce.integrators.lanes import LANES, padded
 from dforce.kernel.codegen import FIRST_DRIVE
 from dforce.observables.averaging import common_period
@@ -296,12 +296,12 @@ class Block(TipEquations):
         nothing = np.empty(0)
         self._solvers.entry("take_steps")(slots, np.zeros(1, np.int64), 1, each, nothing[None], nothing, orbits)
 
-    @functools.cached_property
+    @lazy_property
     def _driven(self) -> Model:
         """The tip equation of the first problem many times, to be changed for motions that are marched together."""
         return self.model(np.zeros(ABREAST, np.int64))
 
-    @functools.cached_property
+    @lazy_property
     def _all(self) -> Model:
         return self.model(np.arange(len(self.batch)))
 

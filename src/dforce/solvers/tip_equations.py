@@ -11,6 +11,7 @@ import numpy as np
 
 from dforce import kernel
 from dforce.core.arrays import Array, Indices
+from dforce.core.lazy import lazy_property
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
 from dforce.kernel.tip import TipFunctions
 from dforce.observables import measure
@@ -159,7 +160,7 @@ class TipEquations:
             omega = 2.0 * math.pi * values
         return kernel.units_of(self.batch.example, *np.broadcast_arrays(length, length * omega))
 
-    @functools.cached_property
+    @lazy_property
     def _compiled(self) -> tuple[Array, tuple[Any, ...]]:
         """The numbers of all problems, and the tip equation of one, as the compiled solvers take them."""
         names = [*(["advance_lanes", "cut_lanes"] if self.is_smooth else ["advance", "cut"]), "measure_force"]

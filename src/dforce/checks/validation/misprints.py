@@ -136,7 +136,7 @@ def _adhesion() -> Misprint:
     return Misprint(
         "(10), (11)",
         r"4 \pi R \gamma = \frac{H R}{6 a_0^2}",
-        r"\text{the same, with } \gamma = \frac{H}{24 \pi a_0^2} = \tfrac{1}{2} W \text{ of like bodies}",
+        r"\text{the same, with } \gamma = \frac{H}{24 \pi a_0^2} = \tfrac{1}{2} W \text{ of equal materials}",
         f"H determines γ: 0.8e-20 J is {1e3 * gamma:.4g} mJ/m². With twice this γ the force at contact jumps from "
         f"{1e12 * outside:.1f} to {1e12 * doubled:.1f} pN.",
     )
