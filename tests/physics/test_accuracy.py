@@ -215,6 +215,16 @@ def test_a_tip_that_sticks_is_left_unresolved_with_the_first_samples():
     assert (swept.status == df.Status.UNRESOLVED).all()
 
 
+def test_a_dwell_of_a_tip_that_sticks_has_the_first_samples_too():
+    soft = STICKING.set(
+        "cantilever.f0=27.7 kHz", "cantilever.k=0.36 N/m", "cantilever.Q=15.4", "drive.A0=3.8 nm", "tip.radius=12 nm",
+        "sample.youngs_modulus=45 MPa",
+    )  # fmt: skip
+    found = df.dwell(soft, zc="3.7 nm")
+    assert found.status == df.Status.UNRESOLVED
+    assert found.attrs["samples_per_period"] == 256
+
+
 def test_no_orbit_is_sought_where_a_tip_sticks(monkeypatch):
     """Beside a soft lever states of the sticking tip ended one after the other; each point looked for new ones."""
     followed, follow = [], Block.follow

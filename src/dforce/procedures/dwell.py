@@ -85,7 +85,7 @@ def _settled(plan: Dwell, problem: Problem, settings: SolverSettings, check_canc
         [start] = initial_motions(block, np.array([plan.zc]), plan.start)
         steady = settle_at(block, start, plan.zc)
         found = Found.of([steady], [problem])
-        if found.status != Status.UNRESOLVED:
+        if found.status != Status.UNRESOLVED or steady.stays:
             break
     if found.status not in WITHOUT_RESULT:
         found.arrays[MOTION] = in_si(States.of(steady.motion), problem)[None]

@@ -125,7 +125,7 @@ class Points:
         numbers = self.settling[where], self.residual[where], self.steps[where]
         values = values_of_orbit(block, case, value, self.rows[where], self.monodromy[where], numbers)
         values["error_estimate"] = float(self.error[where])
-        return Steady(values, motion, True, True, block.settings.accuracy)
+        return Steady(values, motion, True, True, block.settings.accuracy, bool(self.stays[case, place]))
 
     @property
     def is_orbit(self) -> Bools:
