@@ -22,7 +22,8 @@ FAMILIES = {
     "sagging": [df.forces.VanDerWaals(hamaker="5e-20 J"), df.forces.SLS(elements=6, relaxation_time="3 us")],
 }
 # where samples pass an edge of the force the map has small folds of its own: fewer samples shift jumps by more than 1e-6 of A0
-SAMPLES = {"sagging": 256}  # curves beside a neck are solved anew with 1024 where 256 mislead, and differ then by 1.5e-8 of A0
+# curves beside a neck are solved anew with 1024 where 256 mislead, and differ then by 1.5e-8 of A0
+SAMPLES = {"sagging": 256}
 SAME, SAME_PHASE, SAME_JUMP = 1e-8, 1e-6, 1e-6  # of the free amplitude; degrees times A0/A; of the free amplitude
 AT_A_TOUCH = (
     1e-5  # of the free amplitude: a touch of a force that jumps, which the derivatives feel before, ends a state
