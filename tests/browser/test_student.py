@@ -75,6 +75,7 @@ def test_a_student_sees_the_state_that_ends_where_the_phase_jumps(window):
 def test_axes_stand_still_while_a_student_drags_and_a_ghost_shows_where_the_curve_was(window):
     page = window.page
     window.start("hysteresis")
+    number_of(window, "states phase", "unstable states")  # which are drawn later, and need room
     handle = page.locator('.df-slider[data-path="drive.A0"] input[type="range"]')
     at, middle, box = window.grip(handle)
     before, amplitude = page.evaluate(RANGES), window.lines("amplitude")[0]  # held from now on

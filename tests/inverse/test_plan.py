@@ -395,7 +395,7 @@ def test_a_setting_without_room_is_not_recommended_and_a_sentence_says_what_woul
     done = dforce(str(file))
     assert done.exit_code == 0
     assert "most room" not in done.stdout
-    assert "No setting is recommended" in done.stdout and "Widen a range" in done.stdout
+    assert "No setting is recommended" in done.stdout and "Widen these ranges" in done.stdout
     assert "drive.A0 1 nm to 2 nm" in done.stdout
 
 

@@ -411,7 +411,7 @@ def test_states_at_a_frequency_shift_lie_on_the_curve():
     for at in states["zc"].values:
         there = df.run(asked.replace("experiment", {"kind": "approach", "zc": [float(at)]}))
         assert float(there["frequency_shift"].values[0, 0]) == pytest.approx(-40.0, abs=0.1)
-    with pytest.raises(df.ParameterError, match="give frequency_shift"):
+    with pytest.raises(df.ParameterError, match="write frequency_shift"):
         df.at_set_point(df.run(asked), set_point=0.8)  # of an amplitude that is held
 
 
