@@ -35,6 +35,7 @@ FLAGS = (
 READY = re.compile(r"dForce is ready at (\S+)")
 STARTING = 120.0  # s for a server to start, on a busy machine
 POLLING = 50  # ms; by default a page that is waited for is drawn sixty times a second
+HOVERING = 250  # ms until a chart shows what is under the pointer
 
 
 class Server:
@@ -279,17 +280,23 @@ class Window:
     def click(self, trace: int, share: float) -> float:
         """Click on a line of the chart at a share of its points until it has a ring there; return where along x that is.
 
-        A chart that is drawn anew between the pointer's coming and the click takes no note of it.
+        A chart that is drawn anew between the pointer's coming and the click takes no note of it, and shows nothing under a
+        pointer that rests.
         """
-        while True:
+        shown = self.page.locator(".df-main .hoverlayer .legend").first
+        until = time.monotonic() + STARTING
+        while time.monotonic() < until:
             before = self.revision()
             along, is_ringed, place = self._point(trace, share)
             if is_ringed:
                 return along
+            self.page.mouse.move(place[0] + 1.0, place[1])
             self.page.mouse.move(*place)
-            self.page.locator(".df-main .hoverlayer .legend").first.wait_for()
-            self.page.mouse.click(*place)
-            self.drawn(before)
+            self.page.wait_for_timeout(HOVERING)
+            if shown.is_visible():
+                self.page.mouse.click(*place)
+                self.drawn(before)
+        raise TimeoutError("the chart does not take a click")
 
     def _point(self, trace: int, share: float) -> tuple[float, bool, tuple[float, float]]:
         """Return where along x a point of the chart is, whether it has a ring, and its place on the page at rest."""
