@@ -35,7 +35,7 @@ FLAGS = (
 READY = re.compile(r"dForce is ready at (\S+)")
 STARTING = 120.0  # s for a server to start, on a busy machine
 POLLING = 50  # ms; by default a page that is waited for is drawn sixty times a second
-HOVERING = 250  # ms until a chart shows what is under the pointer
+HOVERING = 250  # ms after which a chart shows the point under the pointer
 
 
 class Server:
@@ -190,7 +190,7 @@ class Window:
         return int(self.page.locator(f"{chart} .df-chart").first.get_attribute("data-revision"))
 
     def drawn(self, after: int = 0, chart: str = ".df-main") -> None:
-        """Wait until a chart is drawn anew, and shows what was typed last; an empty one waits for its first curve."""
+        """Wait until a chart is drawn anew with the case typed last; an empty chart waits for its first curve."""
         self.page.wait_for_function(
             """([chart, after]) => {
                 const found = document.querySelector(chart + " .df-chart");

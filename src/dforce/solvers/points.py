@@ -160,9 +160,9 @@ class Points:
 def values_of_orbit(
     block: Block, case: int, value: float, rows: Array, monodromy: Array, numbers: tuple[float, float, float]
 ) -> dict[str, Any]:
-    """Return the observables of an orbit at a value of the parameter, from what was measured over its periods.
+    """Return the observables of an orbit at a value of the parameter.
 
-    `numbers` are the periods in which it settled, how far from its start it ends, and its Newton steps.
+    `rows` hold the sums over its periods. `numbers` are its settling periods, its drift from the start, and its Newton steps.
     """
     problem, (modulus, angle) = block.integrator(case, value).problem, multipliers(monodromy[None])
     values = finish(problem, block.harmonics, rows, weights(block.frequencies, len(rows)))
