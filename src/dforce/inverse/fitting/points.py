@@ -183,7 +183,7 @@ def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
     if reading.branch != "measured":
         used &= _on_branch(found, branch, used, reading.branch)
     if used.sum() < FEWEST:
-        raise ParameterError(f"{used.sum()} of {FEWEST} points needed are left: widen the range of use or lower margin")
+        raise ParameterError(f"at least {FEWEST} points are needed, {used.sum()} are left: widen the range or lower margin")
     return replace(found, branch=branch, used=used)
 
 
