@@ -183,7 +183,7 @@ def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
     if reading.branch != "measured":
         used &= _on_branch(found, branch, used, reading.branch)
     if used.sum() < FEWEST:
-        raise ParameterError(f"at least {FEWEST} points are needed, {used.sum()} are left: widen the range or lower margin")
+        raise ParameterError(f"a fit needs at least {FEWEST} points, {used.sum()} are left: widen the range of use")
     return replace(found, branch=branch, used=used)
 
 
