@@ -9,8 +9,7 @@ from numba.core.dispatcher import Dispatcher
 
 import dforce as df
 from dforce import kernel
-from dforce.engine.marching import Marcher, Start
-from dforce.engine.on_disk import ENGINE
+from dforce.engine.marching import ENGINE, Marcher, Start
 from dforce.problem import Instrument, Problem
 
 HARMONICS = 300  # a tap of rigid bodies turns the tip within 1 % of the period

@@ -7,41 +7,24 @@ are found side by side, and most of them by one march.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
-from dforce.engine.marching import Marched
 from dforce.solvers.quasi_static import ENDED, FIRST, FOLLOWED, SMALLEST, Stretch
 from dforce.solvers.quasi_static_steps import BENT, CHORD, EXACT, FARTHEST, GROWTH, LARGEST, SHRINK, TURNED, fold_ahead
 from dforce.solvers.stability import is_stable
 from dforce.solvers.states import States
+
+if TYPE_CHECKING:
+    from dforce.solvers.engine_block import EngineBlock
 
 ANCHORS = 4  # through so many the orbits between are predicted
 ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
 AIMED = 0.2  # of the largest error allowed in a prediction: that of the next one
 SHORTER = 0.7  # of a step that was refused: the next one, at most
 ONE_BY_ONE = 1  # how many values a step may lead to, where those that it passed were not found
-
-
-class OrbitFinder(Protocol):
-    """What finds orbits of problems side by side."""
-
-    predicted: float
-    unit: Array
-
-    def newton(
-        self, which: Indices, states: States, at: Array, wanted: Bools, repeats: int = 1, *, at_once: bool = False
-    ) -> Any:
-        """Find orbits near states, and measure those that are wanted."""
-
-    def derived(self, which: Indices, states: States, at: Array, repeats: int) -> Marched:
-        """March over so many common periods, with the map's derivatives, (motions, size, size + 1)."""
-
-    def check_cancelled(self) -> Any:
-        """Raise when the run is to stop."""
 
 
 class Anchor(NamedTuple):
@@ -55,30 +38,15 @@ class Anchor(NamedTuple):
     place: int
 
 
-def follow(
-    block: OrbitFinder,
-    which: Indices,
-    values: Array,
-    counts: Indices,
-    repeats: int,
-    found: Stretch,
-    report: Callable[[Stretch], None],
-) -> None:
-    """Follow the stable orbit near each start, which `found` begins with, along `values` (problems, values).
+class Follower:
+    """Problems on the way along `values` (problems, values), from the stable orbit near each start, with which `found` begins.
 
     The first orbit is sought at the start. A problem without a stable orbit there has ENDED with nothing done. Where a state
     ends, it ends between two anchors: no step between them is as short as SMALLEST.
     """
-    walk = _Walk(block, which, values, counts, repeats, found)
-    while walk.step():
-        report(found)
-
-
-class _Walk:
-    """Problems on the way along their paths."""
 
     def __init__(
-        self, block: OrbitFinder, which: Indices, values: Array, counts: Indices, repeats: int, found: Stretch
+        self, block: EngineBlock, which: Indices, values: Array, counts: Indices, repeats: int, found: Stretch
     ) -> None:
         cases = len(values)
         self.block, self.which, self.values, self.counts = block, which, values, counts
