@@ -7,24 +7,40 @@ are found side by side, and most of them by one march.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
+from dforce.engine.marching import Marched
 from dforce.solvers.quasi_static import ENDED, FIRST, FOLLOWED, SMALLEST, Stretch
 from dforce.solvers.quasi_static_steps import BENT, CHORD, EXACT, FARTHEST, GROWTH, LARGEST, SHRINK, TURNED, fold_ahead
 from dforce.solvers.stability import is_stable
 from dforce.solvers.states import States
-
-if TYPE_CHECKING:
-    from dforce.solvers.engine_block import EngineBlock
 
 ANCHORS = 4  # through so many the orbits between are predicted
 ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
 AIMED = 0.2  # of the largest error allowed in a prediction: that of the next one
 SHORTER = 0.7  # of a step that was refused: the next one, at most
 ONE_BY_ONE = 1  # how many values a step may lead to, where those that it passed were not found
+
+
+class OrbitFinder(Protocol):
+    """What finds orbits of problems side by side."""
+
+    predicted: float
+    unit: Array
+
+    def newton(
+        self, which: Indices, states: States, at: Array, wanted: Bools, repeats: int = 1, *, at_once: bool = False
+    ) -> Any:
+        """Find orbits near states, and measure those that are wanted."""
+
+    def derived(self, which: Indices, states: States, at: Array, repeats: int) -> Marched:
+        """March over so many common periods, with the map's derivatives, (motions, size, size + 1)."""
+
+    def check_cancelled(self) -> Any:
+        """Raise when the run is to stop."""
 
 
 class Anchor(NamedTuple):
@@ -46,7 +62,7 @@ class Follower:
     """
 
     def __init__(
-        self, block: EngineBlock, which: Indices, values: Array, counts: Indices, repeats: int, found: Stretch
+        self, block: OrbitFinder, which: Indices, values: Array, counts: Indices, repeats: int, found: Stretch
     ) -> None:
         cases = len(values)
         self.block, self.which, self.values, self.counts = block, which, values, counts

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
+from dforce.solvers.engine_follow import OrbitFinder
 from dforce.solvers.relaxation import ARRIVED, CORRECTED, GROWTH, LONGEST, SAFETY, SHRINK
 from dforce.solvers.stability import is_stable
 from dforce.solvers.states import States
 
-if TYPE_CHECKING:
-    from dforce.solvers.engine_block import EngineBlock
 
-
-def relaxed(block: EngineBlock, which: Indices, states: States, at: Array, most: Indices) -> tuple[Array, Bools, Array]:
+def relaxed(block: OrbitFinder, which: Indices, states: States, at: Array, most: Indices) -> tuple[Array, Bools, Array]:
     """Return where motions come to, which are near a stable orbit there, and the common periods that it took."""
     count, size = states.x.shape
     x, tried, change = states.x.copy(), states.x.copy(), np.zeros((count, size))
