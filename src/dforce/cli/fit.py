@@ -90,7 +90,7 @@ def _holds_several(case: df.Case, file: str) -> bool:
 def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> int:
     """Print what curves of a case can tell."""
     experiment = source.case.experiment
-    zc = experiment.distances() if isinstance(experiment, df.experiments.Approach) else None
+    zc = experiment.zc if isinstance(experiment, df.experiments.Approach) else None
     errors = {} if source.case.fit is None else source.case.fit.errors
     result = df.identify(
         source.case, zc, errors={name: value for name, value in errors.items() if value != "from free part"}

@@ -185,7 +185,7 @@ def _check_states(case: df.Case, plot: Path | None) -> None:
     if not isinstance(case.experiment, df.experiments.Approach):
         kind = "none" if case.experiment is None else case.experiment.kind
         raise df.ParameterError(f"--states needs the curve of an approach; this experiment is {kind}: remove --states")
-    if len(set(case.experiment.distances().tolist())) == 1:
+    if len(set(case.experiment.distances(case.problem.tones[0].A0).tolist())) == 1:
         raise df.ParameterError("--states needs a range of distances; this approach has only one distance")
 
 

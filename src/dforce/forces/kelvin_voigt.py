@@ -98,7 +98,7 @@ class KelvinVoigt(Force):
 
     @property
     def is_rooted(self) -> bool:
-        """Whether the contact radius grows like a root, as it does without viscosity, too: that decides the kernel."""
+        """Whether the contact radius grows like a root, with and without viscosity; the compiled code depends on it."""
         return self.geometry == "sphere"
 
     def kinks(self) -> tuple[float, ...]:

@@ -94,7 +94,7 @@ class Materials(Shown, Catalog[Material]):
 
 @functools.cache
 def materials() -> Materials:
-    """Return the samples known by name, in SI, each with its source; the dict shows itself as a table."""
+    """Return the known samples by name, in SI, each with its source; a notebook draws the dict as a table."""
     text = (resources.files(__package__) / "materials.toml").read_text(encoding="utf-8")
     return Materials({name: _material(name, row) for name, row in tomllib.loads(text).items()})
 

@@ -82,7 +82,7 @@ def attributes(pieces: list[Advice]) -> dict[str, str]:
 
 @checked
 def advice_in(result: xr.Dataset) -> Advices:
-    """Return the advice in a result, from the time of its computation."""
+    """Return the advice that a result contains since its computation; the list may be empty."""
     kept: list[dict[str, Any]] = json.loads(result.attrs.get(PIECES, "[]"))
     return Advices(Advice(**piece | {"about": tuple(piece["about"])}) for piece in kept)
 
