@@ -57,7 +57,7 @@ def is_the_curve(data):
          "quotes-around-a-separator.csv"),
         ("\n".join([measured_curve.text().partition("\n")[0], *(",".join(f'"{cell}"' for cell in line.split(";"))
          for line in measured_curve.text(";", ",").splitlines()[1:]), ""]), "quotes-around-decimal-commas.csv"),
-        ("\n".join(line.replace(",", ",,", 1) for line in measured_curve.text().split("\n")).replace(",,", ",deflection_nm,", 1),
+        ("\n".join(line.replace(",", ",,", 1) for line in measured_curve.text().split("\n")).replace(",,", ",defl_nm,", 1),
          "an-empty-column.csv"),
     ],
     ids=lambda value: value if isinstance(value, str) and len(value) < 30 else "",
