@@ -2,20 +2,22 @@
 Figure 2: deflection, velocity and force at 0.5 nm
 ==================================================
 
-The paper prints a deflection of ±0.47 nm, a speed of up to 141 µm/s, and forces of -92 and 112 pN. The tip has a radius
-of 2 nm, with Q = 100, A0 = 1 nm and zc = 0.5 nm. These numbers do not follow from the printed parameters. The text has van
-der Waals and Hertz, the caption DMT. The start, the periods and the Poisson ratio are missing. Two states coexist at this
-distance.
+The paper prints a deflection of ±0.47 nm, a speed of up to 141 µm/s, and forces of -92 and 112 pN. The parameters are a
+tip radius of 2 nm, Q = 100, A0 = 1 nm and zc = 0.5 nm. The printed results do not follow from these parameters. The text has
+van der Waals and Hertz forces, the caption DMT. The start of the motion, the number of periods and the Poisson ratio are
+missing. Two states coexist at this distance.
 """
 
 # %%
 # Five readings
 # -------------
 #
-# The first reading uses the printed parameters with DMT, settled on the repulsive state. The second starts from rest and
-# ends on the attractive state. The third has van der Waals outside and Hertz alone inside contact, where the force jumps,
-# and settles. The fourth is the third, unsettled: 80 periods at each distance, from rest at 1.5 nm. Its step is 1 nm, "a good
-# starting value" in the paper, and the last 8 or 10 periods are measured. The fifth changes two parameters to fit the numbers.
+# 1. The printed parameters with DMT, settled on the repulsive state.
+# 2. The same, started from rest: the motion settles on the attractive state.
+# 3. Van der Waals outside contact, Hertz alone inside: the force jumps at contact. The motion settles.
+# 4. The force of reading 3, not settled: 80 periods at 1.5 nm from rest, then 80 at 0.5 nm. The step of 1 nm is
+#    "a good starting value" in the paper. Only the last 8 or 10 periods are measured.
+# 5. DMT with two parameters changed, to fit the printed results.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -28,7 +30,7 @@ jumping = case.replace(forces=[df.forces.VanDerWaals(hamaker="0.8e-20 J", inside
 
 
 def unsettled(measured):
-    """Return the motion after 80 periods at 1.5 nm and 80 at 0.5 nm, the last ones measured."""
+    """Return the motion of 80 periods at 1.5 nm and 80 at 0.5 nm; only the last `measured` periods are measured."""
     solver = df.SolverSettings(settle="fixed", periods=80 - measured, measured_periods=measured)
     return df.approach(jumping.replace(solver=solver), zc=["1.5 nm", "0.5 nm"], start="rest").isel(zc=-1)
 
@@ -47,7 +49,7 @@ readings = {
 # Printed and found
 # -----------------
 
-QUANTITIES = {  # name: its scale, and what the paper prints
+QUANTITIES = {  # name: scale, printed value
     "min_deflection": (1e-9, -0.47),
     "max_deflection": (1e-9, 0.47),
     "peak_velocity": (1e-6, 141.0),
@@ -92,13 +94,15 @@ axes[1, 1].legend(fontsize="x-small", loc="upper left")
 plt.show()
 
 # %%
-# *Deflection, velocity and force of the settled DMT reading, with the printed extremes dashed. Below on the right: each
-# reading relative to the printed numbers. No reading of the printed parameters meets all five numbers.* The settled motion is
-# 11 to 16 % larger and its peak force 6 % smaller. Without other parameters an unsettled motion comes closest, over a force
-# that jumps at contact: the peaks then depend on the chosen periods. So the printed values can be reached, but this does not
-# prove their origin.
+# *Deflection, velocity and force of the settled DMT reading, with the printed extremes dashed. Lower right: each reading
+# relative to the printed numbers. No reading of the printed parameters meets all five numbers.* Deflection and speed of the
+# settled motion are 9 to 16 % larger than printed; its peak force is 6 % smaller. With the printed parameters, reading 4
+# comes closest: the motion has not settled, and its peaks depend on the chosen periods. So the printed values can be reached,
+# but this does not prove their origin.
 
 # sphinx_gallery_start_ignore
+relative = np.divide(found["DMT, settled"], [printed for _, printed in QUANTITIES.values()])
+assert np.allclose(relative, [1.16, 1.09, 1.14, 1.06, 0.94], atol=5e-3)
 assert np.allclose(found["DMT, settled"], [-0.547, 0.511, 160.8, -97.9, 104.8], rtol=2e-3)
 assert np.allclose(found["DMT, a0 = 0.17 nm, E_eff = 1.70 GPa"], [-0.490, 0.455, 143.3, -92.3, 112.7], rtol=2e-3)
 assert found["DMT, from rest"][1] < 0.16

@@ -2,9 +2,9 @@
 Figure 4: a hard and a soft sample
 ==================================
 
-The same lever (k = 10 N/m, Q = 100, A0 = 10 nm) over 50 GPa and over 50 MPa, without attraction. The paper reads
-slopes of the amplitude of nearly 1 and of about 0.7, a phase that falls faster on the hard sample, and higher
-harmonics there.
+The same lever (k = 10 N/m, Q = 100, A0 = 10 nm) taps on samples of 50 GPa and 50 MPa, without attraction. The paper makes
+three statements. The slope of the amplitude is nearly 1 on the hard sample, and about 0.7 on the soft sample. The phase falls
+faster on the hard sample. Harmonics are higher on the hard sample.
 """
 
 # %%
@@ -33,7 +33,7 @@ for low, high in ((1.0, 5.0), (2.0, 9.0)):
     print(f"soft, mean over {low:g} to {high:g} nm: {mean_slope(curves['soft'], low, high):.3f}")
 
 # %%
-# The slope on the soft sample is a local one: 0.7 holds near 1.5 nm, and it falls with the distance.
+# The slope on the soft sample depends on the distance: it is 0.7 near 1.5 nm, and smaller farther away.
 
 spectra = {name: df.dwell(df.example(f"figure-4-{name}"), "5 nm").harmonic_amplitude for name in curves}
 for name, harmonics in spectra.items():
@@ -61,8 +61,8 @@ axes[0].legend(fontsize="x-small")
 plt.show()
 
 # %%
-# *Amplitude and phase against distance, and the harmonics at 5 nm. All three statements of the paper follow from
-# its parameters, the slope of 0.7 where the dashed line touches the curve.*
+# *Amplitude and phase against distance, and the harmonics at 5 nm. All three statements of the paper follow from its
+# parameters. The slope is 0.7 where the dashed line touches the curve.*
 
 # sphinx_gallery_start_ignore
 assert abs(mean_slope(curves["hard"], 2.0, 9.0) - 0.998) < 2e-3

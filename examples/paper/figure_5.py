@@ -2,9 +2,9 @@
 Figure 5: a viscoelastic sample
 ===============================
 
-The sample is soft (50 MPa) with a viscosity of 100 Pa s, at zc = 0.2 nm. The paper shows a force that pulls on withdrawal,
-*"an attractive force ... due to the viscoelastic response of the material"*, and an amplitude that is *"slightly smaller"*.
-It prints no numbers. Its equation 20 has a wrong dimension as printed; the viscous force here is η √(R δ) dδ/dt.
+The sample is soft (50 MPa) and viscous (100 Pa s), at zc = 0.2 nm. In the paper the force pulls on withdrawal: *"an attractive
+force ... due to the viscoelastic response of the material"*. The amplitude is *"slightly smaller"*. The paper prints no
+numbers. Equation 20 has a wrong dimension as printed; here the viscous force is η √(R δ) dδ/dt.
 """
 
 # %%
@@ -22,7 +22,7 @@ elastic = df.dwell(case.replace(forces=[df.forces.Hertz()]))
 print(f"{'':26s} {'elastic':>9s} {'viscous':>9s}")
 for label, name, scale in (
     ("amplitude (nm)", "amplitude", 1e-9), ("phase lag (°)", "phase", 1.0), ("peak force (pN)", "peak_force", 1e-12),
-    ("lowest force (pN)", "min_force", 1e-12), ("energy taken (eV)", "total_dissipated_energy", 1.602176634e-19),
+    ("lowest force (pN)", "min_force", 1e-12), ("dissipated energy (eV)", "total_dissipated_energy", 1.602176634e-19),
 ):  # fmt: skip
     print(f"{label:26s} {float(elastic[name].squeeze()) / scale:9.3f} {float(viscous[name].squeeze()) / scale:9.3f}")
 
@@ -46,9 +46,9 @@ axes[0].legend(fontsize="small")
 plt.show()
 
 # %%
-# *Force against distance over one period (the loop is the dissipated energy), deflection and force in time. The viscous
-# contact pulls at the tip on withdrawal although nothing is adhesive. The amplitude is a little smaller and the motion lags
-# behind. So the three statements of the paper follow from its parameters.*
+# *Force against distance over one period (the area of the loop is the dissipated energy), deflection and force in time. The
+# viscous contact pulls at the tip on withdrawal, although the sample has no adhesion. The amplitude is a little smaller, and
+# the motion lags behind. So the statements of the paper follow from its parameters.*
 
 # sphinx_gallery_start_ignore
 assert abs(float(viscous.amplitude.squeeze()) * 1e9 - 2.3755) < 1e-3

@@ -3,7 +3,8 @@ Figure 6: the bimodal motion in time
 ====================================
 
 Two modes are driven, at 50 and 310 kHz. In the paper the signal repeats at *"a multiple of both the first and the second
-modes"*, and the peak force changes from period to period of the first mode. The distance is missing; here it is 8 nm.
+modes"*, and the peak force changes from period to period of the first mode. The paper does not contain the distance; here it
+is 8 nm.
 """
 
 # %%

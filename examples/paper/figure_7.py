@@ -2,17 +2,17 @@
 Figure 7: bimodal phase in the attractive regime
 ================================================
 
-The paper shows the phase of the second mode over two materials that differ only in their Hamaker constant. It has *"a sudden
-increase"*, then a region where it *"seems to saturate"*, and increases again at small zc. The phase of the first mode does not
-distinguish the two materials.
+The paper shows the phase of the second mode over two materials that differ only in their Hamaker constant. The phase has *"a
+sudden increase"*, then *"seems to saturate"*, and increases again at small zc. The phase of the first mode does not distinguish
+the two materials.
 """
 
 # %%
 # Two materials
 # -------------
 #
-# The approach stays on the attractive branch because each distance starts from the motion before. For comparison a second
-# set of curves uses amplitude modulation with the first mode alone.
+# The approach stays on the attractive branch, because each distance starts from the motion at the distance before. For
+# comparison, a second set of curves has the first mode alone (amplitude modulation).
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -67,9 +67,9 @@ for panel in axes:
 plt.show()
 
 # %%
-# *Left against the distance, right against the set point. The phase of the second mode rises, stays level and rises again near
-# the surface, and separates the two materials. Against the amplitude, the phases of the first mode lie on one curve. So the
-# statements of the paper follow from its parameters, on the attractive branch.*
+# *Phases against the distance (left) and against the set point (right). The phase of the second mode rises, stays level and
+# rises again near the surface. It distinguishes the two materials. Against the set point, the phases of the first mode lie on
+# one curve. So the statements of the paper follow from its parameters, on the attractive branch.*
 
 # sphinx_gallery_start_ignore
 low = curves["H = 4e-20 J"].mode_phase.sel(mode=2)

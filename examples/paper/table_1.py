@@ -3,7 +3,7 @@ Table 1: two motions, by every integrator
 =========================================
 
 Table 1 of the paper lists the parameters of two motions at zc = 4 nm, for a comparison of integrators. It prints no results.
-This page prints the results, and the number of digits to which the integrators of dForce agree at their defaults.
+This page prints the results, and shows the errors of the integrators of dForce at their defaults.
 """
 
 # %%
@@ -51,8 +51,8 @@ print(f"multipliers {multipliers}, product {multipliers.prod():.8f}, exp(-2π/Q)
 # Bimodal
 # -------
 #
-# With 48.9 and 282 kHz the tones have no common period of reasonable length: the motion never repeats, and is measured over a
-# long window. Amplitudes and phases refer to the total deflection; both drives and the force act on both modes.
+# The tones at 48.9 and 282 kHz have no short common period. The motion does not repeat, so dForce measures it over a long
+# window. Amplitudes and phases refer to the total deflection. Both drives and the force act on both modes.
 
 bimodal = df.run(df.example("table-1-bimodal"))
 for tone in (1, 2):
@@ -77,8 +77,8 @@ axes[1].set(xlabel="time (µs)", ylabel="force, bimodal (nN)")
 plt.show()
 
 # %%
-# *Left: the error of each integrator at its defaults, relative to the engine at its tightest. All agree to more
-# digits than an experiment has. Right: the force of the bimodal motion; no two peaks are alike.*
+# *Left: the error of each integrator at its defaults, relative to the engine with tight tolerances. All errors are far below
+# the errors of an experiment. Right: the force of the bimodal motion; no two peaks are alike.*
 
 # sphinx_gallery_start_ignore
 assert abs(float(reference.amplitude.squeeze()) - 4.0553735e-9) < 1e-16

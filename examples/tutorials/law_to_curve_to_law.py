@@ -10,8 +10,8 @@ a curve from a law, hides the law, reconstructs the force without a model, and c
 # The curve
 # ---------
 #
-# The curve is in air, with a free amplitude of 20 nm and the noise of a good instrument: 4 pm and 0.05 degrees a point. The
-# approach jumps from attraction to repulsion, as most curves do.
+# The curve is in air, with a free amplitude of 20 nm and the noise of a good instrument: 4 pm and 0.05 degrees per point. The
+# approach jumps from attraction to repulsion, as on most curves.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -39,14 +39,14 @@ measured = xr.Dataset(
 # The force
 # ---------
 #
-# The attributes describe the instrument, so the curve is sufficient.
+# The attributes of the curve describe the instrument, so no case is needed.
 
 found = df.reconstruct(measured)
 print(found.attrs["notes"])
 
 # %%
-# The gray stretch is hidden by the jump: no motion has a turning point there, so the force is unknown and not drawn. Below the
-# gap the error of the force is larger, because each tap goes through the gap.
+# The gray stretch in the picture below is the gap of the jump. No motion has a turning point there, so the force is unknown and
+# not drawn. Nearer to the sample the error of the force is larger, because each tap goes through the gap.
 
 # %%
 # The truth

@@ -42,25 +42,26 @@ def run(
     Parameters
     ----------
     case
-        The case, with an experiment; or its name for :func:`load_case`: a case file, a result or a shipped example. An
+        The case, with an experiment. Or a name for :func:`load_case`: a case file, a result or a shipped example; an
         interrupted result is continued.
     progress
         True for a bar, on a terminal or in a notebook. Or a function, called as ``progress(done, total, note)`` at most
         20 times a second, and at the end.
     resume
-        An interrupted result of the same case, to continue. A curve there and back whose forces have no memory begins anew:
-        its way back takes over states of the way there.
+        An interrupted result of the same case, to continue. These begin anew: a dwell, basins, a thermal spectrum, and a slow
+        curve there and back whose forces have neither memory nor branches.
 
     Returns
     -------
     xarray.Dataset
-        SI units in ``attrs["units"]``, phases in degrees, a status for each point; the case, the versions and the
-        date in its attributes. After Ctrl-C or SIGTERM it contains the finished points, and ``attrs["interrupted"]`` is 1.
+        Quantities in SI, phases in degrees; ``attrs["units"]`` of each variable is its unit. Each point has a `status`. The
+        attributes of the result contain the case, the versions and the date. After Ctrl-C or SIGTERM the result contains the
+        finished points, and ``attrs["interrupted"]`` is 1.
 
     Raises
     ------
     ParameterError
-        When the case has no experiment, or `resume` is the result of another case.
+        When the case has no experiment, or `resume` is complete, a sweep, or the result of another case.
     CaseError, ResultError
         When a name belongs to no case, or a result cannot be read.
     """
@@ -194,9 +195,14 @@ def approach(
     Returns
     -------
     xarray.Dataset
-        Every quantity along `zc`, with both directions also along `direction`. `motion` along `component` is the motion of each
-        point at the start of a period; also `repeat_periods`. If the motion jumps: the distances `jump_zc`, with direction and
-        the amplitudes before and after.
+        Every quantity along `zc`; with both directions also along `direction`. `motion` along `component` is the motion of
+        each point at the start of a period; it repeats after `repeat_periods` periods. If the motion jumps, `jump_zc` (m)
+        along `jump`, with the direction and the amplitudes (m) before and after.
+
+    Raises
+    ------
+    ParameterError
+        For a case or a setting that is not allowed.
     """
     return run(_with_experiment(case, Approach, {"zc": zc, **settings}), progress)
 
@@ -218,6 +224,17 @@ def dwell(
     settings
         Other keys of the experiment: `start`, `record`, `recorded_periods`, `harmonics`; `controllers` with the bandwidths of
         a phase-locked loop and an amplitude control in time.
+
+    Returns
+    -------
+    xarray.Dataset
+        All scalars of an approach, without `zc` as a dimension. Along `time` (s): `deflection`, `distance` (m), `velocity`
+        (m/s), `force` (N) and others. Along `frequency` (Hz): `spectrum` (m), the amplitude spectrum of the deflection.
+
+    Raises
+    ------
+    ParameterError
+        For a case or a setting that is not allowed.
     """
     return run(_with_experiment(case, Dwell, {"zc": zc, **settings}), progress)
 
@@ -233,13 +250,13 @@ def branches(
     case
         Instrument, sample and forces; its experiment is not used, except for the defaults of branches.
     zc
-        Range of average distances, a pair such as ``("12 nm", "1 nm")``, from a distance with one state; or, with `parameter`,
-        one distance.
+        Range of average distances (m, or texts with units), a pair such as ``("12 nm", "1 nm")`` that begins far away, with one
+        state. With `parameter`: one distance.
     progress
         See :func:`run`.
     settings
         Other keys of the experiment: `parameter` (a path such as ``"sample.youngs_modulus"``) with `start` and
-        `stop`, `largest_step`, `max_points`, `search`, `harmonics`.
+        `stop`, `largest_step`, `max_points`, `search`, `set_point`, `harmonics`.
 
     Returns
     -------
@@ -247,7 +264,12 @@ def branches(
         Along the dimension `point`: the scalars of an approach, the parameter, `branch` (number of the connected curve),
         `stable`, `special` (``"fold"``, ``"period_doubling"``, ...), `motion`, `repeat_periods` and the Floquet multipliers.
         `escape` is the distance (m) of a stable state from the nearest unstable state. Along `search`: the values `searched`
-        and `index_sum`, which is 1 if no single state is missing; ``attrs["completeness"]`` is a sentence about it.
+        and `index_sum`, which is 1 if no single state is missing. ``attrs["completeness"]`` is a sentence about missing states.
+
+    Raises
+    ------
+    ParameterError
+        For a case or a setting that is not allowed.
     """
     return run(_with_experiment(case, Branches, {"zc": zc, **settings}), progress)
 
@@ -278,6 +300,16 @@ def frequency_sweep(
     settings
         Other keys of the experiment: `direction` (``"up"``, ``"down"``, ``"both"``), `protocol`, `carry_state` and `start` as
         in :func:`approach`, `harmonics`.
+
+    Returns
+    -------
+    xarray.Dataset
+        As :func:`approach`, along `frequency` (Hz) instead of `zc`; jumps are at `jump_frequency` (Hz).
+
+    Raises
+    ------
+    ParameterError
+        For a case or a setting that is not allowed.
     """
     return run(_with_experiment(case, FrequencySweep, {"frequency": frequency, "zc": zc, **settings}), progress)
 
@@ -304,7 +336,13 @@ def basins(
     -------
     xarray.Dataset
         `reached`, the number of the state over the two axes of the starts, 0 without a settled motion. Along the dimension
-        `state`, ordered by `share`: the scalars of a dwell and `share`.
+        `state`, the largest `share` first: the scalars of a dwell and `share`, relative to all starts that settle. All motions
+        that do not repeat count as one state.
+
+    Raises
+    ------
+    ParameterError
+        For a case or a setting that is not allowed, and for more than a million starts.
     """
     return run(_with_experiment(case, Basins, {"zc": zc, **settings}), progress)
 
@@ -313,15 +351,15 @@ def basins(
 def thermal_spectrum(case: Case, duration: Time | None = None, progress: Progress | bool | None = None) -> xr.Dataset:
     r"""Return the thermal spectrum of a free lever at the detector, and its spring constants by usual calibrations.
 
-    The record is simulated, exactly at its samples. If the lever includes the memory of the fluid, the density is
-    :math:`\frac{4 k_B T}{\omega}\, \mathrm{Im}\left(-\frac{z}{F}\right)`. The fit of each mode, over the tails of the others,
-    is white noise and
+    The simulated record is exact at its samples. If the lever includes the memory of the fluid, the density is
+    :math:`\frac{4 k_B T}{\omega}\, \mathrm{Im}\left(-\frac{z}{F}\right)`. The fit of each mode is the sum of white noise, the
+    tails of the other modes, and
 
     .. math:: S(f) = \frac{4 \langle z^2 \rangle}{\omega_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0
 
     for an optical lever calibrated by a force curve on a hard sample: :math:`\langle z^2 \rangle = s_n^2 k_B T / k_n`, with its
-    sensitivity to the mode. With the memory of the fluid this form is valid near the resonance, so the fit covers 40 % around
-    it.
+    sensitivity :math:`s_n` to the mode. With the memory of the fluid this form is valid only near the resonance: the fit then
+    covers at most 40 % on both sides.
 
     Parameters
     ----------
@@ -338,17 +376,18 @@ def thermal_spectrum(case: Case, duration: Time | None = None, progress: Progres
     xarray.Dataset
         `spectral_density` and `fitted_density` (m^2/Hz) over `frequency`; over `mode` `fitted_f0`, `fitted_Q`,
         `mode_spring_constant` by the mode's own calibration, and `true_mode_spring_constant`; over `calibration`
-        `spring_constant`, the true value `true_spring_constant` for this calibration, and their ratio `spring_constant_ratio`.
-        `spring_constant_error` is the standard error of a thermal spring constant from the fit; without detector noise it is
-        :math:`\sqrt{2 Q / \omega_0 T}` for a record of length :math:`T`. A mode below the detector noise has NaN. The
-        calibrations: ``"static, 0.817"``, right for a static sensitivity; ``"static, no factor"``; ``"each mode"``; ``"each
-        mode, 0.817"``, a wrong combination; ``"Sader"``, from frequency and Q, if dimensions and medium are known. For a tilted
-        lever, Sader's value is the spring constant along the normal of the lever, not of the sample.
+        `spring_constant`, the true value `true_spring_constant` for this calibration, and their ratio
+        `spring_constant_ratio`. `spring_constant_error` is the relative standard error of a thermal spring constant, from the
+        fit of mode 1; without detector noise it is :math:`\sqrt{2 Q / \omega_0 T}` for a record of length :math:`T`. A mode
+        below the detector noise has NaN. The calibrations: ``"static, 0.817"``, right for a static sensitivity;
+        ``"static, no factor"``; ``"each mode"``; ``"each mode, 0.817"``, a wrong combination; ``"Sader"``, from frequency and
+        Q, if dimensions and medium are known. For a tilted lever, Sader's value is the spring constant along the normal of
+        the lever, not of the sample.
 
     Raises
     ------
     ParameterError
-        When the record is too short to show the resonances, or too long to keep.
+        When the record is too short to resolve the resonances or too long, and for ``noise.thermal = false``.
 
     Sources: H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995); J. E. Sader, J. W. M. Chon, P. Mulvaney, Rev. Sci. Instrum.
     70, 3967 (1999).

@@ -81,6 +81,17 @@ def test_identify_needs_no_measurement(case_file: Path) -> None:
     assert answer["parameters"][0] == H and "approach" in answer["curves"]
 
 
+@pytest.mark.slow
+def test_identify_takes_distances_in_shares_too(case_file: Path) -> None:
+    case = df.load_case(case_file)
+    A0, errors = case.problem.tones[0].A0, []
+    for start, stop, more in ((1.15, 0.5, {"of": "drive.A0"}), (1.15 * A0, 0.5 * A0, {})):
+        zc = {"start": start, "stop": stop, "points": 21} | more
+        df.save_case(case.replace(experiment=df.experiments.Approach(zc=zc)), case_file)
+        errors.append(json.loads(ran(case_file, "--identify", "--json").stdout)["error"][0][0][0])
+    assert errors[0] == pytest.approx(errors[1], rel=1e-4)  # the lengths differ by roundings
+
+
 @pytest.mark.long
 def test_what_identify_found_is_said_in_words(case_file: Path) -> None:
     assert "an exact instrument" in ran(case_file, "--identify").stdout

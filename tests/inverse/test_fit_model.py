@@ -83,6 +83,23 @@ def test_curves_that_fit_one_branch_badly_are_not_followed_along_the_other(monke
         assert (one.varied == other.varied).all() and one.chi2 == pytest.approx(other.chi2, rel=1e-12)
 
 
+def test_points_of_approach_and_retract_at_the_same_heights_lie_on_one_curve(
+    stiff: tuple[CurveModel, np.ndarray, Prediction],
+) -> None:
+    model, varied, told = stiff
+    curve = fc.data_of("stiff")
+    twice = np.repeat(np.arange(curve.sizes["point"]), 2)
+    data = measured(curve.isel(point=twice), PointSelection(margin=0))
+    both = CurveModel(model.case, model.unknowns, data)
+    again = both.predict(varied)
+    assert not again.lost.any()
+    # a walk of other steps ends within the tolerance of Newton's method
+    np.testing.assert_allclose(again.values[:, 0], told.values[twice, 0], rtol=1e-6)
+    np.testing.assert_allclose(again.values[:, 1], told.values[twice, 1], atol=1e-4)
+    ends = [abs(one.slopes(varied, one.predict(varied))).max() for one in (model, both)]
+    assert ends[1] == pytest.approx(ends[0], rel=1e-3)
+
+
 def test_a_phase_offset_has_the_derivative_one(stiff: tuple[CurveModel, np.ndarray, Prediction]) -> None:
     model, varied, told = stiff
     column = model.slopes(varied, told)[:, :, [one.name for one in model.unknowns].index("phase_offset")]

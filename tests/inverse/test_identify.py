@@ -89,6 +89,15 @@ def test_what_is_expected_is_what_a_fit_finds(stiff: xr.Dataset) -> None:
     assert errors(stiff, "prior", E, "approach") == pytest.approx(relative, rel=0.5)
 
 
+def test_shares_are_shares_of_the_free_amplitude() -> None:
+    case, shares = fc.case_of("air"), {"of": "drive.A0", "start": 1.15, "stop": 0.5, "points": 21}
+    zc = np.linspace(1.15, 0.5, 21) * case.problem.tones[0].A0
+    by_share, by_length = (df.identify(case, given, [H], helps=False) for given in (shares, zc))
+    assert errors(by_share, "sample", H) == pytest.approx(errors(by_length, "sample", H), rel=1e-4)
+    with pytest.raises(df.ParameterError, match="shares of A0"):
+        df.experiments.Approach(zc=shares).distances()
+
+
 def test_a_report_tells_modes_apart_and_what_brackets_mean() -> None:
     row = df.identify(fc.case_of("air"), np.linspace(12e-9, 9e-9, 30), [H], helps=False).sel(known=["sample"])
     assert "in brackets" not in df.identify_report(row, "sample")

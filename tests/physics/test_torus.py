@@ -7,8 +7,7 @@ import pytest
 from tiers import some_long
 
 import dforce as df
-from dforce.engine.laws import laws_of
-from dforce.engine.over_points import force_over
+from dforce.engine.laws import force_over, laws_of
 from dforce.findings.material import Observed, PowerContact, estimate, neglected
 from dforce.solvers.torus import TONES, Held, TorusBalance, TwoToneLever, over_phases
 

@@ -70,6 +70,8 @@ class Case(Parameters):
     ------
     ParameterError
         With one sentence that names the path of the value at fault.
+    ForceError
+        When a file in `plugins` fails or breaks the contract of :class:`dforce.Force`.
     """
 
     title_of: ClassVar[str] = "case"
@@ -255,7 +257,7 @@ class Case(Parameters):
         Raises
         ------
         ParameterError
-            For an unknown path, with the nearest path, or for a path to something else than a number.
+            For an unknown path, with the nearest path, or for a path without a number.
         """
         return quantity_at(self, path)
 
@@ -269,7 +271,7 @@ class Case(Parameters):
         Raises
         ------
         ParameterError
-            For text without an equals sign, and as :meth:`replace`.
+            For text without a path or an equals sign, and as in :meth:`replace`.
         """
         pairs = []
         for assignment in assignments:
@@ -326,9 +328,9 @@ class Case(Parameters):
         Raises
         ------
         CaseError
-            When the text is not TOML, is empty, or is longer than a megabyte.
+            When the text is not TOML, is empty, or has more than a million characters.
         ParameterError
-            When it is TOML but not a case.
+            When the text is TOML but not a case.
         """
         try:
             table = read_toml(text)

@@ -44,7 +44,9 @@ def load_case(path: str | os.PathLike[str]) -> Case:
     Raises
     ------
     CaseError
-        When the file cannot be read as a case; the sentence contains the reason and the line.
+        When the file cannot be read as a case; the sentence contains the reason, and the line of a mistake in TOML.
+    ForceError
+        When a plug-in of the case fails.
     """
     file = Path(path)
     name = shorten(str(path), 200)

@@ -55,7 +55,7 @@ class TimedRow:
 
 @checked
 def benchmark(quick: bool = False, progress: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Time whole calls as a user makes them: curves, a sweep, and the first answer of a new process.
+    """Time whole calls of a user: curves, a sweep, and the first answer of a new process.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ LONGEST_LIST = 150  # characters of names that are listed all
 
 
 class DForceError(Exception):
-    """Base of the errors of dForce for the user; its message is one sentence."""
+    """Base class of the errors of dForce; the message is one sentence."""
 
 
 class ParameterError(DForceError, ValueError):
@@ -33,15 +33,15 @@ class UnitError(ParameterError):
 
 
 class CaseError(DForceError, ValueError):
-    """A case file cannot be read as a case."""
+    """A file of a case, of a plan or of the rows of a sweep cannot be read or written."""
 
 
 class ForceError(DForceError, TypeError):
-    """A force model breaks the contract of :class:`dforce.Force`."""
+    """A force model breaks the contract of :class:`dforce.Force`, or its file fails."""
 
 
 class ResultError(DForceError, OSError):
-    """A file of results cannot be read or written."""
+    """A result, a measured file or a picture cannot be read or written, or a result lacks the necessary motion."""
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:

@@ -85,9 +85,9 @@ def param(
     Parameters
     ----------
     default
-        Text with a unit, an SI number, None (optional), or missing (a required value).
+        Text with a unit, an SI number, or None (an optional value); without a default the value is required.
     unit
-        SI unit; by default from the text of default or bounds, else ``"1"``.
+        SI unit; by default from the first text among default and bounds, else ``"1"``.
     symbol
         Symbol of the field, as LaTeX without dollars.
     doc
@@ -110,7 +110,7 @@ def part(default: object, *, description: str, **limits: Any) -> Any:
 
 @checked
 def shared(path: str) -> Any:
-    """Declare a parameter that comes from the instrument, so that one tip serves every force."""
+    """Declare a parameter that comes from the instrument, by its path such as ``"tip.radius"``: all forces share one tip."""
     return pydantic.Field(None, exclude=True, repr=False, validate_default=False, json_schema_extra=Shared(path))
 
 

@@ -33,8 +33,8 @@ class _Drawn(Protocol):
 class ProgressBar:
     """A progress function for :func:`dforce.run` that draws a bar with the time left.
 
-    Use it as a context manager; ``progress=True`` does. In a notebook the bar is HTML below the cell, on a terminal text
-    on stderr; elsewhere (a file, a pipe) it is not drawn.
+    Use it as a context manager, as ``progress=True`` does. In a notebook the bar is HTML below the cell, on a terminal text
+    on stderr. Elsewhere (a file, a pipe) no bar is drawn.
 
     Parameters
     ----------

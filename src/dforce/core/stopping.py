@@ -245,7 +245,7 @@ def unbroken() -> Iterator[None]:
 def sigterm_as_ctrl_c(ends_program: bool = False) -> Iterator[bool]:
     """Raise KeyboardInterrupt at the first SIGTERM or SIGHUP in the context; later ones do not disturb the saving of results.
 
-    A handler of the program itself is kept, and outside the main thread Python's handler, too. The context returns whether it
+    The context keeps a handler of the program itself, and outside the main thread also Python's handler. It yields True if it
     is the outermost handler of stops. With `ends_program` a stop also cancels a compilation.
     """
     usual: dict[signal.Signals, Any] = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}

@@ -213,7 +213,7 @@ def parse(given: object, unit: str) -> float:
     Raises
     ------
     UnitError
-        For text that is not a number with a unit, an unknown unit, or a unit of another dimension. For NaN, infinity, and
+        For text that is not a number with a unit, an unknown unit, a unit of another dimension, NaN, infinity, and
         anything except text and numbers.
     """
     if not isinstance(unit, str):  # by hand, because all numbers of all cases come this way
@@ -327,6 +327,15 @@ def show(value: float, unit: str, digits: int | None = None) -> str:
     """Return an SI value as text with a unit chosen for the reader.
 
     Without `digits` the text contains the exact value: ``parse(show(x, unit), unit) == x``.
+
+    Parameters
+    ----------
+    value
+        The value in SI.
+    unit
+        Its SI unit, for example ``"N/m"``; ``"1"`` for a plain number.
+    digits
+        Number of significant digits.
 
     >>> show(4.89e4, "Hz"), show(1.65e-10, "m"), show(4.0553735e-9, "m", 5)
     ('48.9 kHz', '0.165 nm', '4.0554 nm')

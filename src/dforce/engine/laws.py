@@ -6,13 +6,17 @@ Each law is compiled alone, once, with the functions that it calls; what calls i
 from __future__ import annotations
 
 import functools
+import hashlib
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 from numba.core import cgutils, sigutils, types
 from numba.extending import intrinsic
 
+from dforce.core.arrays import Array
 from dforce.forces import Force
 from dforce.kernel import Kernel, cache, texts
 from dforce.kernel.codegen import HEADER, tuple_of
@@ -119,3 +123,42 @@ def _call_over_points(context: Any, address: Any, given: Any) -> Any:
 
 
 call_over_points: Callable[..., None] = intrinsic(_call_over_points)
+
+
+@numba.njit(nogil=True)
+def add_laws(address: Any, place: Any, zc: float, numbers: Any, d: Any, rate: Any, out: Any) -> None:
+    """Add the forces (N) at distances (m) and rates (m/s) at time zero to `out`; no law has a memory or branches."""
+    at_rest = np.zeros(d.shape[0])
+    for f in range(address.shape[0]):
+        motion = d.ctypes.data, rate.ctypes.data, at_rest.ctypes.data
+        call_over_points(
+            address[f, 0], (d.shape[0], *motion, 0, 0.0, zc, numbers.ctypes.data + 8 * place[f, 0], out.ctypes.data)
+        )
+
+
+def force_over(laws: Laws, numbers: Array, zc: float, d: Array, rate: Array) -> Array:
+    """Return the force (N) at points of a motion about an average distance `zc` (m), of the shape of `d`.
+
+    Parameters
+    ----------
+    laws, numbers
+        Laws without memory, branches or explicit time, and their numbers one behind the other.
+    d, rate
+        Distances (m) and their rates of change (m/s), contiguous.
+    """
+    out = np.zeros(d.size)
+    compiled = entry("add_laws", "the sum of force laws", ("laws",))
+    compiled(laws.address, laws.place, float(zc), numbers, d.ravel(), rate.ravel(), out)
+    return out.reshape(d.shape)
+
+
+@functools.cache
+def entry(name: str, what: str, sources: tuple[str, ...]) -> Callable[..., None]:
+    """Return a function of the last of some files of this folder; its first call compiles it or loads it from the user's disk.
+
+    The hash of all these files names its module: the code lasts until one of them changes.
+    """
+    texts = [Path(__file__).with_name(f"{source}.py").read_bytes() for source in sources]
+    stamp = hashlib.sha256(b"\0".join(texts)).hexdigest()
+    kernel: Any = Kernel(cache.load(f"# {stamp}\n{texts[-1].decode()}"), what)
+    return kernel.entry(name)  # type: ignore[no-any-return]

@@ -10,8 +10,7 @@ import numpy as np
 
 from dforce.core.arrays import Array, Complexes
 from dforce.engine.lanes import FIRST_PAIR, SUM_F, Lanes
-from dforce.engine.laws import Laws, laws_of
-from dforce.engine.on_disk import ENGINE, entry
+from dforce.engine.laws import Laws, entry, laws_of
 from dforce.engine.parts import Parts, parts_of
 from dforce.kernel import base_of, drive_of, fluid_amplitudes, stiffness_of
 from dforce.kernel.codegen import FIRST_MODE, OMEGA, parameter_count
@@ -19,6 +18,7 @@ from dforce.observables import measure
 from dforce.problem import Problem
 
 TAU = 2.0 * math.pi
+ENGINE = "tableau", "laws", "lanes", "step", "events", "sums", "advance"  # files of its compiled code
 RESOLVED = 2.0  # of the shortest relaxation time: longest step
 
 

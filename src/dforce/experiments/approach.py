@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import pydantic
 
 from dforce.core.arrays import Array
+from dforce.core.errors import ParameterError
 from dforce.core.parameters import Part, param, part
 from dforce.experiments.base import (
     PROTOCOL,
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Approach(DistanceExperiment, PathExperiment):
-    """The tip goes through a list of average distances, slowly or by sudden steps, and the steady motion at each is solved."""
+    """Average distances in order, with slow or sudden changes: the steady motion at each distance is solved."""
 
     both_ways = ("approach", "retract")
     falls_first = True
@@ -48,13 +49,24 @@ class Approach(DistanceExperiment, PathExperiment):
     )
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 
-    def distances(self, A0: float = 1.0) -> Array:
-        """Return the average distances (m) in your order; shares refer to `A0` (m)."""
-        return values_of(self.zc) * (A0 if isinstance(self.zc, RelativeGrid) else 1.0)
+    def distances(self, A0: float | None = None) -> Array:
+        """Return the average distances (m) in your order; shares need their reference, `A0` (m).
+
+        Raises
+        ------
+        ParameterError
+            For shares without `A0`.
+        """
+        values = values_of(self.zc)
+        if not isinstance(self.zc, RelativeGrid):
+            return values
+        if A0 is None:
+            raise ParameterError("experiment.zc has shares of A0; pass the free amplitude, such as distances(10e-9)")
+        return values * A0
 
     def plan(self, problem: Problem) -> CurvePlan:
         """Return the curve; see :class:`CurveExperiment`."""
-        shares = self.distances() if isinstance(self.zc, RelativeGrid) else None
+        shares = values_of(self.zc) if isinstance(self.zc, RelativeGrid) else None
         return self.along("zc", self.distances(problem.tones[0].A0), shares)
 
     @classmethod

@@ -80,7 +80,7 @@ class Basins(MotionExperiment):
     amplitude: Part[AmplitudeGrid | None] = part(
         None, description="initial amplitudes; default: up to 1.2 times the free amplitude"
     )
-    phase: Part[PhaseGrid | None] = part(None, description="initial phase lags; default: 0 to 360 degrees")
+    phase: Part[PhaseGrid | None] = part(None, description="initial phase lags; default: 40 from 0 to 351 degrees")
     deflection: Part[DeflectionGrid | None] = part(
         None, description="initial deflections, with velocities, instead of amplitudes and phases"
     )
@@ -104,5 +104,5 @@ class Basins(MotionExperiment):
 
     @classmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:
-        """Return typical distances; see :class:`Experiment`."""
+        """Return a typical distance; see :class:`Experiment`."""
         return {"zc": tapping_distance(problem)}

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Span(Parameters):
-    """A range of average distances; states are followed from `start` on."""
+    """A range of average distances; the first curve of states begins at `start`."""
 
     title_of: ClassVar[str] = "zc"
 
@@ -78,7 +78,7 @@ class Branches(DistanceExperiment):
         return self
 
     def check(self, problem: Problem) -> None:
-        """Raise :class:`ParameterError` where states under a lock are not followed; see :class:`Experiment`."""
+        """Raise :class:`ParameterError` for a lock with two tones or with a `parameter`; see :class:`Experiment`."""
         super().check(problem)
         if self.parameter is not None:
             problem.refuse_lock(f"experiment.parameter = {shorten(self.parameter)}")
@@ -87,10 +87,10 @@ class Branches(DistanceExperiment):
 
     @property
     def path(self) -> str:
-        """The parameter that is varied; see :class:`Experiment`."""
+        """The path of the varied parameter; see :class:`Experiment`."""
         return self.parameter or DISTANCE
 
     @classmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:
-        """Return typical distances; see :class:`Experiment`."""
+        """Return a typical range of distances; see :class:`Experiment`."""
         return {"zc": whole_range(problem)}

@@ -19,7 +19,7 @@ PERIODS = 6.0  # of the drive in the inverse of the largest bandwidth: a lock-in
 
 
 class Controllers(Parameters):
-    """A phase-locked loop and an amplitude control, as they act in time."""
+    """A phase-locked loop and an amplitude control, simulated in time."""
 
     title_of = "experiment.controllers"
 
@@ -58,11 +58,11 @@ class Dwell(CurveExperiment):
 
     @property
     def is_whole(self) -> bool:
-        """Whether everything from the start is recorded, not the settled motion alone."""
+        """Whether the record begins at the start of the motion, instead of after settling."""
         return self.record == "all"
 
     def check(self, problem: Problem) -> None:
-        """Raise :class:`ParameterError` where controllers cannot act; see :class:`Experiment`."""
+        """Raise :class:`ParameterError` if the controllers do not suit the case; see :class:`Experiment`."""
         super().check(problem)
         if self.controllers is None:
             return
@@ -83,10 +83,10 @@ class Dwell(CurveExperiment):
                 )
 
     def plan(self, problem: Problem) -> CurvePlan:
-        """Return its one point; see :class:`CurveExperiment`."""
+        """Return the curve of one point; see :class:`CurveExperiment`."""
         return CurvePlan("zc", np.array([self.zc]), [()], start=self.start)
 
     @classmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:
-        """Return typical distances; see :class:`Experiment`."""
+        """Return a typical distance; see :class:`Experiment`."""
         return {"zc": tapping_distance(problem)}

@@ -69,7 +69,7 @@ class FrequencySweep(PathExperiment):
     start: Part[Start] = part("free", description="motion at the start: free, rest, or an amplitude and a phase")
 
     def check(self, problem: Problem) -> None:
-        """Raise :class:`ParameterError` where a lock finds the frequency; see :class:`Experiment`."""
+        """Raise :class:`ParameterError` if a lock sets the frequency; see :class:`Experiment`."""
         super().check(problem)
         tone = problem.tones[0]
         if problem.is_locked and (tone.lock is None or "phase" in tone.lock.held or len(problem.tones) > 1):
@@ -80,7 +80,7 @@ class FrequencySweep(PathExperiment):
 
     @property
     def path(self) -> str:
-        """The frequency of the first tone; see :class:`Experiment`."""
+        """The path of the varied parameter, the frequency of the first tone; see :class:`Experiment`."""
         return "drive.frequency"
 
     def plan(self, problem: Problem) -> CurvePlan:
@@ -89,7 +89,7 @@ class FrequencySweep(PathExperiment):
 
     @classmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:
-        """Return five half-widths of the resonance to both sides; see :class:`Experiment`."""
+        """Return a typical distance, and five half-widths on both sides of the resonance; see :class:`Experiment`."""
         mode = problem.modes[0]
         low, high = (units.show(mode.f0 * max(1.0 + side * 2.5 / mode.Q, 0.1), "Hz", 4) for side in (-1.0, 1.0))
         return {"frequency": {"start": low, "stop": high}, "zc": tapping_distance(problem)}

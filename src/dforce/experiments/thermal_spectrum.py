@@ -21,7 +21,7 @@ SHORTEST = 4  # segments that the spectrum is the mean of, at least
 
 
 class ThermalSpectrum(Experiment):
-    """The free lever has only thermal motion, far from the sample; its spectrum is fitted to calibrate spring constants."""
+    """Thermal motion of the undriven lever, far from the sample; a fit to its spectrum calibrates spring constants."""
 
     procedure = "procedures.thermal_spectrum:thermal_spectrum"
     unswept = ("frequency",)
@@ -36,7 +36,7 @@ class ThermalSpectrum(Experiment):
         return {"duration": units.show(min(max(1.0, 2.0 * shortest), 0.9 * longest), "s", 3)}
 
     def check(self, problem: Problem) -> None:
-        """Refuse a lever without thermal motion, and a record that is too short or too long; see :class:`Experiment`."""
+        """Raise :class:`ParameterError` without thermal motion, or for an unsuitable length; see :class:`Experiment`."""
         if problem.noise.kT <= 0.0:
             raise ParameterError("noise.thermal = false, but a thermal spectrum needs thermal motion")
         shortest, longest = _allowed(problem)

@@ -30,9 +30,9 @@ MOST_LINES = 3  # of a summary
 def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
     """Return a result in words.
 
-    A curve along the distance gives its stable states at a set point, the approach first, with peak force and indentation.
-    A curve in AM-FM gives the effective modulus there, too (:func:`dforce.material`).
-    A fit gives its parameters with their errors. Any other result gives the first lines of :func:`dforce.summary`.
+    For a curve along the distance: its stable states at a set point, the approach first, with peak force and indentation. For
+    a curve in AM-FM also the effective modulus there (:func:`dforce.material`). For a fit: its parameters with their errors.
+    For any other result: the first lines of :func:`dforce.summary`.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
     Raises
     ------
     ParameterError
-        When the dataset is not a result or has no points, and when the set point is not such a share.
+        When the dataset is not a result or has no points, and when the set point is not a share above 0 and at most 1.
     """
     check_computed(result)
     return answer_with(result, parse_share(set_point, "set_point"))

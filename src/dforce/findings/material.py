@@ -59,16 +59,16 @@ def material(curve: xr.Dataset, model: Literal["hertz", "punch", "cone"] = "hert
     Returns
     -------
     xarray.Dataset
-        `E_eff` (Pa), `estimated_indentation` (m), `estimated_viscosity` (Pa s, as of `kelvin_voigt`) and `loss_tangent`; NaN
-        where tone 1 or mode 2 is attracted. `neglected` along `effect`: the neglected effects as shares. Simulated
-        values: `true_E_eff`, `true_indentation`, `true_viscosity`.
+        `E_eff` (Pa), `estimated_indentation` (m), `estimated_viscosity` (Pa s, as in `kelvin_voigt`) and `loss_tangent`; NaN
+        where tone 1 or mode 2 is attracted. `neglected` along `effect`: the size of each neglected effect, as a share. For
+        comparison the simulated values: `true_E_eff`, `true_indentation`, `true_viscosity`.
 
     Raises
     ------
     ParameterError
-        When the curve is not of two tones whose second is locked, or the tip lacks a radius or half angle.
+        When the curve does not have two tones with the second locked, or the tip lacks a radius or half angle.
 
-    Source: derived here; R. Garcia, R. Proksch, Eur. Polym. J. 49, 1897 (2013) have the paraboloid on resonance.
+    Source: derived here; R. Garcia, R. Proksch, Eur. Polym. J. 49, 1897 (2013) for the paraboloid on resonance.
     """
     import xarray as xr
 

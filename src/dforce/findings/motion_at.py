@@ -49,8 +49,8 @@ UNSETTLED = "The motion did not settle here. The picture shows a part of it, whi
 def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | None = None) -> xr.Dataset:
     """Return the motion at one point of a result, as traces over two periods of the first tone.
 
-    The search starts from the motion in the result, or from the amplitudes, phases and harmonics of the point. It finds the
-    periodic orbit if one exists, stable or not, else the settled transient. The motion is the state of the point; otherwise an
+    The search starts from the motion in the result, or from the amplitudes, phases and harmonics of the point. It returns the
+    periodic orbit if one exists, stable or not, else the settled transient. If this motion is not the state of the point, an
     error is raised.
 
     Parameters
@@ -63,17 +63,18 @@ def motion_at(point: xr.Dataset, progress: Callable[[int, int, str], None] | Non
     Returns
     -------
     xarray.Dataset
-        Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as in a dwell, and its
-        scalars; `force_part` over `interaction`; tones with another common period are recorded until they repeat.
-        ``attrs["note"]`` is a sentence if no experiment shows this motion, else empty. ``attrs["periods"]`` is the number of
-        periods of the first tone; ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) are for a drawing of the tip.
+        Over `time`: `deflection`, `mode_deflection`, `velocity`, `distance`, `force`, `indentation`, as in a dwell, and
+        `force_part` over `interaction`; also the scalars of a dwell. Tones with a longer common period are recorded until
+        they repeat, up to 20 periods. ``attrs["note"]`` is a sentence if the state is unstable or did not settle, else empty.
+        ``attrs["periods"]`` is the number of periods of the first tone; ``attrs["a0"]`` and ``attrs["tip_radius"]`` (m) are
+        for a drawing of the tip.
 
     Raises
     ------
     ParameterError
         When the argument is not one point of a result, or contains no case.
     ResultError
-        When the point has no motion, or the motion was not found again.
+        When the point has no motion, the case has thermal noise, or the motion was not found again.
     """
     case, problem = _origin(point)
     if case.solver.integrator == "langevin":

@@ -22,7 +22,7 @@ DPI = 72  # of the picture: small, and its words can still be read
 
 @dataclass(frozen=True)
 class Report:
-    """What a result says in short; a notebook shows it with a picture.
+    """A result in short; a notebook shows it with a picture.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Report:
     title
         Its title.
     findings
-        What a reader looks for first (:func:`dforce.summary`).
+        The main findings (:func:`dforce.summary`).
     advice
-        Where the result stops meaning what it seems to say.
+        The advice in the result (:func:`dforce.advice`).
     """
 
     dataset: xr.Dataset
@@ -42,7 +42,7 @@ class Report:
     advice: tuple[Advice, ...]
 
     def picture(self) -> bytes:
-        """Return the picture that says most about the result (:func:`dforce.plot.overview`), as PNG."""
+        """Return the picture of the whole result (:func:`dforce.plot.overview`), as PNG."""
         from dforce import plot  # matplotlib is slow to load, and a terminal shows no picture
 
         file, sheet = io.BytesIO(), plot.Sheet()
@@ -77,5 +77,11 @@ class Report:
 
 @checked
 def report(result: xr.Dataset) -> Report:
-    """Return a short report of a result or a sweep; a notebook draws it with a picture."""
+    """Return a short report of a result or a sweep: findings and advice; a notebook adds a picture.
+
+    Raises
+    ------
+    ParameterError
+        As :func:`summary`.
+    """
     return Report(result, str(result.attrs.get("title", "")), tuple(summary(result)), tuple(advice_in(result)))

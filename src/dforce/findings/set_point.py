@@ -33,11 +33,10 @@ def at_set_point(
 
     .. math:: A / A_0 = \text{set point}
 
-    A state is solved from two neighboring points of a curve along the distance, or of branches, with the parameter as one
-    more unknown; then `solved` is True. Motions found in time and frequency sweeps are read on a straight line between the
-    points. No state is sought across a jump or beside a point that did not settle. The result lists
-    its jumps. If the states are not carried from point to point, or have no orbits, a sudden step counts as a jump
-    (:func:`dforce.summary`).
+    Between two neighboring points of a curve along the distance, or of branches, the state is solved, with the parameter as one
+    more unknown; then `solved` is True. For frequency sweeps and for motions found in time, the state is interpolated linearly
+    between the points. No state is sought across a jump or beside a point that did not settle. A curve contains its jumps; if
+    its states are not carried from point to point, or have no orbits, a sudden step counts as a jump (:func:`dforce.summary`).
 
     Parameters
     ----------
@@ -60,8 +59,8 @@ def at_set_point(
     Raises
     ------
     ParameterError
-        When the result has no points, is not a curve with an amplitude ratio, or lacks a quantity, and when the set point is
-        not such a share.
+        When the result has no points, is not a curve with an amplitude ratio, or lacks a quantity. Also when the set point is
+        not a share above 0 and at most 1.
     """
     if frequency_shift is not None:
         if SHIFT not in result:
@@ -199,7 +198,7 @@ def without_states(states: xr.Dataset) -> xr.DataArray:
 def regime(point: xr.Dataset) -> str:
     """Return whether the force is net attractive or net repulsive in the motion at one point of a result.
 
-    It follows from the sign of the first mode's virial; at resonance it is equivalent to a phase lag above or below 90°.
+    The sign of the virial of the first mode decides. At resonance this is equivalent to a phase lag above or below 90°.
 
     Returns
     -------

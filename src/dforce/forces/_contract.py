@@ -41,7 +41,7 @@ INTERACTIONS = (
 
 
 class Force(Parameters):
-    r"""A tip–sample force, declared once and used everywhere.
+    r"""A tip–sample force: one class for runs, case files, checks and pages.
 
     A subclass is a frozen pydantic model: its docstring is its page, its fields are its parameters
     (:func:`dforce.param`, :func:`dforce.shared`), and `law` is its physics. See ``hertz.py`` for a short
@@ -60,16 +60,17 @@ class Force(Parameters):
         `potential(d, *arguments)`
             the energy U (J); then the law must equal -dU/dd.
         `kinks()`, `jumps()`
-            distances (m) at which the law is not smooth, and the subset at which it is not continuous; solvers place a step on
-            them if possible. `is_rooted`: whether the law is like a square root of the distance beside a kink, by default found
-            numerically.
+            distances (m) at which the law is not smooth, and the subset at which it is not continuous; solvers end a step on
+            them if possible. `is_rooted`: whether the law is like a square root of the distance beside a kink; by default a
+            numerical test decides.
         `memory`, `evolve(d, rate, t, memory, change, *arguments)`
             number of state variables (a property, or a class attribute), and the function that writes their
             rates of change (per second) into `change`; the law then takes `memory` after `t`. `memory_scale` is the scale of
             tolerances (in the unit of the states). States start at zero, the relaxed sample. `rates` are the relaxation
             rates (1/s) of the states. For a row of equal elements `rates` lists one element alone. Solvers resolve the
-            fastest, and foretell by all where the states come to rest. Without them a fast relaxation may be missed.
-            `recovery_time` is the time in which a free surface returns: where it is too long no periodic motion is sought.
+            fastest rate, and predict the resting states from all rates. Without `rates` a fast relaxation may be missed.
+            `recovery_time` is the mean time (s) in which a free surface returns. A case with too long a time is refused, unless
+            ``method = "transient"``.
         `switch(latched, d, rate, t, *arguments)`
             for a force with two branches (with and without a neck): the branch changes where the value of this function becomes
             positive, also at the start of a motion. The law then takes `latched` (0.0 or 1.0) after `t` (and after `memory`),
@@ -132,17 +133,17 @@ class Force(Parameters):
 
     @property
     def rates(self) -> tuple[float, ...]:
-        """Inverse relaxation times of the states of one element (1/s); none without a memory, or where they are not known."""
+        """Inverse relaxation times of the states of one element (1/s); empty without a memory, or if they are unknown."""
         return ()
 
     @property
     def recovery_time(self) -> float:
-        """Mean time (s) in which a free surface returns, infinite where it never does; 0 where that is not known."""
+        """Mean time (s) in which a free surface returns: infinite if it never returns, 0 if the time is unknown."""
         return 0.0
 
     @property
     def fastest_rate(self) -> float:
-        """Inverse of the shortest relaxation time of the memory (1/s); 0 without a memory."""
+        """Inverse of the shortest relaxation time of the memory (1/s); 0 without `rates`."""
         return max(self.rates, default=0.0)
 
     @property
@@ -152,7 +153,7 @@ class Force(Parameters):
 
     @property
     def own_frequency(self) -> float | None:
-        """Frequency (Hz) with which the force of a given motion alternates; None where it does not, or that is not known."""
+        """Frequency (Hz) at which the law alternates in time; None if it does not, or if the frequency is unknown."""
         return None
 
     @property
@@ -167,7 +168,7 @@ class Force(Parameters):
         return not self.timed and type(self).__module__.startswith(__package__ + ".") and self.name != "custom"
 
     def law_function(self) -> Callable[..., float]:
-        """Return the law of this force: the law of its class, unless it depends on parameters."""
+        """Return the law of this force: the law of its class, unless the law depends on the parameters."""
         return type(self).law
 
     def leading(self) -> tuple[str, ...]:
@@ -175,11 +176,11 @@ class Force(Parameters):
         return _leading(type(self), self.law_function())
 
     def arguments(self) -> tuple[str, ...]:
-        """Return the other arguments of the law."""
+        """Return the further arguments of the law: names of fields and properties."""
         return names_of(self.law_function())[len(self.leading()) :]
 
     def parts(self) -> tuple[Force, ...]:
-        """Return bound forces of one interaction each that add up to this force; itself where it has no such parts."""
+        """Return the bound forces that add up to this force, one for each interaction; by default the force itself."""
         return (self,)
 
     def kinks(self) -> tuple[float, ...]:
@@ -211,7 +212,7 @@ class Force(Parameters):
         return bound
 
     def needed(self, field: str) -> float:
-        """Return the number in a field, or raise :class:`ParameterError` with its name."""
+        """Return the number in a field; raise :class:`ParameterError` if it is missing."""
         value = getattr(self, field)
         if value is None:
             raise ParameterError(f"{self.name} needs {self.shared_fields().get(field, field)}, which is missing")
@@ -227,7 +228,7 @@ class Force(Parameters):
         return tuple(tuple(map(float, value)) if isinstance(value, tuple) else float(value) for value in given)
 
     def numbers(self) -> tuple[float, ...]:
-        """Return the arguments as a flat tuple."""
+        """Return the arguments of the law in SI as a flat tuple of numbers."""
         row: list[float] = []
         for value in self.values():
             row.extend(value if isinstance(value, tuple) else (value,))

@@ -51,7 +51,7 @@ def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
     Raises
     ------
     ParameterError
-        When the file does not exist.
+        When the file does not exist, cannot be read, or is not a Python file (``.py``).
     ForceError
         When the file fails, defines no force model, or defines a model against the contract.
     """

@@ -19,7 +19,7 @@ from dforce.instrument.modes import ModeNumbers
 
 
 class Piezo(Parameters):
-    """The piezo under the base, an oscillator: far below its resonance the base follows the drive."""
+    """The piezo under the base, as an oscillator. Far below its resonance the base follows the drive."""
 
     f0: Number = param(unit="Hz", symbol="f_p", above="0 Hz", high="10 GHz", doc="resonance frequency of the piezo")
     Q: Number = param(unit="1", symbol="Q_p", above=0.0, high=1e9, doc="quality factor of the piezo")

@@ -15,7 +15,7 @@ from dforce.core.parameters import Numbers, Parameters, param
 
 
 class Drift(Parameters):
-    """Measured changes of a lever near the sample, before contact: Q, the free amplitude, or both."""
+    """Measured changes of Q, of the free amplitude, or of both, near the sample and before contact."""
 
     title_of: ClassVar[str] = "cantilever.drift"
     example: ClassVar[Mapping[str, Any]] = {"zc": ["0 um", "5 um"], "Q": [180, 200]}

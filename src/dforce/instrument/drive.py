@@ -120,7 +120,7 @@ class Tone(Operated):
 
 
 class Drive(Operated):
-    """The drive: one tone by `A0` (`frequency`, `mode`, `phase`), or `tones`; each a force at the tip, or base excitation."""
+    """The drive: one tone (`A0`, `frequency`, `mode`, `phase`) or several `tones`, by a force on the tip or by the base."""
 
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "one tone": ("A0", "base_amplitude", "frequency", "mode", "phase", "lag", *Operated.model_fields),
@@ -217,13 +217,13 @@ class Drive(Operated):
             raise ParameterError('drive.base_amplitude needs base excitation; write excitation = "base"')
 
     def base(self) -> BaseMotion | None:
-        """Return the motion of the base; None under a force."""
+        """Return the motion of the base; None if a force drives the tip."""
         if self.excitation == "force":
             return None
         return BaseMotion(self.fluid_follows, *((self.piezo.f0, self.piezo.Q) if self.piezo else ()))
 
     def resolve(self, modes: tuple[ModeNumbers, ...], readout: Readout) -> tuple[ToneNumbers, ...]:
-        """Return the tones with mode, frequency, force and base filled in.
+        """Return the tones in SI, each with its mode, its frequency, and the amplitudes of force and base.
 
         Raises
         ------

@@ -24,7 +24,7 @@ DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies are those in air
 
 
 class Mode(Parameters):
-    """One eigenmode of the cantilever, a point mass m = k / (2 pi f0)^2 on a spring with viscous damping."""
+    """One eigenmode of the cantilever: a point mass k / (2 pi f0)^2 on a spring k, with viscous damping."""
 
     f0: Number = param(unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency without damping")
     k: Number = param(unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant of the mode")
@@ -195,7 +195,7 @@ class Cantilever(Parameters):
 
     @property
     def sizes(self) -> tuple[float, float] | None:
-        """Length and width (m) of a beam or a shipped cantilever; None where they are not known."""
+        """Length and width (m) of a beam or a shipped cantilever; None if they are unknown."""
         known: Beam | Probe | None = self.beam
         if self.name is not None and self.library is None:
             known = cantilevers()[self.name]
@@ -203,7 +203,7 @@ class Cantilever(Parameters):
 
     @property
     def normal_factor(self) -> float:
-        """Spring constant along the normal of the sample over that along the normal of the lever."""
+        """Ratio of spring constants of a tilted lever: along the normal of the sample over along its own normal."""
         return normal_factor(self.tilt if self.beam is None else self.beam.tilt)
 
     def resolve(self, medium: Medium) -> tuple[ModeNumbers, ...]:
@@ -212,7 +212,7 @@ class Cantilever(Parameters):
         Raises
         ------
         ParameterError
-            When a cantilever by name has no Q, and the medium is not a gas with a known Q.
+            When a Q is missing and does not follow from the medium, or a higher mode has no f0 in a liquid.
         """
         if self.beam is not None:
             return self.beam.resolve(medium)

@@ -68,7 +68,7 @@ class Noise(Parameters):
     )
 
     def resolve(self, temperature: float) -> NoiseNumbers:
-        """Return the numbers at a temperature (K)."""
+        """Return the noise in SI at a temperature (K)."""
         return NoiseNumbers(temperature, self.thermal, self.detector or 0.0, self.bandwidth, self.poles, self.seed)
 
 

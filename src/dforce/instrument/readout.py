@@ -32,7 +32,7 @@ class ReadoutNumbers:
 
 
 class Readout(Parameters):
-    """The detector: amplitude and phase of a result, A0 and the set point refer to its signal."""
+    """The detector. Amplitude and phase of a result, A0 and the set point refer to its signal."""
 
     kind: Literal["deflection", "optical_lever", "interferometer"] = pydantic.Field(
         default="deflection",
@@ -81,7 +81,7 @@ class Readout(Parameters):
         return self
 
     def sensitivities(self, modes: int) -> tuple[float, ...]:
-        """Return the weight of each mode's deflection, before calibration of single modes.
+        """Return the weight of each mode's deflection in the signal, before each mode is calibrated by itself.
 
         Raises
         ------
@@ -98,11 +98,11 @@ class Readout(Parameters):
         return given
 
     def weights(self, modes: int, mode: int) -> tuple[float, ...]:
-        """Return the weight of each mode at a tone of one mode (counted from 0)."""
+        """Return the weight of each mode in the signal at the tone of `mode` (counted from 0)."""
         given = self.sensitivities(modes)
         return tuple(one / given[mode] for one in given) if self.calibrated == "each_mode" else given
 
     @property
     def sees_base(self) -> float:
-        """Weight of the base's motion."""
+        """Weight of the base's motion in the signal: 1 for an interferometer, else 0."""
         return 1.0 if self.kind == "interferometer" else 0.0

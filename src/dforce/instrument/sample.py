@@ -17,7 +17,7 @@ A0_DEFAULT = "0.165 nm"
 
 
 class Sample(Parameters):
-    """The sample, by name (`sample = "polystyrene"`) or by numbers; flat and thick, unless a force asks for more."""
+    """The sample, by name (`sample = "polystyrene"`) or by numbers. It is flat and thick, unless a force needs its size."""
 
     name: str | None = words(
         None,
@@ -61,7 +61,7 @@ class Sample(Parameters):
 
 
 class Contact(Parameters):
-    """The start of contact, equal for all forces."""
+    """The start of contact, the same for all forces."""
 
     a0: Number = param(
         A0_DEFAULT, symbol="a_0", above="0 nm", high="10 nm", doc="intermolecular distance; contact is at d < a0"

@@ -46,10 +46,10 @@ def calibrate(
 ) -> xr.Dataset:
     r"""Return a measured curve with its noise, its free amplitude, and phases that are 90° (or the free lag) far away.
 
-    Each step adds a sentence to the attribute `history`. The heights are corrected for the delay of the lock-in. The free part
-    is the farthest stretch without a change; it contains the noise. A drift of the free part is subtracted, and its phase is
-    the reference. Every point is checked without a model: :math:`\sin\phi \ge A/A_0`. Virial and dissipated energy follow from
-    k and Q, if known.
+    Each step adds a sentence to the attribute `history`. The heights are corrected for the delay of the lock-in. The free
+    part is the farthest stretch without a change; its scatter is the noise. A drift of the free part is subtracted, and the
+    free phase is the reference. Every point is checked without a model: at resonance :math:`\sin\phi \ge A/A_0`. Virial and
+    dissipated energy follow from k and Q, if known.
 
     Parameters
     ----------
@@ -65,15 +65,15 @@ def calibrate(
     free_part
         Lowest and highest height of the free part (m, or texts with units), instead of a search.
     free_amplitude
-        Free amplitude (m), for a curve without a free part, or instead of the measured value.
+        Free amplitude (m, or text with a unit), for a curve without a free part, or instead of the measured value.
     free_phase
-        Phase of the free motion (degrees, or text with a unit), likewise; in the convention of `data`.
+        Phase of the free motion (degrees, or text with a unit), in the same cases; in the convention of `data`.
     errors
-        Errors of a point instead of the measured noise: ``{"amplitude": "60 pm", "phase": "0.3 deg"}``.
+        Standard deviations of a point instead of the measured noise: ``{"amplitude": "60 pm", "phase": "0.3 deg"}``.
     baseline
-        ``"line"``: subtract a drift of the free part as a straight line; ``"none"``: refuse it.
+        ``"line"``: subtract a drift of the free part as a straight line; ``"none"``: refuse a drift.
     delay, speed
-        Delay of the lock-in (s), and the speed of the heights (m/s) if the curve has no `time`.
+        Delay of the lock-in (s), and the speed of the heights (m/s) if the curve has no `time`; or texts with units.
 
     Returns
     -------
@@ -86,7 +86,9 @@ def calibrate(
     Raises
     ------
     ParameterError
-        If a necessary setting is missing, or a drift is refused.
+        If a necessary setting is missing, a drift is refused, or `data` is not a measured curve or already calibrated.
+    ResultError
+        If `data` contains numbers that are not finite.
     """
     _check(data, baseline, delay, speed)
     given = Given(

@@ -1,11 +1,4 @@
-r"""Virial and dissipated energy at each measured point, free of any model of the force.
-
-.. math:: V = \tfrac{1}{2} k A \left[ (1 - r^2) A - g A_0 \cos\phi \right], \qquad
-          E = \pi k A \left[ g A_0 \sin\phi - r A / Q \right], \qquad g = \sqrt{(1 - r^2)^2 + r^2 / Q^2}
-
-with the drive frequency over the resonance frequency, r. Exact for a mode that a force drives, whatever the harmonics:
-A. San Paulo and R. Garcia, Phys. Rev. B 64, 193411 (2001); J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998).
-"""
+"""Virial and dissipated energy at each measured point, free of any model of the force."""
 
 from __future__ import annotations
 
@@ -59,20 +52,33 @@ def passive_margin(lever: Lever, amplitude: Array, lag: Array) -> Array:
 
 @checked
 def energy(data: xr.Dataset) -> xr.Dataset:
-    """Return virial and dissipated energy at each point of a calibrated curve, with their errors.
+    r"""Return virial and dissipated energy at each point of a calibrated curve, with their errors.
 
-    `virial_error` and `dissipated_energy_error` are random errors, from the noise of each point. `..._common_error` are
-    systematic errors, common to all points: from the known errors of free amplitude, phase offset, k and Q.
+    .. math:: V = \tfrac{1}{2} k A \left[ (1 - r^2) A - g A_0 \cos\phi \right], \qquad
+              E = \pi k A \left[ g A_0 \sin\phi - r A / Q \right], \qquad g = \sqrt{(1 - r^2)^2 + r^2 / Q^2}
+
+    with the ratio r of drive frequency to resonance frequency; r = 1 if one of them is unknown. Both equations are exact for a
+    mode that a force drives, with any harmonics.
 
     Parameters
     ----------
     data
         The result of :func:`dforce.calibrate`, with `k` and `Q`.
 
+    Returns
+    -------
+    xarray.Dataset
+        Along `point`: `virial` and `dissipated_energy` (J, per period). `virial_error` and `dissipated_energy_error` (J) are
+        random errors, from the noise of each point. `virial_common_error` and `dissipated_energy_common_error` (J) are
+        systematic errors, common to all points: from the known errors of free amplitude, phase offset, k and Q.
+
     Raises
     ------
     ParameterError
         For a curve that is not calibrated, or without k or Q.
+
+    Sources: A. San Paulo, R. Garcia, Phys. Rev. B 64, 193411 (2001); J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613
+    (1998).
     """
     import xarray as xr
 

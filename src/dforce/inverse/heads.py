@@ -13,6 +13,7 @@ from dforce.core.errors import checked
 from dforce.core.listing import Shown, aligned, html_table
 from dforce.inverse.curve import height_sign
 from dforce.inverse.guessing import Guess, guess_curve, guess_spectrum
+from dforce.inverse.placing import split_curves
 from dforce.inverse.readers import content_of, tables_in
 from dforce.inverse.table import MeasuredTable
 from dforce.inverse.words import amplitude_kind
@@ -48,24 +49,24 @@ class HeadColumn:
 
 @dataclass(frozen=True, repr=False)
 class FileHead(Shown):
-    """The head of a file.
+    """The head of a measured file.
 
     Attributes
     ----------
     kind
-        ``"curve"`` or ``"thermal spectrum"``.
+        Content: ``"curve"`` or ``"thermal spectrum"``.
     format
-        Kind of file, in words.
+        Format of the file, in words.
     curves
-        Number of curves in the file; the columns are of the first.
+        Number of curves in the file.
     columns
-        Its columns, in their order.
+        Columns of the first table in the file, in their order.
     height_grows
-        Guess of the sign of the heights, as in :func:`dforce.read_measured`; None if neither file nor curve shows it.
+        Guess of the sign of the heights, as in :func:`dforce.read_measured`; None if neither file nor curve shows the sign.
     amplitude_is
-        ``"rms"`` or ``"peak"`` by the heading; None if it shows neither.
+        ``"rms"`` or ``"peak"`` by the heading; None if the heading has neither.
     phase_convention
-        Convention of the phases in the notes of the file; None without one.
+        Convention of the phases in the notes of the file; None if they have none.
     """
 
     kind: str
@@ -81,12 +82,12 @@ class FileHead(Shown):
         return {column.quantity: self.name_of(column) for column in self.columns if column.quantity}
 
     def name_of(self, column: HeadColumn) -> str:
-        """Return the name by which a reader finds a column: with its unit, where others have the same name."""
+        """Return the name by which a reader finds a column: with its unit, if another column has the same name."""
         alone = sum(other.name == column.name for other in self.columns) == 1
         return column.name if alone or not column.unit else f"{column.name} ({column.unit})"
 
     def rows(self, count: int = ROWS) -> list[tuple[str, ...]]:
-        """Return the first rows as text, six digits of each number."""
+        """Return the first rows as text, each number with six digits."""
         return [
             tuple(_cell(value) for value in row)
             for row in zip(*(one.values[:count] for one in self.columns), strict=True)
@@ -115,8 +116,8 @@ def _cell(value: object) -> str:
 def file_head(path: str | os.PathLike[str]) -> FileHead:
     """Return the columns of a measured file with their first rows, and a guess of the quantity in each.
 
-    The guess is made by names and units: ``Ph``, ``Ampl.`` and ``Piezo Z`` are phase, amplitude and height. A column never has
-    two quantities. Pass what you confirm to :func:`dforce.read_measured` or :func:`dforce.thermal_tune`.
+    The guess follows from names and units: ``Ph``, ``Ampl.`` and ``Piezo Z`` are phase, amplitude and height. A column never
+    has two quantities. Pass the confirmed columns to :func:`dforce.read_measured` or :func:`dforce.thermal_tune`.
 
     Parameters
     ----------
@@ -144,12 +145,18 @@ def head_of(tables: list[MeasuredTable], name: str) -> FileHead:
     return FileHead(
         SPECTRUM if spectrum else CURVE,
         str(table.reader),
-        len(tables),
+        len(tables) if spectrum else sum(_curves_in(one, name) for one in tables),
         columns,
         None if spectrum else _height_grows(guesses, table, name),
         amplitude_kind(guesses["amplitude"].column.name) if "amplitude" in guesses else None,
         table.notes.get("phase_convention"),
     )
+
+
+def _curves_in(table: MeasuredTable, name: str) -> int:
+    """Return the number of curves in a table, as a reader finds them."""
+    sure = {quantity: guess.column for quantity, guess in guess_curve(table).items() if guess.sure}
+    return len(split_curves(table, sure, name))
 
 
 def _height_grows(guesses: Mapping[str, Guess], table: MeasuredTable, name: str) -> str | None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from dforce.core.errors import DForceError, ParameterError, ResultError, checked, shorten
 from dforce.inverse.curve import Asked, Told, curve_of
-from dforce.inverse.placing import split_curves
+from dforce.inverse.placing import place, split_curves
 from dforce.inverse.readers import content_of, own, tables_in
 from dforce.inverse.table import MeasuredTable
 
@@ -40,8 +40,8 @@ def read_measured(
 ) -> xr.Dataset:
     """Return a measured curve of amplitude and phase against height.
 
-    Text, HDF5, results of dForce, and files of the makers in ``dforce read --help``. If something is missing, dForce asks in a
-    sentence and never guesses. The attribute `history` lists each step.
+    It reads text, HDF5, results of dForce, and files of the makers in ``dforce read --help``. If something is missing, dForce
+    asks in a sentence and never guesses. The attribute `history` lists each step.
 
     Parameters
     ----------
@@ -54,34 +54,35 @@ def read_measured(
     sensitivity
         Sensitivity that converts volts (m/V, or text such as ``"52 nm/V"``).
     amplitude_is
-        ``"peak"`` (zero to peak) or ``"rms"``: the amplitudes in the file.
+        Kind of the amplitudes in the file: ``"peak"`` (zero to peak) or ``"rms"``.
     phase_convention
         The phases in the file, relative to the lag behind the drive (90° when free at resonance, above in net attraction):
-        ``"lag"``, ``"lag-90"``, ``"90-lag"`` or ``"lead"``. Without it, and without a convention in the file, the phases are
-        unchanged until :func:`dforce.calibrate` gets one.
+        ``"lag"``, ``"lag-90"``, ``"90-lag"`` or ``"lead"``. Without a convention here and in the file, the phases are
+        unchanged: then pass the convention to :func:`dforce.calibrate`.
     height
         ``"sensor"`` or ``"piezo"``, if the file has both; default: the sensor.
     height_grows
-        ``"away"`` from the sample or ``"toward"`` it; default: as in the files of the maker, else from the end with a falling
-        amplitude. An ambiguous curve is refused.
+        Direction of larger heights: ``"away"`` from the sample or ``"toward"`` the sample. Default: as in the files of the
+        maker, else from the curve, whose amplitude falls toward the sample. An ambiguous curve is refused.
     direction
-        ``"approach"`` or ``"retract"``, for a file with one direction and no name for it.
+        ``"approach"`` or ``"retract"``, for a file with one direction that is not named there.
     curve
-        Number of the curve, from 1, in a file with several; :func:`read_curves` returns all.
+        Number of the curve, from 1, in a file with several curves; :func:`read_curves` returns all curves.
 
     Returns
     -------
     xarray.Dataset
         Along `point`, in the order of the measurement: `height` (m, larger is farther from the sample), `amplitude` (m, zero to
         peak), `phase` (degrees); the coordinate `direction`. If the file has them, also `amplitude_2`, `phase_2`, `deflection`
-        (m), `frequency`, `frequency_shift` (Hz), `excitation`, `time` (s), `branch` (1 attractive, -1 repulsive).
+        (m), `frequency`, `frequency_shift` (Hz), `excitation`, `time` (s), `branch` (1 attractive, -1 repulsive). Attributes:
+        settings in the file, such as `k`, `f0` and `Q`, and `history`.
 
     Raises
     ------
     ResultError
         For a file that cannot be read, is incomplete, or contains no curve: with the row and the reason.
     ParameterError
-        If a necessary setting is missing in the file.
+        If a necessary setting is missing in the file, or a setting is not allowed.
     """
     asked = Asked.of(
         {
@@ -106,7 +107,7 @@ def read_measured(
 
 @checked
 def read_curves(path: str | os.PathLike[str], **how: Unpack[Told]) -> list[xr.Dataset]:
-    """Return all curves of a file, each as from :func:`read_measured`, with the attributes `x` and `y` (m).
+    """Return all curves of a file, each as from :func:`read_measured`; on a map with the attributes `x` and `y` (m).
 
     A column `curve`, or the columns `x` and `y`, distinguish the curves; in HDF5 each group is a curve, in .nid each row.
 
@@ -165,7 +166,11 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
     if kept is not None:
         whole = _chosen([kept], number, name) if number is not None else kept
         return [lambda: whole]
-    tables = [part for table in tables_in(content, name) for part in split_curves(table, asked.columns, name)]
+    tables = [
+        part
+        for table in tables_in(content, name)
+        for part in split_curves(table, place(table, asked.columns, None, name), name)
+    ]
     if number is not None:
         tables = [_chosen(tables, number, name)]
     source = {"source": Path(path).name, "sha256": hashlib.sha256(content).hexdigest()}

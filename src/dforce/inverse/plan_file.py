@@ -19,7 +19,7 @@ KEYS = ("vary", "set_points", "limits", "goal")
 
 @dataclass(frozen=True)
 class PlanFile:
-    """A plan file: the arguments of :func:`dforce.plan`.
+    """The content of a plan file: the arguments of :func:`dforce.plan`.
 
     Attributes
     ----------

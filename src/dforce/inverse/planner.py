@@ -47,8 +47,8 @@ def plan(
 
     Each operating point is solved: orbit and distance such that :math:`A = s A_0`, for all stable states on the branches of
     each case. With more than 40 cases (13 for forces with memory) only the states on approach and retract are used (see
-    ``attrs["findings"]``). Bisection locates the boundaries of the allowed settings. The plan covers only the ranges. A memory
-    follows the motion: an instability that the memory itself causes is not seen.
+    ``attrs["findings"]``). Bisection locates the boundaries of the allowed settings. A plan contains nothing outside the
+    ranges. A plan does not find an instability that the memory of a force causes.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def plan(
         The case; its experiment is not used.
     vary
         One or two paths with their values, such as ``{"drive.A0": {"start": "1 nm", "stop": "10 nm", "points": 19}}``; a pair
-        ``["1 nm", "10 nm"]`` is a range of 19 values.
+        of texts, ``["1 nm", "10 nm"]``, is a range of 19 values.
     set_points
         Shares :math:`s = A / A_0`: a list, or ``{"start": 0.5, "stop": 0.95, "points": 19}``, the default.
     limits
@@ -74,16 +74,17 @@ def plan(
     -------
     xarray.Dataset
         Over the parameters, `set_point` and `state` (the farthest from the sample first): all scalars, `zc`, `regime`,
-        `others`, `allowed`, `limit_hit` (the first limit that fails). `unsteady` is true where a branch passes a set point
-        without a stable state: motions alternate or beat there, with unknown forces. `room` is the distance from the
-        nearest boundary, in units of the margins (default 5 % and 0.03). `recommended` is the allowed point with the most room,
-        if any. With a goal also `best` and `pareto`; if nothing is allowed, `least_violation`. Along `edge` the located
-        boundaries. Along `time` the motion at the recommended point.
+        `others` (whether another stable state exists at this distance), `allowed`, `limit_hit` (the first limit that fails).
+        `unsteady` is true where a branch passes a set point without a stable state: motions alternate or beat there, with
+        unknown forces. `room` is the distance from the nearest boundary or end of a range, in units of the margins (default 5 %
+        and 0.03). `recommended` is the allowed point with the most room, if any. With one goal also `best`, with any goals
+        `pareto`; if nothing is allowed, `least_violation`. Along `edge` the located boundaries. Along `time` the motion at the
+        recommended point.
 
     Raises
     ------
     ParameterError
-        For an unknown path, more than two paths, unknown limits, and too many points.
+        For an unknown path, more than two paths, unknown limits, too many points, and if no state has any of the set points.
     KeyboardInterrupt
         When the plan is stopped before the states are solved.
     """

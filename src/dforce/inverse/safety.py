@@ -33,14 +33,15 @@ def safe_settings(
 ) -> xr.Dataset:
     """Return peak force and indentation at a set point against the free amplitude, and the amplitudes that keep a limit.
 
-    Of all stable states at the set point (:func:`plan`) the hardest counts. :func:`plan` varies other settings, too.
+    Of all stable states at the set point, the state with the largest peak force counts. :func:`plan` varies other settings,
+    too.
 
     Parameters
     ----------
     result
-        A fit, whose best case is taken, or a case.
+        A case, or a fit with its best case.
     limit
-        Largest peak force (N).
+        Largest peak force (N, or text with a unit).
     set_point
         The share :math:`A / A_0`: 0.8 or ``"80 %"``.
     progress
@@ -49,17 +50,18 @@ def safe_settings(
     Returns
     -------
     xarray.Dataset
-        Over `A0` (m), from an eighth of the free amplitude of the case: `peak_force` (N) and `max_indentation` (m) of the
-        hardest state, `states` (number of stable states), `unsteady` and `allowed`. Where `unsteady` is true motions alternate
-        or beat, with unknown forces. The attribute `findings` lists sentences; doubts about a fit come first.
+        Over `A0` (m), 13 values from an eighth of the free amplitude of the case up to all of it: `peak_force` (N) and
+        `max_indentation` (m) of the counting state. Also `states` (number of stable states), `unsteady` and `allowed`. If
+        `unsteady` is true, motions alternate or beat, with unknown forces. The attribute `findings` lists sentences; doubts
+        about a fit come first.
 
     Raises
     ------
     ParameterError
-        For a result that is neither a fit nor a case, a limit that is no force above 0, a drive without a free amplitude, and
-        cases that :func:`plan` refuses. Also for a fit whose model does not describe the data.
+        For a result that is neither a fit nor a case, a limit that is not a force above 0, and a drive without a free
+        amplitude. Also for a fit whose model does not describe the data, and for a case that :func:`plan` refuses.
     KeyboardInterrupt
-        When it is stopped before the states are solved.
+        When the work is stopped before the states are solved.
     """
     import xarray as xr
 

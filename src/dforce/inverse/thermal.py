@@ -1,12 +1,4 @@
-r"""The thermal tune: f0, Q and the spring constant from the spectrum of the free lever's thermal motion.
-
-.. math:: S(f) = W + \langle z^2 \rangle \frac{2}{\pi f_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0, \qquad
-          k = \frac{k_\mathrm{B} T}{\langle z^2 \rangle}
-
-one-sided (m²/Hz). A lever of light that was calibrated by a force curve reads mode 1 as :math:`s_1 z`, with the slope at the
-end :math:`s_1`: then :math:`k = s_1^2 k_\mathrm{B} T / \langle z^2 \rangle`, and the spring constant of a steady force is
-:math:`12 k / \kappa_1^4`: H.-J. Butt and M. Jaschke, Nanotechnology 6, 1 (1995).
-"""
+"""The thermal tune: f0, Q and the spring constant from the spectrum of the free lever's thermal motion."""
 
 from __future__ import annotations
 
@@ -59,7 +51,7 @@ class ThermalTune:
     f0_error, k_error, Q_error
         Their standard errors: from the fit, and for k also from the errors of temperature and sensitivity.
     k_static
-        Static spring constant (N/m), for a uniform beam.
+        Static spring constant (N/m), if the lever is a uniform beam.
     mean_square
         Thermal mean square of the deflection at the detector (m²).
     background
@@ -127,17 +119,24 @@ def thermal_tune(
     temperature: Any = None,
     band: Sequence[Any] | None = None,
 ) -> ThermalTune:
-    """Return f0, Q and k of a lever from the spectrum of its thermal motion.
+    r"""Return f0, Q and k of a lever from the spectrum of its thermal motion.
+
+    .. math:: S(f) = W + \langle z^2 \rangle \frac{2}{\pi f_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0, \qquad
+              k = \frac{k_\mathrm{B} T}{\langle z^2 \rangle}
+
+    with the one-sided density S and a white background W (m²/Hz). An optical lever calibrated by a force curve measures mode 1
+    as :math:`s_1 z`, with the slope :math:`s_1` at the end: then :math:`k = s_1^2 k_\mathrm{B} T / \langle z^2 \rangle`. The
+    static spring constant is :math:`12 k / \kappa_1^4`.
 
     Parameters
     ----------
     spectrum
-        A file for :func:`dforce.read_measured`, with columns of frequency and density (m²/Hz or m/√Hz, or in volts), or the
-        result of :func:`dforce.thermal_spectrum`. Or frequencies (Hz), an array.
+        A file: of any kind that :func:`dforce.read_measured` reads, with columns of frequency and density (m²/Hz or m/√Hz, or
+        in volts), or a saved result of :func:`dforce.thermal_spectrum`. Or frequencies (Hz), an array.
     density
         Densities at these frequencies, an array of the same length, in `unit`.
     columns
-        Names of the columns: ``{"frequency": ..., "density": ...}``, if their headings are not known.
+        Names of the columns, ``{"frequency": ..., "density": ...}``, if their headings are unknown to dForce.
     unit
         Unit of a density without a unit in its column, and of an array: ``"pm/sqrt(Hz)"``.
     sensitivity
@@ -148,14 +147,16 @@ def thermal_tune(
     temperature
         Temperature (K, or text such as ``"25 degC"`` or ``"298(1) K"``); default: 298.15 K.
     band
-        Lowest and highest frequency of the fit; default: 5 widths of the peak on both sides.
+        Lowest and highest frequency of the fit (Hz, or texts with units); default: 5 widths of the peak on both sides.
 
     Raises
     ------
     ResultError
-        For a file that cannot be read, or a spectrum without a peak.
+        For a file that cannot be read, or a spectrum with too few points or without a clear peak.
     ParameterError
         If a necessary setting is missing in the file, and for arrays of other shapes or without a unit.
+
+    Source: H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995).
     """
     if calibrated not in LEVERS:
         raise ParameterError(f"calibrated = '{shorten(calibrated)}' is not one of {', '.join(LEVERS)}")

@@ -90,13 +90,13 @@ def _asked_folder() -> Path:
 
 
 def kernel_cache() -> KernelCache:
-    """Return the folder of compiled force models, and its size."""
+    """Return the folder of compiled force models, their number and their size (bytes)."""
     folders = _kernels(_asked_folder())
     return KernelCache(_asked_folder(), len(folders), sum(map(_size, folders)))
 
 
 def clear_kernel_cache() -> KernelCache:
-    """Remove all compiled force models from the disk, and return their number and size; they are compiled again when needed."""
+    """Remove all compiled force models from the disk, and return their number and size (bytes); a later run compiles again."""
     before = kernel_cache()
     for folder in (*_kernels(before.folder), before.folder / TEXTS):
         shutil.rmtree(folder, ignore_errors=True)

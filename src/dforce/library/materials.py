@@ -16,14 +16,14 @@ from dforce.core.listing import Shown, aligned, html_table
 
 @dataclass(frozen=True)
 class Material:
-    """A sample known by name, with its nominal values in SI: None where none has a source.
+    """A sample known by name, with its nominal values in SI; None for a value without a source.
 
     Attributes
     ----------
     name, source
-        What it is called, and where its values are from.
+        Name of the material, and source of its values.
     youngs_modulus, low, high
-        Young's modulus (Pa), and the range that the source gives.
+        Young's modulus (Pa), and its range in the source.
     poisson_ratio
         Poisson's ratio.
     hamaker, hamaker_in_water
@@ -78,7 +78,7 @@ NOMINAL = "your sample may differ by the whole range; a Hamaker constant is for 
 
 
 class Materials(Shown, Catalog[Material]):
-    """What :func:`materials` returns: a dict by name, shown as a table."""
+    """The result of :func:`materials`: a dict by name, shown as a table."""
 
     kind = "material"
     listed_by = "dforce materials"
@@ -94,7 +94,7 @@ class Materials(Shown, Catalog[Material]):
 
 @functools.cache
 def materials() -> Materials:
-    """Return the samples known by name, in SI, each with its source; the dict shows itself as a table."""
+    """Return the known samples by name, in SI, each with its source; a notebook draws the dict as a table."""
     text = (resources.files(__package__) / "materials.toml").read_text(encoding="utf-8")
     return Materials({name: _material(name, row) for name, row in tomllib.loads(text).items()})
 

@@ -41,7 +41,7 @@ def sweep(
 ) -> xr.Dataset:
     """Return the result of a case's experiment for many values of its parameters, many cases at once.
 
-    A single approach or dwell is a block of one case; a sweep solves blocks of many cases with the same solver. Cases whose
+    The solver is the same as for a single approach or dwell, but solves blocks of many cases. Cases whose
     forces have no memory and no branches are integrated side by side in vector lanes. Other experiments are done case by case.
     Threads share the work.
 
@@ -53,8 +53,8 @@ def sweep(
         Values by path, such as ``{"sample.youngs_modulus": ["1 GPa", "2 GPa"], "drive.A0": np.linspace(5e-9, 20e-9, 31)}``:
         SI numbers or texts with units, or a range ``{"start": "0.1 GPa", "stop": "10 GPa", "points": 64, "spacing": "log"}``;
         all combinations are computed. Any parameter of the case is possible, and ``experiment.zc`` if it is one distance.
-        Numbers of the instrument, the sample and the forces cost next to nothing a case. Every value of another parameter (a
-        choice, a setting of the solver) builds the case again. Default, without `rows`: the table ``[sweep]`` of the case.
+        Another number of the instrument, the sample or the forces costs hardly any time. Another value of any other parameter
+        (a choice, a setting of the solver) builds the case again. Default, without `rows`: the table ``[sweep]`` of the case.
     workers
         Number of threads; default: one for each core.
     progress
@@ -70,17 +70,17 @@ def sweep(
         Instead of `over`, single cases: columns of plain numbers by path, of equal length; the same as `over` with
         ``along="cases"``.
     at_set_point
-        A share :math:`A / A_0`: the result contains only the states of each curve there, see :func:`dforce.at_set_point`. The
-        `status` of a case is the largest status among its points.
+        A share :math:`A / A_0`: the result contains only the states of each curve at this set point, see
+        :func:`dforce.at_set_point`. The `status` of a case is the largest status among its points.
     store
-        A folder ``"map.zarr"``, or a URL of fsspec, for any number of points. The result is written in blocks of cases, each
-        whole or not at all, instead of kept in memory.
+        A folder ``"map.zarr"``, or a URL of fsspec, for any number of points. The result is not kept in memory, but written in
+        blocks of cases, each whole or not at all.
     client
-        A client of a Dask cluster (:class:`distributed.Client`), or the address of its scheduler, ``"tcp://..."``, whose
-        workers compute the blocks of a store. Only this process writes them.
+        A client of a Dask cluster (:class:`distributed.Client`), or the address of its scheduler, ``"tcp://..."``. The workers
+        compute the blocks of a store; only this process writes them.
     along
         Combination of the values of `over`. ``"combinations"`` (default): all combinations, with a dimension for each path.
-        ``"cases"``: lists of plain numbers with equal length, each position is a case, with one dimension `case`.
+        ``"cases"``: lists of plain numbers with equal length; each position is a case along the dimension `case`.
 
     Returns
     -------
@@ -89,12 +89,13 @@ def sweep(
         or `case` for single cases. Then the dimensions of the experiment, such as `zc` and `direction`. Distances as shares of
         A0 lie along `zc_ratio` if A0 varies, with the coordinate `zc` of each case. Each point has a status; branches have the
         largest status of each case. Jumps of curves lie along `jump`, states of basins along `state`, points of branches along
-        `point`; cases with fewer are filled up (NaN, 0, False or empty text). A store is opened: its numbers are read on use.
+        `point`; cases with fewer are filled up (NaN, 0, False or empty text). With a store, the numbers are read on use.
 
     Raises
     ------
     ParameterError
-        For an unknown path, a value that is not allowed, a case without an experiment, or a `resume` of another sweep.
+        For an unknown path, a value that is not allowed, a case without an experiment or with thermal noise, too many points in
+        memory, or a `resume` of another sweep.
     CaseError
         When the file with the rows cannot be read.
     ResultError

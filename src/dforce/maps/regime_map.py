@@ -57,9 +57,9 @@ def regimes(
 ) -> xr.Dataset:
     r"""Return the regime map: the states at set points over a parameter, with boundaries solved by continuation.
 
-    At each set point :math:`s` the orbit, the distance and the parameter :math:`p` satisfy
-    :math:`P(x, z_c, p) = x` and :math:`A(x, z_c, p) = s A_0`. The states on approach and retract at the listed values are the
-    starts of lines along the parameter. These lines also find states that no approach leads to.
+    At each set point :math:`s` the orbit, the distance and the parameter :math:`p` satisfy :math:`P(x, z_c, p) = x` and
+    :math:`A(x, z_c, p) = s A_0`, with the map :math:`P` of the motion :math:`x` over a period. Lines along the parameter
+    begin at the states on approach and retract, at the listed values. They also find states that no approach leads to.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def regimes(
     -------
     xarray.Dataset
         Over the parameter and `set_point`, or over both parameters: `states`, the number of stable states, and `regime`. The
-        attributes explain the numbers of `regime`: ``"none"``, ``"no contact"`` (net attraction, and the tip never touches),
+        attributes of `regime` explain its numbers: ``"none"``, ``"no contact"`` (net attraction, and the tip never touches),
         ``"attractive"``, ``"both"``, ``"repulsive"``. Along `edge` the boundaries: `edge_kind` (``"fold"``, ``"net force"``,
         ``"contact"``, ``"end"``, ``"instability"``, ``"grazing"``, ``"lost"``), their parameters, distance, phase and forces.
         Along `point` the lines, with `line_stable`. :func:`dforce.plot.map` draws it.
@@ -86,7 +86,8 @@ def regimes(
     Raises
     ------
     ParameterError
-        For an unknown path, more than two paths, and values or set points that are not allowed.
+        For an unknown path, more than two paths, and values or set points that are not allowed. Also for a lock, a lever that
+        changes with distance, tones without a common period, and ``solver.method = "transient"``.
     """
     axes = make_axes(case, over)
     shares = shares_of(set_points)

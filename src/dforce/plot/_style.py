@@ -216,7 +216,7 @@ def save(axes: object, path: str | os.PathLike[str], dpi: float = 150, width: fl
     path
         File to write; its ending chooses the format.
     dpi
-        Points per inch of a PNG.
+        Pixels per inch of a PNG.
     width
         Width of the picture (m), or text with a unit such as ``"85 mm"``; default: the drawn width. The height is scaled in
         proportion, and texts in a narrow picture become smaller, to 70 % at least.

@@ -20,7 +20,8 @@ NO_STATE = "not settled"
 def basins(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> Axes:
     """Draw the starts in the color of their final state, with amplitude, phase and share of each state.
 
-    The legend lists amplitude and phase of one drive tone. If the starts are amplitudes and phases, a dot marks each state.
+    The legend lists amplitude and phase of a drive tone. If the starts are amplitudes and phases, a dot marks each state; for
+    tone 1 only.
 
     Raises
     ------

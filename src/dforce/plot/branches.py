@@ -29,10 +29,10 @@ ENERGIES = ("total_virial", "total_dissipated_energy")
 
 @checked
 def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
-    """Draw the amplitude and phase of all states along the parameter, or what a lock measures: unstable states dashed.
+    """Draw amplitude and phase of all states along the parameter, unstable states dashed.
 
-    Each connected curve has its own color; folds, period doublings and grazing points are marked. Thin lines are motions
-    that repeat only after several periods.
+    Under a lock, the two measured quantities take the place of amplitude and phase. Each connected curve has its own color;
+    folds, period doublings and grazing points are marked. Thin lines are motions that repeat only after several periods.
 
     Raises
     ------
@@ -51,7 +51,9 @@ def branches(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = Non
 
 @checked
 def resonance(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> list[Axes]:
-    """Draw the amplitude and phase of a tone, or what a lock measures, against the frequency, upward and downward.
+    """Draw amplitude and phase of a tone against the frequency, upward and downward.
+
+    Under a lock, the two measured quantities take the place of amplitude and phase.
 
     Raises
     ------

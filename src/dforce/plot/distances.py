@@ -50,10 +50,9 @@ def amplitude_phase(
     """Draw amplitude and phase of a drive tone against the average distance, one above the other.
 
     Approach and retract have their own colors and dashes; points that did not settle have a ring, points
-    without a result a cross. Above the line at 90° the net force is attractive, below it repulsive.
-    `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines behind the curve, unstable
-    states dashed. `measured`, a curve from :func:`dforce.calibrate`, is drawn as gray points, with its heights as average
-    distances.
+    without a result a cross. Above the line at 90° the net force is attractive, below the line repulsive.
+    `states` is a result of :func:`dforce.branches` of the same case: thin black lines behind the curve, unstable states
+    dashed. `measured` is a curve from :func:`dforce.calibrate`: gray points, with its heights as average distances.
 
     Raises
     ------
@@ -122,8 +121,8 @@ def curve(
         One name or several, such as ``["peak_force", "total_dissipated_energy"]``. Quantities in the same unit share an axis.
         All tones, modes or harmonics of a quantity are drawn.
     states
-        A result of :func:`dforce.branches` of the same case: all states, drawn as thin black lines behind the curve, unstable
-        states dashed.
+        A result of :func:`dforce.branches` of the same case. All states are thin black lines behind the curve, unstable states
+        dashed.
 
     Raises
     ------

@@ -18,9 +18,9 @@ FELT = 0.01  # of the largest force: further out there is nothing to see
 
 @checked
 def force_distance(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
-    """Draw the force on the tip against the instantaneous distance over a cycle, both halves of the motion.
+    """Draw the force on the tip against the instantaneous distance, for both halves of the motion.
 
-    A loop between the halves is the dissipated energy. The picture shows only the range of the force.
+    The area of a loop between both halves is the dissipated energy. The picture shows only the range of the force.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def force_curve(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     Parameters
     ----------
     dataset
-        `force` over `distance` and, for both directions, `direction`.
+        The result of :func:`dforce.force_curve`: `force` over `distance`, with or without `direction`.
 
     Raises
     ------

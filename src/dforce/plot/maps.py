@@ -46,13 +46,13 @@ def map(
     Parameters
     ----------
     dataset
-        A sweep with exactly these two parameters: choose the others with ``.isel`` or ``.sel``.
+        A sweep over exactly these two parameters; of further parameters choose a value with ``.isel`` or ``.sel``.
     x, y
         Names of the parameters, such as ``"A0"``; the distance `zc` of curves may be one of them.
     quantity
         Name of the quantity.
     levels
-        Values (SI) of the lines; default: some round values.
+        Values of the lines in SI (phases in degrees); default: some round values.
     figure
         See :mod:`dforce.plot`.
 

@@ -20,8 +20,8 @@ def measured(dataset: xr.Dataset, figure: FigureBase | None = None) -> tuple[Axe
     """Draw amplitude and phase of a measured curve against height, one above the other.
 
     Approach and retract have their own colors and marks; points of the free part (from :func:`dforce.calibrate`) are filled
-    gray. A bar shows one standard error on both sides, if it is larger than a mark. Above the line at 90° the net force is
-    attractive, below it repulsive.
+    gray. A bar shows one standard deviation of a point on both sides, if it is larger than a mark. Above the line at 90° the
+    net force is attractive, below the line repulsive.
 
     Parameters
     ----------

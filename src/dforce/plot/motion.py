@@ -40,14 +40,16 @@ def traces(
     periods: float | None = 3,
     figure: FigureBase | None = None,
 ) -> list[Axes]:
-    """Draw quantities over time in one picture, each with a scale in its color; contact is shaded.
+    """Draw quantities over time in one picture, each with a scale in its color.
+
+    Contact is shaded, except in a picture of the whole record.
 
     Parameters
     ----------
     dataset
         Result of a dwell.
     names
-        One name or several; quantities for each mode are drawn mode by mode on one scale.
+        One name or several. The modes of a quantity are drawn on one scale.
     periods
         Number of the last periods to show; None for the whole record.
 
@@ -128,9 +130,9 @@ def spectrum(
     dataset
         Result of a dwell.
     decibel
-        Show dB relative to the largest line rather than amplitudes.
+        Whether to show dB relative to the largest line, instead of amplitudes.
     up_to
-        Highest frequency (Hz); default: at least ten harmonics and every strong line.
+        Highest frequency (Hz); default: at least ten harmonics, and every line above 0.1 % of the largest.
 
     Raises
     ------

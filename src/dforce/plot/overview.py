@@ -26,16 +26,17 @@ def overview(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
 
     An approach: amplitude and phase of every tone, the forces and the energies against distance. A dwell: traces, spectrum,
     force against distance and phase portrait. A prescribed motion: distance and force over time. Branches: amplitude, phase,
-    forces and energy of all states. A frequency sweep: the resonance curve. A fit: data, model and residuals. A sweep: some of
-    its cases in one picture. All other results have one picture each.
+    forces and energies of all states. A frequency sweep: the resonance curve. A fit: data, model and residuals. A sweep: some
+    of its cases in one picture. Results of :func:`dforce.material` and :func:`dforce.identify` have no picture; other results
+    have one.
 
-    Under an approach, `states`, a result of :func:`dforce.branches` of the same case, are drawn as thin black lines, unstable
-    states dashed.
+    For an approach, `states` may be a result of :func:`dforce.branches` of the same case. All states are then thin black lines
+    behind the curves, unstable states dashed.
 
     Raises
     ------
     ParameterError
-        For any other dataset, and for `states` with another result than an approach, of another case or along another
+        For a dataset without a picture. For `states` with a result that is not an approach, of another case, or along another
         parameter.
     """
     if states is not None:

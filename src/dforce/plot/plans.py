@@ -29,8 +29,9 @@ def plan(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
     """Draw the settings at which the limits of a plan hold, and the failing limit elsewhere.
 
     With one parameter the axes are the parameter and the set point; with two, both parameters at the recommended set point.
-    Black dots are located boundaries of the allowed region. A red dot is the recommended point, a star the best point by the
-    goal. Small circles are the Pareto front, and a cross is the point of least violation if nothing is allowed.
+    Black dots are located boundaries of the allowed region. A red dot is the recommended point, with its margins as a dashed
+    frame; a star is the best point by a single goal. Small circles are the Pareto front of several goals. If nothing is
+    allowed, a cross is the point of least violation.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ def reconstruction(
     formulas
         Whether to draw the forces by the formulas in use.
     width
-        Range of distances (m) from the closest point; default: the range of the force.
+        Range of the distance axis (m), from the closest point on; default: the range of the force.
 
     Raises
     ------

@@ -26,7 +26,7 @@ from dforce.procedures import locked
 from dforce.procedures.found import Found, Layout, dataset, tabled, with_levers
 from dforce.procedures.motion import base_of, rows_of, scales_of, split_rows, states_of
 from dforce.procedures.varied import VariedParameter, varied_by
-from dforce.solvers import locked_search
+from dforce.solvers import locked_orbits
 from dforce.solvers.accuracy import assured
 from dforce.solvers.continuation import Curve
 from dforce.solvers.doubling import doublings
@@ -83,7 +83,7 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
         number, _ = under_way
         if number <= plan.search:
             known = Known(among, curves, searched[number - 1] / among.span)
-            return search(known, check_cancelled, locked_search.candidates if is_locked else candidates)
+            return search(known, check_cancelled, locked_orbits.candidates if is_locked else candidates)
         return doublings(among, curves, plan.largest_step, check_cancelled)
 
     orbits: list[Orbit] = []

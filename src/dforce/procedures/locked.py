@@ -206,7 +206,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
         coarser = {name: value[left] for name, value in values.items()}
         apart = deviations(example, numbers[left], tones[left], coarser, finer).max(axis=1)
         apart = np.maximum(
-            apart, misfit_each(example, finer, *tables(locked, some.unknowns)) * drive(some) * SURE / exact
+            apart, misfit_each(example, finer, *locked.tables(some.unknowns)) * drive(some) * SURE / exact
         )
         better = apart < SHRINKS * error[left]  # else the rest is rounding
         left = left[better]
@@ -218,7 +218,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
         if accuracy is None:
             break
         left = left[error[left] > SURE * accuracy]
-    good = misfit_each(example, values, *tables(locked, states.unknowns)) <= GROSS
+    good = misfit_each(example, values, *locked.tables(states.unknowns)) <= GROSS
     became[there] = np.where(good, graded(error, accuracy), Status.UNRESOLVED)
     for whole, part in zip(found, states, strict=True):
         whole[there] = part
@@ -232,16 +232,11 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     return without_failed(out, became), became
 
 
-def tables(locked: Locked, unknowns: Array) -> tuple[Array, Array]:
-    """Return the kernel's parameters and tone tables of states."""
-    return locked.block.tables_driven(*locked.driven(unknowns))
-
-
 def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Array]:
     """Return the observables of states, which are moved to where they are with so many times the samples."""
     rows = locked.measured(states, times)
     even = weights(locked.block.frequencies, locked.block.common)
-    return finish_each(locked.block.batch.example, locked.block.harmonics, rows, even, *tables(locked, states.unknowns))
+    return finish_each(locked.block.batch.example, locked.block.harmonics, rows, even, *locked.tables(states.unknowns))
 
 
 def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str, Array]) -> dict[str, Array]:
@@ -275,5 +270,5 @@ def _units(locked: Locked, unknowns: Array) -> tuple[Array, Array]:
     """Return the units of the numbers of scaled motions, and the part of each number that is the base's."""
     example, at = locked.block.batch.example, locked.number(unknowns, "frequency")
     length = np.full(len(at), locked.length)
-    base = kernel.base_in_motion(example, tables(locked, unknowns)[1])
+    base = kernel.base_in_motion(example, locked.tables(unknowns)[1])
     return kernel.units_of(example, length, 2.0 * math.pi * at * length), base

@@ -11,8 +11,7 @@ from dforce import kernel
 from dforce.core import units
 from dforce.core.quantities import MOTION
 from dforce.core.stopping import until_stopped
-from dforce.engine.laws import laws_of
-from dforce.engine.over_points import force_over
+from dforce.engine.laws import force_over, laws_of
 from dforce.instrument.operation import HELD
 from dforce.observables import measure
 from dforce.observables.deviation import deviations

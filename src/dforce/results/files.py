@@ -44,9 +44,9 @@ BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names 
 def write(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool = True) -> Path:
     """Write a result to netCDF (``.nc``) or a table (``.csv``), whole or not at all, and return the path.
 
-    netCDF keeps everything for :func:`read`. The table has SI columns with names such as ``amplitude_tone1 (m)``, a row for
-    each distance (and direction) or instant, and the case and versions in comment lines: ``pandas.read_csv(path, comment="#")``
-    reads it.
+    netCDF keeps everything for :func:`read`. The table has columns in SI with names such as ``amplitude_tone1 (m)``, and a row
+    for each distance (and direction) or time. Comment lines contain the case and the versions:
+    ``pandas.read_csv(path, comment="#")`` reads the table.
 
     Raises
     ------

@@ -41,7 +41,7 @@ class Status(enum.IntEnum):
 
     @property
     def meaning(self) -> str:
-        """Return its word in `flag_meanings` of a Dataset."""
+        """The word of the status in `flag_meanings` of a Dataset."""
         return self.name.lower()
 
 
@@ -65,7 +65,7 @@ def graded(error: Array, accuracy: float | None) -> np.ndarray[Any, np.dtype[np.
 
 @checked
 def count_status(dataset: xr.Dataset) -> dict[Status, int]:
-    """Return the number of points of each status in the result."""
+    """Return the number of points of each status in the result; a status without points is left out."""
     values = np.ravel(dataset["status"].values) if "status" in dataset else np.array([])
     return {status: int(np.sum(values == status)) for status in Status if np.any(values == status)}
 

@@ -13,9 +13,9 @@ from dforce.engine.marching import Marched, Marcher, Start
 from dforce.kernel import modes_of
 from dforce.kernel.codegen import CONTACT
 from dforce.solvers.block import DISTANCE, Block
-from dforce.solvers.engine_follow import follow
+from dforce.solvers.engine_follow import Follower
 from dforce.solvers.engine_relax import relaxed
-from dforce.solvers.newton import CONVERGED, FAILED, Orbits
+from dforce.solvers.newton import CONVERGED, FAILED, Orbits, solve_each
 from dforce.solvers.period_map import NOTHING, Slots
 from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.states import States
@@ -227,7 +227,9 @@ class EngineBlock(Block):
         """Follow the stable orbit near each start along `values`; see :meth:`Block.follow`."""
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
         found = self.empty_stretch(starts, at, values.shape, repeats)
-        follow(self, which, values, counts, repeats, found, report)
+        follower = Follower(self, which, values, counts, repeats, found)
+        while follower.step():
+            report(found)
         return found
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
@@ -308,8 +310,5 @@ def bordered(by: Array, normal: Array, miss: Array) -> tuple[Array, Array]:
     matrix[:, size] = normal
     sides = np.zeros((count, size + 1, 2))
     sides[:, :size, 0], sides[:, size, 1] = miss, 1.0
-    regular = np.asarray(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(miss).all(axis=1))
-    regular[regular] = np.abs(np.linalg.det(matrix[regular])) > 0.0
-    out = np.full((count, size + 1, 2), np.nan)
-    out[regular] = np.linalg.solve(matrix[regular], sides[regular])
+    out = solve_each(matrix, sides)
     return out[..., 0], out[..., 1]

@@ -7,7 +7,6 @@ are found side by side, and most of them by one march.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -55,27 +54,12 @@ class Anchor(NamedTuple):
     place: int
 
 
-def follow(
-    block: OrbitFinder,
-    which: Indices,
-    values: Array,
-    counts: Indices,
-    repeats: int,
-    found: Stretch,
-    report: Callable[[Stretch], None],
-) -> None:
-    """Follow the stable orbit near each start, which `found` begins with, along `values` (problems, values).
+class Follower:
+    """Problems on the way along `values` (problems, values), from the stable orbit near each start, with which `found` begins.
 
     The first orbit is sought at the start. A problem without a stable orbit there has ENDED with nothing done. Where a state
     ends, it ends between two anchors: no step between them is as short as SMALLEST.
     """
-    walk = _Walk(block, which, values, counts, repeats, found)
-    while walk.step():
-        report(found)
-
-
-class _Walk:
-    """Problems on the way along their paths."""
 
     def __init__(
         self, block: OrbitFinder, which: Indices, values: Array, counts: Indices, repeats: int, found: Stretch

@@ -9,7 +9,6 @@ followed counts to the unknowns, and each state is sought in a plane: that of a 
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -23,6 +22,7 @@ from dforce.problem import Problem
 from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import with_amplitudes
+from dforce.solvers.newton import solve_each
 from dforce.solvers.period_map import ALL, MOTION
 from dforce.solvers.settings import SolverSettings
 from dforce.solvers.states import States
@@ -169,11 +169,15 @@ class Locked:
         parts = [after.x - before.x, (after.memory - before.memory) / block.memory_scale]
         return np.concatenate([*parts, *(missed[name][:, None] for name in self.held)], axis=1), after.branch, rows
 
+    def tables(self, unknowns: Array) -> tuple[Array, Array]:
+        """Return the kernel's parameters and tone tables of states."""
+        return self.block.tables_driven(*self.driven(unknowns))
+
     def signal(self, unknowns: Array, rows: Array) -> Complexes:
         """Return what the lock-in reads, relative to the drive and in units of the set point."""
         base = np.zeros((len(rows), 1), dtype=complex)
         if self.problem.shaken is not None:
-            base = kernel.base_of(self.block.tables_driven(*self.driven(unknowns))[1])
+            base = kernel.base_of(self.tables(unknowns)[1])
         return np.asarray(held_signals(self.block.batch.example, rows[:, 0], base, self.lock.of_mode)[:, 0])
 
     def derived(self, unknowns: Array, branch: Array) -> tuple[Array, Array, Array]:
@@ -358,12 +362,6 @@ def cubic(unknowns: Array, slope: Array, at: Array) -> Array:
 
 def steps(matrix: Array, missed: Array) -> Array:
     """Return the Newton steps of many states, each in its plane; NaN where there is none."""
-    side = np.zeros(matrix.shape[:2])
-    side[:, : missed.shape[1]] = -missed
-    with contextlib.suppress(np.linalg.LinAlgError):
-        return np.asarray(np.linalg.solve(matrix, side[:, :, None])[:, :, 0])
-    out = np.full(side.shape, np.nan)
-    regular = np.asarray(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(side).all(axis=1))
-    regular[regular] = np.abs(np.linalg.det(matrix[regular])) > 0.0
-    out[regular] = np.linalg.solve(matrix[regular], side[regular, :, None])[:, :, 0]
-    return out
+    side = np.zeros((*matrix.shape[:2], 1))
+    side[:, : missed.shape[1], 0] = -missed
+    return solve_each(matrix, side)[:, :, 0]

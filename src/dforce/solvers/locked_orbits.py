@@ -6,8 +6,9 @@ Frequency and drive change the more, the stiffer the contact is: they count by t
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,9 @@ from dforce.solvers.orbit import FOLD, Orbit
 from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.period_map import ALL, MOTION
 from dforce.solvers.points import StateJump
-from dforce.solvers.search import periods_of_transients
+from dforce.solvers.search import LAGS, Known, of_amplitudes, periods_of_transients
 from dforce.solvers.stability import CRITICAL, STABLE, UNSTABLE
+from dforce.solvers.transient import CancelCheck
 
 FARTHEST = 100.0  # free amplitudes
 LARGEST = 0.1  # of the curve's unit: step through a fold
@@ -232,3 +234,31 @@ def settled(locked: Locked, unknowns: Array, branch: Array) -> tuple[Array, Arra
             unknowns[:, column["drive"]] = push + short / pole - 1.0
         unknowns[:, : locked.block.size] = after.x * kernel.units_of(example, np.ones(len(zc)), speed)
     return unknowns, branch
+
+
+def candidates(known: Known, check_cancelled: CancelCheck) -> Iterator[LockedOrbit]:
+    """Give the states to which controllers lead motions of several amplitudes and phases, for ``search``.
+
+    They are stable under fast controllers, see `settled`; curves lead from them to unstable ones. No sum of indices proves that
+    all are found.
+    """
+    among: Any = known.among
+    assert isinstance(among, LockedRange)
+    check_cancelled()
+    guess, branch = settled(among.locked, *_starts(among.locked, known.value))
+    there = np.flatnonzero(np.isfinite(guess).all(axis=1))
+    found = among.locked.newton(guess[there], branch[there])
+    for i in np.flatnonzero(found.good).tolist():
+        yield among.on_curve(found.take([i]))
+
+
+def _starts(locked: Locked, at: float) -> tuple[Array, Array]:
+    """Return unknowns of free motions at a scaled distance, on each branch of the forces, and these branches."""
+    integrator = locked.block.integrator(0, locked.reference)
+    lags = [math.degrees(locked.lock.phase)] if "phase" in locked.held else LAGS
+    states = of_amplitudes(integrator, at * locked.length, lags)
+    branches = np.array(list(product((0.0, 1.0), repeat=states.branch.shape[1])))
+    unknowns = np.zeros((len(states), len(locked.weights)))
+    unknowns[:, : locked.motion] = np.concatenate([states.x, states.memory / locked.block.memory_scale], axis=1)
+    unknowns[:, -1] = at
+    return np.tile(unknowns, (len(branches), 1)), np.repeat(branches, len(states), axis=0)

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.kernel.linker import uncounted
 from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.period_map import FD_STEP, carry, go_on, march, unrest
@@ -133,6 +134,15 @@ def solve_both(matrix: Any, first: Any, second: Any) -> bool:
         first[k] /= matrix[k, k]
         second[k] /= matrix[k, k]
     return True
+
+
+def solve_each(matrix: Array, sides: Array) -> Array:
+    """Return the solutions of many systems of linear equations, (systems, size, sides); NaN where there is none."""
+    out = np.full(sides.shape, np.nan)
+    regular = np.asarray(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(sides).all(axis=(1, 2)))
+    regular[regular] = np.abs(np.linalg.det(matrix[regular])) > 0.0
+    out[regular] = np.linalg.solve(matrix[regular], sides[regular])
+    return out
 
 
 def longest(vector: Any) -> float:

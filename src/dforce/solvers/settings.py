@@ -87,7 +87,7 @@ class SolverSettings(Parameters):
 
     @staticmethod
     def renewed(given: Any) -> Any:
-        """Return the keys of `[solver]` of an older case as they are written now, and announce the change."""
+        """Return the keys of `[solver]` of an older case under their present names, and announce the change."""
         if isinstance(given, dict) and given.get("integrator") == "adaptive":
             log.announce(
                 'solver.integrator = "adaptive" no longer exists and runs as "engine"; write "engine" in its place.'

@@ -91,10 +91,10 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     case
         Instrument, sample and forces; the cantilever does not bend here.
     distance
-        Distances (m) in any order; the tip goes from the largest to the smallest and back. Default: from the range of the force
-        to the indentation in tapping.
+        Distances (m), shape (n,), in any order; the tip goes from the largest to the smallest and back. Default: 501 from the
+        range of the force to twice the indentation in tapping.
     speed
-        Speed of the tip (m/s, or text with a unit); default 10 nm/s.
+        Speed of the tip (m/s, or text with a unit); default: 10 nm/s.
     zc
         Average distance (m), for a force that depends on the deflection.
 
@@ -107,7 +107,7 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
     Raises
     ------
     ParameterError
-        For fewer than two distances, or numbers that are not finite.
+        For fewer than two distances, numbers that are not finite, or a speed that is not above 0.
     """
     chosen = _number(SPEED if speed is None else speed, "m/s", "speed")
     if chosen <= 0.0:

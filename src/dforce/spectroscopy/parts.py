@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 def force_parts(result: xr.Dataset) -> xr.Dataset:
     """Return the parts of the force in a force curve or a motion, by interaction.
 
-    A force with memory, with two branches, or that depends on time is the total minus all other parts.
+    These forces are the total minus all other parts: forces with memory or two branches, and forces that depend on time. In a
+    result without velocity, such as a force curve, so are forces that dissipate energy.
 
     Parameters
     ----------

@@ -49,25 +49,25 @@ def noisy_motion(
     poles: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Return amplitude and phase of each period under thermal noise, of many runs at once.
+    """Return amplitude and phase of each period under thermal noise, for many runs at once.
 
-    Each run has its own seed and does not depend on the other runs. All start from the motion without noise.
+    Each run has its own seed and does not depend on the other runs. All runs start from the steady motion without noise.
 
     Parameters
     ----------
     case
-        A case, or one point of a result: its motion is the start.
+        A case, or one point of a result whose motion is the start.
     zc
-        Average distance (m, or text with a unit); default: the distance of the point.
+        Average distance (m, or text with a unit) for a case; default: the distance of its dwell. A point has its own distance.
     seeds
-        Number of runs, with seeds from `noise.seed` of the case on, or a list of seeds.
+        Number of runs, with seeds from `noise.seed` of the case on; or a list of seeds.
     periods
         Number of recorded periods of the first tone.
     settling
-        Number of periods before; default: ten decay times of the slowest mode and of the lock-in.
+        Number of periods before the record; default: ten decay times of the slowest mode, and of the lock-in.
     bandwidth, poles
-        Equivalent noise bandwidth (Hz) of a lock-in, far below the drive frequency, and its poles; default: each period by
-        itself.
+        Equivalent noise bandwidth (Hz) of a lock-in, far below the drive frequency, and its poles; default: amplitude and phase
+        of each period alone.
     progress
         See :func:`run`.
 
@@ -75,7 +75,14 @@ def noisy_motion(
     -------
     xarray.Dataset
         `amplitude` (m) and `phase` (degrees), over `seed`, `time` (s) and `tone`, with detector noise; `min_distance` (m) of
-        each run.
+        each run. After Ctrl-C the finished periods, and ``attrs["interrupted"]`` is 1.
+
+    Raises
+    ------
+    ParameterError
+        For numbers that are not allowed, `zc` with a point, and an optical lever without `bandwidth`.
+    ResultError
+        When the result is not one point with a motion.
     """
     import xarray as xr
 

@@ -47,11 +47,11 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
     Parameters
     ----------
     curve
-        A result with the motion at each point: of an approach, a frequency sweep, branches, basins or a dwell.
+        A result with the motion at each point: of an approach, a frequency sweep, branches or a dwell.
     bandwidth
         Equivalent noise bandwidth of the lock-in (Hz, or text with a unit); default: `noise.bandwidth` of the case.
     poles
-        Poles of its low-pass filter; default: `noise.poles` of the case.
+        Number of equal poles of the low-pass filter of the lock-in; default: `noise.poles` of the case.
     progress
         See :func:`run`.
 
@@ -64,14 +64,17 @@ def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, pr
     Raises
     ------
     ParameterError
-        When the bandwidth is missing or above the drive frequency; for the result of a whole sweep.
+        When the bandwidth is missing or above the drive frequency. Also for a whole sweep, a lock, and a force whose memory has
+        too many states.
     ResultError
-        When the result contains no motions.
+        When the result contains no motions, as a result of basins.
     """
     if "over" in curve.attrs and MOTION in curve and curve["status"].ndim > 2:
         raise ParameterError("the noise belongs to one curve; choose one case of the sweep with .sel or .isel")
     if MOTION not in curve.variables:
-        raise ResultError("this result contains no motions, needed for the noise; compute it again")
+        raise ResultError(
+            "this result contains no motions, needed for the noise; compute an approach, a frequency sweep, branches or a dwell"
+        )
     case = case_of(curve)
     case.problem.refuse_lock("the noise along a curve")
     band, count = lock_in_of(case.problem, bandwidth, poles)

@@ -34,8 +34,8 @@ def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
               \langle z_c \rangle = z_0 + \int_{z_0}^\infty (1 - p)\, \mathrm{d} z_c
 
     with the probability p of a free lever, the rate :math:`\Gamma` of :func:`snap_in_rate`, and the distance :math:`z_0` at
-    which the barrier ends: there the lever snaps in without noise. The limits of the rate apply. Near :math:`z_0`, the end of a
-    fast approach, the result is a rough value, and the time of the fall is neglected.
+    which the barrier ends: there the lever snaps in without noise. The limits of the rate apply. On a fast approach the lever
+    snaps in near :math:`z_0`: the result is then a rough value, and the time of the fall is neglected.
 
     Parameters
     ----------
@@ -47,13 +47,14 @@ def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Over `speed`: the mean `snap_in_zc` and its standard deviation `snap_in_spread` (m); `static_snap_in_zc`, the end of the
-        barrier (m). ``attrs["note"]`` is a sentence if the rate is only a bound.
+        Over `speed` (m/s): the mean `snap_in_zc` and its standard deviation `snap_in_spread` (m); `static_snap_in_zc`, the end
+        of the barrier (m). ``attrs["note"]`` is a sentence if the rate is only a bound, else empty.
 
     Raises
     ------
     ParameterError
-        When a speed is not above 0, the lever does not snap in or changes with its height, or a force has memory or branches.
+        When a speed is not above 0, or the lever does not snap in or changes with its height. Also for
+        ``noise.thermal = false``, and when a force has memory or branches or depends on `zc`.
     """
     import xarray as xr
 

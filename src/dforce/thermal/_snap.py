@@ -35,8 +35,8 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
               U(d) = \tfrac{1}{2} k (d - z_c)^2 - \int F\, \mathrm{d}d, \qquad
               \lambda = \sqrt{\frac{\gamma^2}{4} + \omega_b^2} - \frac{\gamma}{2}, \quad \gamma = \frac{\omega_0}{Q}
 
-    with the curvatures of U at its minimum, :math:`k_a`, and on its barrier, :math:`-k_b = -m \omega_b^2`. At the rate
-    :math:`\lambda` the lever leaves the barrier; with the memory of the fluid, lever and fluid leave it together. The lever
+    with the curvatures of U at its minimum, :math:`k_a`, and on its barrier, :math:`-k_b = -m \omega_b^2`. The lever leaves the
+    barrier at the rate :math:`\lambda`; with the memory of the fluid, lever and fluid leave the barrier together. The lever
     moves in its first mode under the static force. The formula is valid for barriers above 3 :math:`k_B T` and Q up to about 3;
     for higher Q the true rate is lower.
 
@@ -47,18 +47,18 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     case
         Lever, medium and forces; the drive has no effect.
     zc
-        Distance of the rest position (m, or text with a unit).
+        Average distance: the distance of the tip without any force (m, or text with a unit).
 
     Returns
     -------
     xarray.Dataset
-        `barrier` (J), `switching_rate` (1/s), `barrier_distance` and `rest_distance` (m); ``attrs["note"]`` is a sentence if
-        the rate is only a bound.
+        `barrier` (J), `switching_rate` (1/s), `barrier_distance` and `rest_distance` (m, of the tip on the barrier and at
+        rest). ``attrs["note"]`` is a sentence if the rate is a rough value or only a bound, else empty.
 
     Raises
     ------
     ParameterError
-        When the lever has no barrier at this distance, or a force has memory or branches.
+        When the lever has no barrier at this distance, a force has memory or branches, and for ``noise.thermal = false``.
     """
     import xarray as xr
 

@@ -63,9 +63,10 @@ def switching_rate(
 ) -> xr.Dataset:
     r"""Return the rate at which thermal motion switches a steady state to another, counted in simulations.
 
-    Each lane starts in the state. It runs until its amplitude and phase are within a quarter of the way to the other state, or
-    until the time is over. Switches during the settling of the noise are not counted. The rate of N switches in a time t at
-    risk is N / t, with the interval of a Poisson count.
+    Each simulation (lane) starts in the state. It ends when its amplitude and phase come to within a quarter of the way from
+    the other state, or when the time is over. Switches during the settling of the noise are not counted. The rate of N
+    switches in a time t is N / t, with the confidence interval of a Poisson count; t is the sum over all lanes before their
+    switch.
 
     Parameters
     ----------
@@ -73,12 +74,12 @@ def switching_rate(
         One point each of results at the same distance, such as ``curve.sel(zc=..., direction="approach")`` and
         ``direction="retract"``.
     lanes
-        Number of lanes, with seeds from `noise.seed` of the case on.
+        Number of simulations, with seeds from `noise.seed` of the case on.
     periods
         Largest number of periods of the first tone for each lane.
     temperature
-        Temperatures (K); default: the temperature of the medium. At higher temperatures the state switches more often; from
-        such rates a rate too low to be counted can be extrapolated.
+        Temperatures (K): one, or a list; default: the temperature of the medium. At higher temperatures the state switches more
+        often. From these rates you can extrapolate a rate that is too low to be counted.
     progress
         See :func:`run`.
 
@@ -92,7 +93,9 @@ def switching_rate(
     Raises
     ------
     ParameterError
-        When both points are the same state, or lie at different distances.
+        When both points are the same state or lie at different distances, and when all lanes switch during the settling.
+    ResultError
+        When a result is not one point with a motion.
     """
     import xarray as xr
 

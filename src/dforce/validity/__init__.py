@@ -48,8 +48,8 @@ def _is_noisy(seen: Evidence) -> bool:
 def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices:
     """Return the advice on a case, on a case and its result, or on a result; the list may be empty.
 
-    Without a result, advice on the motion is omitted or uses a bound. A result contains its case. A sweep has many cases; it
-    contains its advice (:func:`advice_in`).
+    Without a result, advice on the motion is omitted or uses a bound. A result alone is enough, because it contains its case.
+    For a sweep, which has many cases, the advice in the result is returned (:func:`advice_in`).
 
     Raises
     ------

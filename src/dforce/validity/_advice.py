@@ -58,10 +58,10 @@ class Advice:
 
 
 class Advices(Listing[Advice]):
-    """What :func:`dforce.advice` returns: a list, shown as a table, or as a paragraph for each piece."""
+    """The result of :func:`dforce.advice`: a list, shown as a table, or as a paragraph for each piece."""
 
     def as_text(self) -> str:
-        """Return each piece: its name and figures, and what it says."""
+        """Return name, figures and text of each piece."""
         return paragraphs((f"{piece.name}: {piece.figures}", piece.text) for piece in self) or "no advice"
 
     def as_html(self) -> str:
@@ -82,7 +82,7 @@ def attributes(pieces: list[Advice]) -> dict[str, str]:
 
 @checked
 def advice_in(result: xr.Dataset) -> Advices:
-    """Return the advice in a result, from the time of its computation."""
+    """Return the advice that a result contains since its computation; the list may be empty."""
     kept: list[dict[str, Any]] = json.loads(result.attrs.get(PIECES, "[]"))
     return Advices(Advice(**piece | {"about": tuple(piece["about"])}) for piece in kept)
 

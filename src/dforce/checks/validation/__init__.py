@@ -27,9 +27,9 @@ def validate(quick: bool = False, progress: Callable[[str], None] | None = None)
     -------
     dict
         `parts`: a list with `name`, `title`, `text`, `met`, `checks` and `cases` (files of the named random cases). A check has
-        `group`, `name`, `found`, `expected` (None for a disagreement), `unit` (SI), `error`, relative to its named size,
+        `group`, `name`, `found`, `expected` (None for a disagreement), `unit` (SI), `error` (relative to the named size),
         `limit` (None if only reported), `source`, `note` and `met`. Also `met`, `quick`, `seconds` and `machine`.
-        :func:`validation_page` makes a page of it.
+        :func:`validation_page` makes a page of this dict.
     """
     from dforce.checks.machine import machine
     from dforce.checks.validation import closed_forms, curves, disagreements, identities, orders, published

@@ -9,6 +9,7 @@ on both sides instead.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from dforce import kernel
-from dforce.core.arrays import Array, Bools
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError
 from dforce.inverse.fitting.edges import over_edges
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE
@@ -31,6 +32,7 @@ from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import sample_count
 from dforce.solvers.period_map import MOTION
 from dforce.solvers.problem_batch import ProblemBatch
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.quasi_static_walk import AT_ONCE
 from dforce.solvers.settling import apart, polished, settled
 from dforce.solvers.states import States
@@ -38,6 +40,7 @@ from dforce.solvers.states import States
 FAR = 1.15  # of the free amplitude: from there on the branch of free motion is followed
 AS_MEASURED = 0.1  # of the free amplitude: a stable state so near to the measured motion behind a jump is that motion
 PREDICTED = 1e-2  # of the free amplitude: an orbit so near to its prediction continues the one before
+SAME_HEIGHT = 1e-14  # m: points so near to each other lie at one height, which is followed once
 BESIDE_END = 2e-5  # of the free amplitude: the chord between the end of a branch and this far before it goes on beyond
 
 
@@ -50,6 +53,16 @@ class BranchPoints:
     heights: Array
     amplitude: Array
     phase: Array
+
+    @functools.cached_property
+    def which_height(self) -> Indices:
+        """Number of the height of each point: approach and retract often have the same heights."""
+        return np.cumsum(np.diff(np.round(self.heights / SAME_HEIGHT), prepend=np.nan) != 0.0) - 1
+
+    @property
+    def distinct(self) -> Indices:
+        """The first point at each height."""
+        return np.unique(self.which_height, return_index=True)[1]
 
 
 @dataclass
@@ -191,9 +204,11 @@ class ModelBranches:
         which = np.flatnonzero(good)
         if not len(which):
             return
-        branch = block.follow(which, begun.take(which), first[which], np.ascontiguousarray(values[which]))
+        path = np.ascontiguousarray(values[which][:, stretch.distinct])
+        branch = block.follow(which, begun.take(which), first[which], path)
         if block.is_smooth:
-            over_edges(block, which, branch, values[which])
+            over_edges(block, which, branch, path)
+        branch = _at_each_point(branch, stretch.which_height)
         last = States.last_of(branch)
         ended = np.flatnonzero(branch.done < values.shape[1])
         ends = np.zeros((len(which), self.columns))
@@ -299,6 +314,13 @@ class ModelBranches:
         for stretch in self.stretches:
             heights[stretch.places] = stretch.heights
         return heights
+
+
+def _at_each_point(branch: Stretch, which_height: Indices) -> Stretch:
+    """Return what was found at each height for each point there."""
+    names = ("x", "memory", "branch", "monodromy", "rows", "residual", "steps")
+    parts = {name: getattr(branch, name)[:, which_height] for name in names}
+    return branch._replace(**parts, done=np.searchsorted(which_height, branch.done))
 
 
 def difference(above: Array, below: Array) -> Array:

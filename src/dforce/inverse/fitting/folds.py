@@ -77,12 +77,13 @@ def fold_beside(model: CurveModel, by: Array) -> Fold | None:
     rows = by[: model.measured.size].reshape(len(model.points), -1, by.shape[1])
     found: list[tuple[float, Fold]] = []
     for stretch in model.stretches:
-        if len(stretch.places) < 2:
+        ends = stretch.distinct[-2:]
+        if len(ends) < 2:
             continue
-        steep, less = (np.abs(rows[stretch.places[place], :, height]).max() for place in (-1, -2))
+        less, steep = (np.abs(rows[place, :, height]).max() for place in stretch.places[ends])
         if not steep > less > 0.0:
             continue
-        apart = abs(stretch.heights[-1] - stretch.heights[-2]) / model.unknowns[height].scale
+        apart = abs(float(np.diff(stretch.heights[ends])[0])) / model.unknowns[height].scale
         distance = float(max(apart * less**2 / (steep**2 - less**2), NEAREST))
         if distance < NEAR:
             along = _along(rows[stretch.places[-1]], height)

@@ -61,7 +61,7 @@ def identify(
     errors: Mapping[str, Any] | None = None,
     helps: bool = True,
 ) -> xr.Dataset:
-    """Return the parameters that a tapping curve constrains, with their errors, before the measurement.
+    """Return the expected errors of fitted parameters, before the measurement of a tapping curve.
 
     The errors are the Cramér–Rao bound of a fit to such a curve, from the branches of the case and their derivatives.
 
@@ -71,7 +71,7 @@ def identify(
         Instrument, sample and forces, at the expected values.
     zc
         Average distances: an array (m), a list of texts, or a grid; default: 101 from 1.15 to 0.3 times the free amplitude. Or
-        a measured curve (:func:`calibrate`): its heights with their `height_offset`, and its noise.
+        a measured curve (:func:`calibrate`), with its heights plus `height_offset`, and its noise.
     free
         Paths of the parameters; default: from the table `[fit]`.
     errors
@@ -84,8 +84,9 @@ def identify(
     xarray.Dataset
         Over `curve` (approach alone, approach and retract, each branch alone, and improvements), `known` and `parameter`:
         `error` (relative for positive parameters, else m or degrees), `verdict`. `known` is ``sample`` (exact instrument),
-        ``prior`` (free amplitude, Q and phase offset to 0.5 %, 2 % and 0.5 degrees) or ``all`` (these are also free). Also
-        `worst_pair` and `worst_correlation`; `products`, if only products are constrained.
+        ``prior`` (free amplitude, Q and phase offset to 0.5 %, 2 % and 0.5 degrees) or ``all`` (all three unknown). The offset
+        of the heights is always unknown. Also `worst_pair` and `worst_correlation`. ``attrs["products"]`` lists parameters with
+        only their product constrained.
 
     Raises
     ------
@@ -152,7 +153,7 @@ def _distances(case: Case, zc: object) -> Array:
     A0 = case.problem.tones[0].A0
     if zc is None:
         return np.linspace(FARTHEST * A0, NEAREST * A0, POINTS)
-    grid = Approach(zc=zc).distances()
+    grid = Approach(zc=zc).distances(A0)
     found = np.unique(np.asarray(grid, dtype=float))[::-1]
     if len(found) < 2:
         raise ParameterError("zc is one distance; a curve needs several")

@@ -20,22 +20,22 @@ if TYPE_CHECKING:
 
 @checked
 def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
-    """Return a table of curves as text, with the relative errors of positive parameters.
+    """Return the expected errors as text, a row for each curve: relative errors of positive parameters, else with a unit.
 
-    An error in brackets is so large that the parameter is not constrained. Below is the most correlated pair of parameters of
-    each curve.
+    An error in brackets is so large that the parameter is not constrained. A second table has the most correlated pair of
+    parameters for each curve.
 
     Parameters
     ----------
     result
         The result of :func:`identify`.
     known
-        Knowledge of the instrument: ``sample``, ``prior`` or ``all``.
+        Knowledge of the instrument: ``sample``, ``prior`` or ``all``, see :func:`identify`.
 
     Raises
     ------
     ParameterError
-        When the result is not from :func:`identify`.
+        When the result is not from :func:`identify`, or for another word.
     """
     _check(result, known)
     part = result.sel(known=known)
@@ -61,16 +61,16 @@ def identify_report(result: xr.Dataset, known: str = PRIOR) -> str:
 
 @checked
 def identify_in_words(result: xr.Dataset, known: str = PRIOR, curve: str | None = None) -> dict[str, str]:
-    """Return a sentence for each fitted parameter that a curve does not constrain, by its path; empty if it constrains all.
+    """Return a sentence for each fitted parameter that a curve does not constrain, by path; empty if all are constrained.
 
     Parameters
     ----------
     result
         The result of :func:`identify`.
     known
-        Knowledge of the instrument: ``sample``, ``prior`` or ``all``.
+        Knowledge of the instrument: ``sample``, ``prior`` or ``all``, see :func:`identify`.
     curve
-        One of `curve` in the result; default: the first.
+        A value of `curve` in the result; default: the first.
 
     Raises
     ------

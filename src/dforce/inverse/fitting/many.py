@@ -37,14 +37,15 @@ def fit_many(
     curves
         Measured curves, or their files, by name; the curves of one file get numbers.
     progress
-        Called with the number of finished curves.
+        See :func:`dforce.run`; it counts the finished curves.
 
     Returns
     -------
     xarray.Dataset
-        Over `curve` and `parameter`: `value`, `error`, `seen`; over `curve`: `chi2`, `degrees_of_freedom`, `lost_points`,
-        and `message`, a sentence for each failed curve; the places `x` and `y` (m) of a map. A stopped result omits the
-        unfinished curves, and ``attrs["interrupted"]`` is 1.
+        Over `curve` and `parameter`: `value`, `error`, `error_low`, `error_high`, `error_given`, `seen`. Over `curve`:
+        `chi2`, `degrees_of_freedom`, `lost_points`, `doubt` (a sentence if the model does not describe the curve), `advised`
+        (whether the fit has advice), and `message`, a sentence for each failed curve. For a map also the places `x` and `y`
+        (m). A stopped result omits the unfinished curves, and ``attrs["interrupted"]`` is 1.
 
     Raises
     ------

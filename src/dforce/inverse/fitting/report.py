@@ -27,7 +27,7 @@ LITTLE = 0.01  # of an error: what is passed on from given values is not told wh
 
 @checked
 def fit_report(result: xr.Dataset) -> str:
-    """Return a fit as text: data, statistics, parameters, correlations and advice; for many fits a table.
+    """Return a fit as text: data, statistics, parameters, correlations and advice. For :func:`fit_many` return a table.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def _statistics(result: xr.Dataset) -> list[str]:
 
 @checked
 def chi2_in_words(result: xr.Dataset) -> str:
-    """Return whether the chi2 of a fit is as expected, too large or too small, and the meaning, in one or two sentences.
+    """Return the verdict on the chi2 of a fit (as expected, too large, too small) and its meaning, in one or two sentences.
 
     Raises
     ------
@@ -237,8 +237,8 @@ def _noise(fit: xr.Dataset, name: str) -> Any:
 def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
     r"""Compare several models on the same data.
 
-    With known errors :math:`\mathrm{AIC} = \chi^2 + 2 k` and :math:`\mathrm{BIC} = \chi^2 + k \ln n`. Models with an AIC within
-    6 of the lowest are not excluded.
+    With known errors :math:`\mathrm{AIC} = \chi^2 + 2 k` and :math:`\mathrm{BIC} = \chi^2 + k \ln n`, for k parameters and n
+    measured numbers. A model is not excluded if its AIC is less than 6 above the lowest AIC.
 
     Parameters
     ----------
@@ -248,8 +248,8 @@ def compare_fits(fits: Mapping[str, Any]) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Over `model`, the best first: `chi2`, `parameters`, `aic`, `bic`, `delta_aic`, `delta_bic`, `lost_points`, and
-        `not_excluded`.
+        Over `model`, the lowest AIC first: `chi2`, `parameters` (their number), `aic`, `bic`, `delta_aic`, `delta_bic`,
+        `lost_points`, and `not_excluded`.
 
     Raises
     ------

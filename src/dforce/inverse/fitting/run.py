@@ -69,7 +69,7 @@ def fit(
     r"""Return parameters of a case, with errors, from a measured curve of amplitude and phase.
 
     The fit minimizes :math:`\chi^2 = \sum (A_\mathrm{model} - A)^2 / \sigma_A^2 + \sum (\phi_\mathrm{model} - \phi)^2 /
-    \sigma_\phi^2`, and :math:`(p - p_0)^2 / s^2` for each prior, over all points and tones. The model is the case itself, with
+    \sigma_\phi^2` over all points and tones, plus :math:`(p - p_0)^2 / s^2` for each prior. The model is the case itself, with
     its drive and detector. Each branch is followed slowly, in the direction of the measurement and never across a jump. The
     place of a jump is not used.
 
@@ -78,11 +78,11 @@ def fit(
     case
         Instrument, sample and forces, at the start of the fit; its table `[fit]` has the defaults of all settings.
     data
-        A file, read and calibrated with the table `[data]`; default: the file in this table. Or a curve over `point`, the
-        result of :func:`dforce.calibrate`, with `height` (m, larger is farther), `amplitude` (m) and `phase` (degrees of lag,
-        90 when free at resonance). Optional are `amplitude_2` and `phase_2`, `direction` and `branch` (1 before, -1 behind a
-        jump). Its attributes are `amplitude_error` (m), `phase_error` (degrees), and optional `height_error` (m) and
-        `neighbor_correlation`.
+        A file, read and calibrated with the table `[data]` of the case; default: the file in this table. Or a curve over
+        `point`, the result of :func:`dforce.calibrate`, with `height` (m, larger is farther), `amplitude` (m) and `phase`
+        (degrees of lag, 90 when free at resonance). Optional are `amplitude_2` and `phase_2`, `direction` and `branch` (1
+        before, -1 behind a jump). Its attributes are `amplitude_error` (m), `phase_error` (degrees), and optional
+        `height_error` (m) and `neighbor_correlation`.
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
     progress
@@ -94,17 +94,20 @@ def fit(
     Returns
     -------
     xarray.Dataset
-        Over `parameter`: `value`, `error`, `error_low`, `error_high`, `interval_low`, `interval_high`, `error_given`,
-        `start`, `prior`, `prior_error`, `at_bound`, `seen`; `correlation`; over `point` the data, the model and the residuals
-        in standard deviations. The attributes contain `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the
-        best case (`case`) and the settings to repeat the fit. A stopped fit contains the best values so far, and
-        ``attrs["interrupted"]`` is 1; without a minimum it has no errors.
+        Over `parameter`, in the SI unit `unit`: `value`, `error`, `error_low`, `error_high` (one standard deviation),
+        `interval_low`, `interval_high` (95 %), `error_given` (from `given`), `start`, `prior`, `prior_error`, `at_bound`,
+        `seen`; `correlation`; over `point` the data, the model and the residuals in standard deviations. The attributes
+        contain `chi2`, `degrees_of_freedom`, `aic`, `bic`, `lost_points`, advice, the best case (`case`) and the settings to
+        repeat the fit. A fit whose model is far from the data has no errors. A stopped fit contains the best values so far,
+        and ``attrs["interrupted"]`` is 1; without a minimum it has no errors.
 
     Raises
     ------
     ParameterError
-        For parameters without effect in the case, parameters constrained only as a product, too many parameters for the data,
-        and incomplete data.
+        For unknown parameters and settings, parameters without effect in the case, parameters with only their product
+        constrained, too many parameters for the data, incomplete data, and a lock.
+    ResultError
+        For a file that cannot be read.
     """
     asked = settings_of(case, free, settings)
     data = measured_curve(case, data)

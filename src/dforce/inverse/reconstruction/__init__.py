@@ -33,13 +33,13 @@ def reconstruct(
 ) -> xr.Dataset:
     r"""Return the force against distance from a tapping curve, or from frequency shifts, without a model.
 
-    The virial of each point follows exactly from amplitude and phase. It is the mean of force times motion along the tip's
-    path,
+    The virial of each point follows exactly from amplitude and phase. It is the mean of force times motion along the path of
+    the tip,
 
     .. math:: V_i = \langle F(d_i(\theta))\, A_i \cos\theta \rangle,
 
-    linear in F. Least squares yield the most likely smooth force for all points, on any branch. The paths belong to the lever,
-    with harmonics and mean deflection, and are updated with each force.
+    and linear in the force F. Least squares yield the most likely smooth force for all points, on any branch. The paths follow
+    from the lever, with harmonics and mean deflection; they are updated with each new force.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def reconstruct(
         phase-locked motions has `frequency_shift` (Hz), counted from the free lock at the same phase, and
         `frequency_shift_error`. It may have `drive_force` (N) for the loss, and `phase` if it is not 90 degrees.
     case
-        The instrument of a measured curve, if the curve lacks it.
+        The instrument of a measured curve, if the curve has no `k`, `f0` and `Q`.
     amplitude_error, phase_error
         Standard deviation of a point's amplitude (m) and phase (degrees), or text with a unit; default: from the curve, and for
         a result the error of its computation.
@@ -60,16 +60,17 @@ def reconstruct(
     Returns
     -------
     xarray.Dataset
-        Over `distance`: `force` (N) with `force_error`, its parts `force_noise` and `gap_error`, `resolution` (m),
-        `force_status` (determined, blind, uncertain), `classic_force` by each `formula` in use. Also `damping` (kg/s) if the
-        sample dissipates energy, and `law_force` if the law is known. Without turning points the force is NaN. Over `point`:
-        the points with their virial, energies and residuals. Over `gap`: `gap_low`, `gap_high`.
+        Over `distance`: `force` (N) with `force_error`, its parts `force_noise` and `gap_error` (N), `resolution` (m),
+        `force_status` (determined, blind, uncertain), `classic_force` (N) by each `formula` in use. Also `damping` (kg/s) if
+        the sample dissipates energy, and `law_force` (N) for a simulated curve. Where no motion turns, the force is NaN. Over
+        `point`: the points with their virial, energies and residuals. Over `gap`: `gap_low`, `gap_high` (m).
+        ``attrs["notes"]`` is text, a sentence in each line.
 
     Raises
     ------
     ParameterError
         When the argument is not a curve, has too few points, unordered points, impossible numbers or more than one tone, or
-        lacks values of the instrument.
+        lacks values of the instrument. Also when the curve contains no force, within its errors.
 
     Notes
     -----
