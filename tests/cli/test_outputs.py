@@ -130,3 +130,57 @@ def test_a_point_without_a_result_is_told_as_such_where_it_cannot_be_drawn(workd
     assert "dforce: no motion can be drawn" in done.stderr
     told = json.loads(dforce("run table-1-am -o kept.nc --plot picture.png --json").stdout)
     assert (told["exit_code"], told["picture"]) == (1, None)
+
+
+LEVERS = "name,maker,f0,k,Q\nmine,me,48.9 kHz,0.9 N/m,100\n"
+HEIGHTS = "height (nm),Q\n1,90\n20,100\n"
+NAMED = {  # the files that a case may name, by the lines that name them
+    "the measured curve": ("", '[data]\nfile = "input.csv"\n', measured_curve.text()),
+    "the rows of a sweep": ("", '[sweep]\nrows = "input.csv"\n', "tip.radius\n2 nm\n3 nm\n"),
+    "a list of levers": ('name = "mine"\nlibrary = "input.csv"\n', "", LEVERS),
+    "the drift of the lever": ('f0 = "48.9 kHz"\nk = 0.9\nQ = 100\ndrift = { file = "input.csv" }\n', "", HEIGHTS),
+}
+WRITING = (
+    "run case.toml",
+    "sweep case.toml",
+    "curve case.toml",
+    "fit case.toml stiff.csv",
+    "plan plan.toml",
+    "reconstruct stiff.csv --case case.toml",
+    "read stiff.csv --phase lag --case case.toml",
+)
+
+
+@pytest.mark.parametrize("named", NAMED)
+@pytest.mark.parametrize("words", WRITING)
+def test_no_result_replaces_a_file_that_its_case_names(words: str, named: str, workdir: Path, run_as: Any) -> None:
+    lever, table, content = NAMED[named]
+    lever = lever or 'f0 = "48.9 kHz"\nk = 0.9\nQ = 100\n'
+    case = f'[cantilever]\n{lever}[drive]\nA0 = "10 nm"\n{table}[fit]\nfree = ["cantilever.Q"]\n'
+    Path("case.toml").write_text(case)
+    Path("plan.toml").write_text(f'{case}[plan]\nvary = {{ "drive.A0" = ["9 nm"] }}\n')
+    for name, text in (("input.csv", content), ("stiff.csv", measured_curve.text())):
+        Path(name).write_text(text)
+    done = dforce(words, "-o", "input.csv")
+    refused = "'input.csv' is the input, and would be lost" in done.stderr
+    assert refused or "has a table [sweep]" in done.stderr or "has no table [sweep]" in done.stderr, done.output
+    assert done.exit_code == 2 and Path("input.csv").read_text() == content
+
+
+def test_the_case_of_a_measured_curve_is_not_replaced_by_its_force(workdir: Path) -> None:
+    df.write(synthetic.approach(), "case.nc")
+    Path("stiff.csv").write_text(measured_curve.text())
+    for words in ("reconstruct stiff.csv", "read stiff.csv --phase lag"):
+        done = dforce(words, "--case", "case.nc", "-o", "case.nc")
+        assert done.exit_code == 2 and "'case.nc' is the input, and would be lost" in done.stderr
+
+
+@pytest.mark.slow
+def test_advice_beside_a_table_points_to_its_case(inputs: None) -> None:
+    forces = '[[forces]]\nmodel = "dmt"\nhamaker = 2e-20\n[tip]\nradius = "2 nm"\n[sample]\nyoungs_modulus = "1 GPa"\n'
+    Path("advised.toml").write_text(
+        f'[cantilever]\nf0 = 5e4\nk = 0.9\nQ = 100\n[drive]\nA0 = "10 nm"\n{forces}'
+        '[experiment]\nkind = "dwell"\nzc = "11 nm"\n[sweep]\nover = { "drive.A0" = ["9 nm"] }\n'
+    )
+    done = dforce("sweep advised.toml -o table.csv")
+    assert "advice: " in done.stderr and "dforce check advised.toml" in done.stderr, done.output

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import dforce as df
-from dforce.core.files import exists
+from dforce.core.files import exists, named, noted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,19 +47,37 @@ CaseName = Annotated[
 
 @dataclass(frozen=True)
 class Source:
-    """A case as it was named: where it comes from, and an earlier result of it."""
+    """A case as it was named: where it comes from, an earlier result of it, and the files that it names."""
 
     case: df.Case
     stem: str
     path: Path | None = None
     result: xr.Dataset | None = None
+    inputs: tuple[Path, ...] = ()
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Its own file, where it has one, and the files that it names."""
+        return self.inputs if self.path is None else (self.path, *self.inputs)
+
+
+def curve_of(case: df.Case) -> list[Path]:
+    """Return the file of the measured curve that a case names."""
+    return [] if case.data is None or not case.data.file else [named(case.data.file, "data.file", case.folder)]
+
+
+def inputs_of(case: df.Case, noted_before: list[Path]) -> tuple[Path, ...]:
+    """Return the files that a case names: those noted when it was loaded, and those that are read later."""
+    rows = "" if case.sweep is None else case.sweep.rows
+    return (*noted_before, *curve_of(case), *([named(rows, "sweep.rows", case.folder)] if rows else []))
 
 
 def open_source(name: str, settings: list[str]) -> Source:
     """Return the case of a file or an example, changed by settings such as ``"drive.A0=5 nm"``."""
     path = Path(name)
-    case = df.load_case(name).set(*settings)
+    with noted() as files:
+        case = df.load_case(name).set(*settings)
     if not exists(path) and name in df.examples():
-        return Source(case, name)
+        return Source(case, name, inputs=inputs_of(case, files))
     result = df.read(name) if path.suffix.lower() in (".nc", ".zarr") and not settings else None
-    return Source(case, path.stem, path, result)
+    return Source(case, path.stem, path, result, inputs_of(case, files))

@@ -31,9 +31,16 @@ class Outputs:
     """
 
     def __init__(
-        self, asked: Path | None = None, width: str | None = None, spare: Iterable[PathLike[str]] = ()
+        self,
+        asked: Path | None = None,
+        width: str | None = None,
+        *,
+        output: Path | None = None,
+        spare: Iterable[PathLike[str]] = (),
     ) -> None:
-        """Check what picture was asked for, before anything is computed."""
+        """Check the picture and the file that were asked for, before anything is computed; neither replaces a file to spare."""
+        if output is not None:
+            check_target(output, spare=spare)
         if asked is not None:
             check_target(asked, df.plot.FORMATS, spare)
         if width is not None:

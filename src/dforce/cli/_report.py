@@ -97,9 +97,11 @@ def states_lines(states: xr.Dataset | None) -> list[str]:
     return [f"states: {one.text}" for one in df.summary(states) if one.name == "completeness" and one.value != 1.0]
 
 
-def advice_lines(result: xr.Dataset, name: str) -> list[str]:
-    """Return what each piece of advice in a result found, and how to read on about the case or result of this name."""
+def advice_lines(result: xr.Dataset, case: str, written: str | os.PathLike[str] | None = None) -> list[str]:
+    """Return what each piece of advice in a result found, and how to read on about the file, or a table's case."""
     found = [f"advice: {piece.finding}" for piece in advice_of(result)]
+    kept = "" if written is None else str(written)
+    name = case if not kept or kept.lower().endswith(".csv") else kept
     return [*found, f"advice with remedies: dforce check {quoted(name)}"] if found else []
 
 

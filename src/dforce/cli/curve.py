@@ -14,7 +14,6 @@ from dforce.cli._options import PICTURE, Json, Settings, option
 from dforce.cli._outputs import Outputs
 from dforce.cli._report import advice_lines, as_json, print_findings
 from dforce.cli._terminal import DONE, print_json, say, whole_number
-from dforce.core.files import check_target
 from dforce.core.units import show
 
 MOST_POINTS = 1_000_000
@@ -46,9 +45,7 @@ def curve(
     import numpy as np
 
     source = open_source(case, settings)
-    if output is not None:
-        check_target(output, spare=[] if source.path is None else [source.path])
-    outputs = Outputs(plot)
+    outputs = Outputs(plot, output=output, spare=source.files)
     far, near = _quantity("--from", distances.start, "m"), _quantity("--to", distances.stop, "m")
     velocity = _quantity("--speed", distances.speed, "m/s")
     count = whole_number("--points", distances.points, 2, MOST_POINTS)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
-from dforce.cli._names import CaseName, Source, open_source
+from dforce.cli._names import CaseName, Source, curve_of, open_source
 from dforce.cli._options import PICTURE, Json, Quiet, Settings, option
 from dforce.cli._outputs import Outputs
 from dforce.cli._report import advice_as_json, advice_of, quoted
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell
-from dforce.core.files import check_target, named
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
 
@@ -50,12 +49,10 @@ def fit(
     if source.case.fit is None and not again:
         raise df.ParameterError(f'{quoted(case)} has no table [fit]; add it, such as free = ["sample.youngs_modulus"]')
     files = list(dict.fromkeys(data or []))
-    if output is not None:
-        check_target(output, spare=[*map(Path, files), *_named(source.case)])
-    outputs = Outputs(plot)
+    outputs = Outputs(plot, output=output, spare=[*map(Path, files), *source.inputs])
     if identify:
         return _identify(source, output, json, quiet)
-    inputs = files if files or again else [str(path) for path in _named(source.case)]
+    inputs = files if files or again else [str(path) for path in curve_of(source.case)]
     if len(inputs) > 1 or (inputs and _holds_several(source.case, inputs[0])):
         if plot is not None:
             raise df.ParameterError("--plot draws the fit of one curve; name one file")
@@ -80,11 +77,6 @@ def fit(
     if stopped:
         say("dforce: stopped; these are the best values so far")
     return outputs.end(code)
-
-
-def _named(case: df.Case) -> list[Path]:
-    """Return the file of the measured curve that a case names."""
-    return [] if case.data is None or not case.data.file else [named(case.data.file, "data.file", case.folder)]
 
 
 def _holds_several(case: df.Case, file: str) -> bool:

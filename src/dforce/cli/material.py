@@ -12,7 +12,6 @@ from dforce.cli._options import Printed, option
 from dforce.cli._outputs import Outputs
 from dforce.cli._report import advice_of, as_json, print_findings
 from dforce.cli._terminal import DONE, print_json, say
-from dforce.core.files import check_target
 
 
 def material(
@@ -30,10 +29,8 @@ def material(
     printed: Printed,
 ) -> int:
     """Compute modulus, indentation and viscosity from AM-FM by the usual formulas, and compare with the true values."""
-    if output is not None:
-        check_target(output, spare=[curve])
+    outputs = Outputs(output=output, spare=[curve])
     found = df.material(df.read(curve), model)
-    outputs = Outputs()
     outputs.keep(found, output)
     if printed.json:
         print_json(as_json(found))

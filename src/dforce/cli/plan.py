@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
+from dforce.cli._names import inputs_of
 from dforce.cli._options import Json, Quiet, option
 from dforce.cli._outputs import Outputs
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell
-from dforce.core.files import check_target
+from dforce.core.files import noted
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
 
@@ -36,10 +37,9 @@ def plan(
     Exit code 1: no setting is allowed. dForce then prints the limit that fails and the point of least violation. Ctrl-C keeps
     the solved states.
     """
-    asked = df.load_plan(file)
-    if output is not None:
-        check_target(output)
-    outputs = Outputs(plot)
+    with noted() as files:
+        asked = df.load_plan(file)
+    outputs = Outputs(plot, output=output, spare=inputs_of(asked.case, files))
     with late_stop_waits():  # until the result is written
         with ProgressBar(asked.case.title or file.stem, shown=not quiet) as bar:
             found = df.plan(asked.case, asked.vary, asked.set_points, asked.limits, asked.goal, progress=bar)

@@ -25,7 +25,6 @@ from dforce.cli._terminal import (
     wrapped,
 )
 from dforce.core.errors import shorten
-from dforce.core.files import check_target
 from dforce.core.units import show_range
 
 if TYPE_CHECKING:
@@ -132,11 +131,11 @@ def read(
     from dforce.case import Data
     from dforce.inverse.fitting.load import calibration_of, reading_of
 
-    if output is not None:
-        check_target(output, spare=[Path(file), *([] if spectrum.thermal is None else [spectrum.thermal])])
-    outputs = Outputs(plot)
+    opened = None if case is None else open_source(case, [])
+    asked_for = [Path(file), *([] if spectrum.thermal is None else [Path(spectrum.thermal)])]
+    outputs = Outputs(plot, output=output, spare=[*asked_for, *(() if opened is None else opened.files)])
     number = None if how.curve is None else whole_number("--curve", how.curve, 1, MOST_CURVES)
-    source = open_source(case, []).case if case is not None else None
+    source = None if opened is None else opened.case
     table = Data() if source is None or source.data is None else source.data
     asked = vars(how) | {"curve": number, "columns": None, "units": None}
     settings = reading_of(table) | {name: value for name, value in asked.items() if value is not None}

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import dforce as df
+from dforce.cli._names import open_source
 from dforce.cli._options import PICTURE, Printed, option
 from dforce.cli._outputs import Outputs
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, print_json, say, tell
 from dforce.core.errors import shorten
-from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.units import show, show_range
 
@@ -58,12 +58,11 @@ def reconstruct(
     printed: Printed,
 ) -> int:
     """Reconstruct the force against distance from a curve, with its errors and gaps."""
-    if output is not None:
-        check_target(output, spare=[curve])
-    outputs = Outputs(plot)
     if formulas and plot is None:
         raise df.ParameterError("--formulas needs a picture; also write --plot")
-    instrument = None if case is None else df.load_case(case)
+    source = None if case is None else open_source(str(case), [])
+    outputs = Outputs(plot, output=output, spare=[curve, *(() if source is None else source.files)])
+    instrument = None if source is None else source.case
     data = _read(curve, instrument)
     if direction is not None:
         data = _walk(data, direction)

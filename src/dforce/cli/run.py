@@ -26,7 +26,7 @@ from dforce.cli._report import (
     status_lines,
 )
 from dforce.cli._terminal import BAD_INPUT, DONE, SOME_POINTS_FAILED, STOPPED, print_json, say
-from dforce.core.files import check_target, exists
+from dforce.core.files import exists
 from dforce.core.garbage import seldom_collected
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
@@ -82,8 +82,7 @@ def run(
     _refuse_sweep(case, source.case, over, continued)
     if output is None and continued:
         output = source.path
-    check_target(output or _numbered(source.stem, 1))
-    outputs = Outputs(plot, width)
+    outputs = Outputs(plot, width, output=output or _numbered(source.stem, 1), spare=source.inputs)
     if states:
         _check_states(source.case, plot)
     start = time.monotonic()
@@ -124,7 +123,7 @@ def run(
             *status_lines(result),
             *(set_point_lines(result) if asks else []),
             *states_lines(found),
-            *advice_lines(result, str(written) if written is not None and written.suffix == ".nc" else case),
+            *advice_lines(result, case, written),
         ]:
             say(line)
     if stopped and written is not None:

@@ -16,7 +16,6 @@ from dforce.cli._options import PICTURE, Printed, Settings, option
 from dforce.cli._outputs import Outputs
 from dforce.cli._report import advice_lines, as_json, counted, quoted, status_lines
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell, whole_number
-from dforce.core.files import check_target
 from dforce.core.progress import ProgressBar
 from dforce.core.stopping import late_stop_waits
 
@@ -85,9 +84,7 @@ def sweep(
     from dforce.results.store import is_store
 
     in_blocks = is_store(output)
-    if not in_blocks:
-        check_target(output)
-    outputs = Outputs(plot)
+    outputs = Outputs(plot, output=None if in_blocks else Path(output), spare=source.inputs)
     start = time.monotonic()
     with late_stop_waits() as late:  # until the result is written
         with ProgressBar(source.case.title or source.stem, shown=not printed.quiet) as bar:
@@ -133,7 +130,7 @@ def sweep(
             typer.echo(f"written: {', '.join(outputs.written)}")
         for line in [*status_lines(result), *result.attrs.get("notes", "").splitlines()]:
             say(line)
-        for line in advice_lines(result, output):
+        for line in advice_lines(result, case, output if output in outputs.written else None):
             say(line)
     if stopped:
         share = [] if kept.at_set_point is None else [f"--at-set-point {kept.at_set_point}"]

@@ -24,6 +24,7 @@ ABANDONED = 3600.0  # s after which a temporary file has no writer any more, whe
 guests_only = False  # whether this process answers guests, whose cases may read no file of this computer
 
 _folder: ContextVar[Path | None] = ContextVar("folder", default=None)
+_noted: ContextVar[list[Path] | None] = ContextVar("noted", default=None)
 
 
 @contextlib.contextmanager
@@ -34,6 +35,17 @@ def beside(folder: str | os.PathLike[str] | None) -> Iterator[None]:
         yield
     finally:
         _folder.reset(token)
+
+
+@contextlib.contextmanager
+def noted() -> Iterator[list[Path]]:
+    """Give a list that takes up each file which a case names while the context lasts."""
+    files: list[Path] = []
+    token = _noted.set(files)
+    try:
+        yield files
+    finally:
+        _noted.reset(token)
 
 
 def folder() -> Path:
@@ -128,7 +140,11 @@ def named(path: str | os.PathLike[str], key: str, beside: Path | None = None) ->
     """
     if guests_only:
         raise ParameterError(f"{key} {FOR_GUESTS}")
-    return (beside or folder()) / path
+    file = (beside or folder()) / path
+    files = _noted.get()
+    if files is not None:
+        files.append(file)
+    return file
 
 
 def exists(path: Path) -> bool:

@@ -10,6 +10,7 @@ from dforce.core import units
 from dforce.core.arrays import Array, Indices, Texts
 from dforce.core.errors import ResultError
 from dforce.inverse.table import APPROACH, PAUSE, RETRACT, MeasuredTable
+from dforce.inverse.words import naming
 
 TOLERANCE = 3.0  # times the noise of the sensor: a step back by less is none
 MOST_NOISE = 0.25  # of the range of heights: what scatters by more than that within the tolerance is no walk
@@ -87,7 +88,9 @@ def walk_of(
 
 
 def _refuse_disorder(height: Array, name: str) -> None:
-    """Raise ResultError for heights in no order at all, which pass for a sensor whose noise is as large as the walk."""
+    """Raise ResultError for heights that are all alike or in no order, which pass for a sensor of as much noise as range."""
+    if len(height) > 1 and not np.ptp(height):
+        raise ResultError(f"{name} has the same height at every point; choose another column with {naming('height')}")
     noise = sensor_noise(height)
     if TOLERANCE * noise > MOST_NOISE * np.ptp(height):
         raise ResultError(
