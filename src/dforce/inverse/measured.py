@@ -13,7 +13,7 @@ import numpy as np
 
 from dforce.core.errors import DForceError, ParameterError, ResultError, checked, shorten
 from dforce.inverse.curve import Asked, Told, curve_of
-from dforce.inverse.placing import split_curves
+from dforce.inverse.placing import place, split_curves
 from dforce.inverse.readers import content_of, own, tables_in
 from dforce.inverse.table import MeasuredTable
 
@@ -166,7 +166,11 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
     if kept is not None:
         whole = _chosen([kept], number, name) if number is not None else kept
         return [lambda: whole]
-    tables = [part for table in tables_in(content, name) for part in split_curves(table, asked.columns, name)]
+    tables = [
+        part
+        for table in tables_in(content, name)
+        for part in split_curves(table, place(table, asked.columns, None, name), name)
+    ]
     if number is not None:
         tables = [_chosen(tables, number, name)]
     source = {"source": Path(path).name, "sha256": hashlib.sha256(content).hexdigest()}

@@ -230,10 +230,9 @@ def amplitude_scale(column: Column, asked: str | None, reader: Reader, name: str
     return 1.0, f"amplitude: zero to peak, {'as set' if kind else 'the default'}"
 
 
-def split_curves(table: MeasuredTable, columns: Mapping[str, str], name: str) -> list[MeasuredTable]:
-    """Return the curves in a table, told apart by a column `curve`, or by the places `x` and `y` on a map."""
-    found = {key: column for key, column in place(table, columns, None, name).items() if key in ("curve", "x", "y")}
-    numbers = {key: column for key, column in found.items() if column.values.dtype.kind == "f"}
+def split_curves(table: MeasuredTable, found: Mapping[str, Column], name: str) -> list[MeasuredTable]:
+    """Return the curves in a table whose columns are known by quantity: by `curve`, or by the places `x` and `y` on a map."""
+    numbers = {key: found[key] for key in ("curve", "x", "y") if key in found and found[key].values.dtype.kind == "f"}
     keys = ["curve"] if "curve" in numbers else [key for key in ("x", "y") if key in numbers]
     if not keys:
         return [table]
