@@ -251,9 +251,9 @@ def not_repeating(seen: Evidence) -> Advice | None:
         "not_repeating",
         count,
         0,
-        f"{count} of {status.size} points do not repeat from period to period ({where}). Their amplitudes and phases are means "
-        "over many periods, and a set point there has no steady state. A tap may take more energy than the drive gives in a "
-        "period. Choose a larger A0, a stiffer lever or a lower Q.",
+        f"{count} of {status.size} points do not repeat from period to period ({where}): their amplitudes are means, and set "
+        "points there have no steady state. A tap may take more energy than the drive gives in a period. Choose a larger A0, a "
+        "stiffer lever or a lower Q.",
         "solver.settle_tolerance",
         (seen.of_tone(0, "A0"), "experiment.zc"),
     )
