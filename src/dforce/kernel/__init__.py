@@ -172,7 +172,7 @@ def base_in_motion(problem: Problem, tones: Array) -> Array:
 
 
 def responses(problem: Problem) -> Array:
-    """Return the coefficients with which ``solvers.retune`` moves each tone's row to another frequency, (tones, coefficients).
+    """Return the coefficients with which ``solvers.model`` moves each tone's row to another frequency, (tones, coefficients).
 
     There are none where a force drives the lever.
     """

@@ -27,13 +27,13 @@ from dforce.observables.deviation import deviations
 from dforce.observables.finish import finish_each
 from dforce.observables.misfit import GROSS, misfit, misfit_each, misfit_of_rows
 from dforce.problem import Problem
-from dforce.solvers.block import DISTANCE, Block
+from dforce.solvers.block import Block
 from dforce.solvers.crests import passed_by
-from dforce.solvers.cycles import repeated
 from dforce.solvers.integrator import load_kernels
+from dforce.solvers.model import DISTANCE
 from dforce.solvers.orbit import Orbit
 from dforce.solvers.parameter_range import ParameterRange
-from dforce.solvers.points import Points
+from dforce.solvers.points import Points, repeated
 from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished
