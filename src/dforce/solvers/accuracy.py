@@ -116,12 +116,12 @@ class _Orbits:
         if not len(some):
             return known
         states = self.states.take(some)
-        branch = polished(self.block.finer(times * self.block.points), self.cases[some], states, self.at[some])
-        same = np.flatnonzero((branch.done == 1) & (apart(branch.last_x, states.x) < NEAR))
+        found = polished(self.block.finer(times * self.block.points), self.cases[some], states, self.at[some])
+        same = np.flatnonzero((found.done == 1) & (apart(found.last_x, states.x) < NEAR))
         some = some[same]
-        self.rows[some], self.monodromy[some] = branch.rows[same, 0], branch.monodromy[same, 0]
-        self.residual[some] = branch.residual[same, 0]
-        self.states.put(some, States.last_of(branch).take(same))
+        self.rows[some], self.monodromy[some] = found.rows[same, 0], found.monodromy[same, 0]
+        self.residual[some] = found.residual[same, 0]
+        self.states.put(some, States.last_of(found).take(same))
         return np.sort(np.concatenate([known, some]))
 
 
