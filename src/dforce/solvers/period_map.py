@@ -177,7 +177,7 @@ def march_columns(slots: Any, chosen: Any, measured: bool, columns: Any, marchin
         branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, others)
         y, last, settled = start, np.zeros((2, states)), False
-        for attempt in range(MEMORY_PASSES if each > 1 else 1):
+        for attempt in range(most_passes(states, branches) if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
             for period in range(drive.periods):
                 tabulate_steps(tones[j], drive.waves[period], table)
@@ -198,6 +198,11 @@ def march_columns(slots: Any, chosen: Any, measured: bool, columns: Any, marchin
         else:
             for k in range(states):
                 apart[k] = side * (memory[k] - slots.memory_after[s, k]) if settled else 0.0
+
+
+def most_passes(states: int, branches: int) -> int:
+    """Return the number of periods that memory and branches get to repeat: branches alone do so by then, or never."""
+    return MEMORY_PASSES if states > 0 else min(2**branches, MEMORY_PASSES)
 
 
 def put_numbers(place: Any, numbers: Any) -> None:
