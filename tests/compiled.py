@@ -16,12 +16,12 @@ from dforce.solvers.block import Block
 from dforce.solvers.integrator import INTEGRATORS, RK4, sample_count, with_amplitudes
 from dforce.solvers.langevin import Langevin, free_motion, linear_step, noise_root
 from dforce.solvers.linear_noise import linear_noise
+from dforce.solvers.model import retune
 from dforce.solvers.orbit import FOLD, Orbit
 from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.period_map import FD_STEP
 from dforce.solvers.philox import normals, philox
 from dforce.solvers.problem_batch import ProblemBatch
-from dforce.solvers.retune import retune
 from dforce.solvers.search import Known, search, why_unproven
 from dforce.solvers.settling import apart
 from dforce.solvers.stability import CRITICAL, ERROR, STABLE, UNSTABLE, is_stable, stability

@@ -300,3 +300,41 @@ def test_radians_that_were_read_as_degrees_and_heights_of_a_wrong_unit_are_doubt
     assert ["radians" in text for text in doubts(df.calibrate(radians).attrs)] == [True]
     micrometers = data.assign(height=1e3 * data["height"])
     assert ["no sample is so soft" in text for text in doubts(df.calibrate(micrometers).attrs)] == [True]
+
+
+CURVE = measured_curve.dataset()
+
+
+@pytest.mark.parametrize(
+    ("data", "sentence"),
+    [
+        (CURVE.drop_vars("direction"), r"has no coordinate 'direction': data.assign_coords"),
+        (
+            CURVE.assign_coords(direction=("point", ["down"] * 120)),
+            "the direction 'down' of data is neither approach nor",
+        ),
+        (CURVE.isel(point=slice(None, None, -1)), "heights of the approach do not fall from point to point"),
+        (CURVE.isel(point=np.random.default_rng(1).permutation(120)), "heights of the approach do not fall"),
+        (CURVE.assign(height=1e9 * CURVE["height"]), "the height of data reaches 35 m; lengths are in m"),
+        (CURVE.assign(amplitude=-CURVE["amplitude"]), "the amplitude of data is below zero at point 1"),
+        (CURVE.assign(phase=CURVE["phase"].astype(str)), "the phase of data is not a row of real numbers"),
+        (CURVE.assign(phase=1j * CURVE["phase"]), "the phase of data is not a row of real numbers"),
+        (
+            CURVE.assign(phase=CURVE["phase"].where(CURVE["phase"] < 100.0)),
+            "the phase of data is not a finite number at point",
+        ),
+        (CURVE.assign(phase_2=np.nan * CURVE["phase"]), "the phase_2 of data is not a finite number at point 1"),
+        (CURVE.isel(point=slice(5)), "has 5 points, but a curve needs 8"),
+    ],
+)
+def test_a_dataset_made_by_hand_is_a_curve_or_a_sentence(data, sentence):
+    with pytest.raises(df.DForceError, match=sentence):
+        df.calibrate(data)
+
+
+def test_a_curve_of_frequency_shifts_is_calibrated():
+    height, draw = np.linspace(20e-9, 1e-9, 200), np.random.default_rng(2)
+    shift = -3.0 * np.exp(-height / 1e-9) + 0.02 * draw.normal(size=200)
+    data = CURVE.drop_dims("point").assign(height=("point", height), frequency_shift=("point", shift))
+    found = df.calibrate(data.assign_coords(direction=("point", ["approach"] * 200)))
+    assert found.attrs["frequency_shift_error"] == pytest.approx(0.02, rel=0.2)

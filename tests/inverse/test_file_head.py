@@ -44,6 +44,14 @@ def test_names_and_units_tell_height_amplitude_and_phase(tmp_path, heading):
     assert (found.kind, found.curves, found.height_grows) == ("curve", 1, "away")
 
 
+def test_a_head_counts_the_curves_that_a_reader_finds(tmp_path):
+    rows = [f"{number},{z},{0.5 * z},{90 + z % 3}" for number in (1, 2, 3) for z in range(40, 0, -2)]
+    path = tmp_path / "map.csv"
+    path.write_text("\n".join(["curve,height (nm),amplitude (nm),phase (deg)", *rows, ""]))
+    curves = df.read_curves(path, phase_convention="lag", direction="approach", amplitude_is="peak")
+    assert df.file_head(path).curves == len(curves) == 3
+
+
 @pytest.mark.parametrize(
     ("heading", "told"),
     [

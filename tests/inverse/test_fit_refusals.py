@@ -109,6 +109,13 @@ def test_a_fit_refuses_data_that_lack_something(data: object, words: str) -> Non
         df.fit(fc.case_of("stiff"), data(fc.data_of("stiff")), free=[E])  # type: ignore[operator]
 
 
+@pytest.mark.parametrize("name", ["amplitude_2", "phase_2"])
+def test_a_fit_refuses_half_a_second_tone(name: str) -> None:
+    data = fc.data_of("liquid")
+    with pytest.raises(df.ParameterError, match=f"the data have {name} alone of tone 2; remove it"):
+        df.fit(fc.case_of("liquid"), data.assign({name: data["phase"]}), free=[E])
+
+
 def test_a_fit_refuses_a_tone_that_the_case_lacks() -> None:
     with pytest.raises(df.ParameterError, match="the curve has tone 2, but the case has only 1 tone"):
         df.fit(fc.case_of("stiff"), with_tone_2(), free=[E])

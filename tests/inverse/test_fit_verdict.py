@@ -76,21 +76,32 @@ def test_neighbors_may_be_as_alike_as_in_the_free_part() -> None:
 
 
 def _alike(noise: np.ndarray, r: float) -> float:
-    half = noise.reshape(2, 60)
+    half = noise.reshape(2, -1)
+    count = half.shape[1]
     made = xr.Dataset(
         {
             name: (("point", "tone"), one[:, None])
             for name, one in zip(("amplitude_residual", "phase_residual"), half, strict=True)
         }
         | {
-            "used": ("point", np.ones(60, bool)),
-            "lost": ("point", np.zeros(60, bool)),
-            "height": ("point", np.arange(60.0)),
+            "used": ("point", np.ones(count, bool)),
+            "lost": ("point", np.zeros(count, bool)),
+            "height": ("point", np.arange(float(count))),
         },
-        {"branch": ("point", np.ones(60))},
+        {"branch": ("point", np.ones(count))},
         {"neighbor_correlation": r},
     )
     return independence(made)
+
+
+def test_a_weak_correlation_that_is_long_is_no_noise() -> None:
+    """A viscosity that a model lacks leaves such residuals: weaker than the noise, alike over tenths of the curve."""
+    draw = np.random.default_rng(4)
+    slow = 0.35 * np.sin(np.linspace(0.0, 4.0 * np.pi, 300))
+    found = [_alike(draw.normal(size=600) + np.tile(slow, 2), 0.0) for _ in range(20)]
+    assert np.mean(np.array(found) < 1e-3) > 0.8
+    white = [_alike(draw.normal(size=600), 0.0) for _ in range(200)]
+    assert np.mean(np.array(white) < 0.05) < 0.09  # 0.05 expected, with an error of 0.015
 
 
 def test_correlated_residuals_raise_the_covariance_by_the_length_of_their_correlation_and_white_ones_do_not() -> None:

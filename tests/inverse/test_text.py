@@ -49,6 +49,16 @@ def is_the_curve(data):
         (measured_curve.text().replace("height_nm,amplitude_nm,phase_deg", "Height,Amplitude,Phase\nnm,nm,deg"), "units.csv"),
         (measured_curve.text().replace("\n", ",\n"), "trailing.csv"),
         (measured_curve.text() + "\n\n", "blank-lines.csv"),
+        (measured_curve.text("\t").replace("\n", "\t\n").replace("deg\t", "deg"), "tabs-end-rows.txt"),
+        (measured_curve.text("\t").replace("deg", "deg\t"), "a-tab-ends-the-headings.txt"),
+        (measured_curve.text() + ",,\n" * 3, "rows-of-separators.csv"),
+        (measured_curve.text().replace("height_nm", '"z (nm)"').replace("phase_deg", '"phase (deg)"'), "quotes.csv"),
+        (measured_curve.text(";").replace("phase_deg", '"phase (deg)";"a;b"').replace("\n", ";1\n").replace('b";1', 'b"'),
+         "quotes-around-a-separator.csv"),
+        ("\n".join([measured_curve.text().partition("\n")[0], *(",".join(f'"{cell}"' for cell in line.split(";"))
+         for line in measured_curve.text(";", ",").splitlines()[1:]), ""]), "quotes-around-decimal-commas.csv"),
+        ("\n".join(line.replace(",", ",,", 1) for line in measured_curve.text().split("\n")).replace(",,", ",defl_nm,", 1),
+         "an-empty-column.csv"),
     ],
     ids=lambda value: value if isinstance(value, str) and len(value) < 30 else "",
 )  # fmt: skip
@@ -228,6 +238,13 @@ def changed(line, cell, value):
     return "\n".join([*lines, ""])
 
 
+def constant_height():
+    """Return the table with one height for all points."""
+    return "height_nm,amplitude_nm,phase_deg\n" + "".join(
+        f"5,{1e9 * a:.5f},{phi:.4f}\n" for a, phi in zip(AMPLITUDE, LAG, strict=True)
+    )
+
+
 def shuffled():
     """Return the table with its rows in no order."""
     heading, *rows = measured_curve.text().splitlines()
@@ -242,6 +259,10 @@ def shuffled():
         (changed(50, 2, "inf"), "no finite number for the phase in line 50"),
         (changed(50, 1, "ten"), "has 'ten' in line 50, which is not a number"),
         (changed(50, 1, "-3"), "an amplitude below zero in line 50"),
+        (measured_curve.text("\t").replace(".", "D"), "'40D0000' in line 2 is not a number; write numbers as 1234.5"),
+        (constant_height(), "has the same height at every point; choose another column"),
+        (b"\x1f\x8b\x08" + bytes(50), "is compressed; unpack it"),
+        (b"\xd0\xcf\x11\xe0" + bytes(50), "is a workbook of Excel; save the sheet as CSV"),
         (changed(50, 0, "39"), "heights that go back and forth"),
         (shuffled(), "heights in no order: from point to point they scatter by .* sort the points"),
         (changed(50, 1, "1,5"), "has 4 cells in line 50 and 3 in the others"),
@@ -342,3 +363,29 @@ def test_each_cell_is_read_twice_at_most(monkeypatch: pytest.MonkeyPatch) -> Non
     (table,) = text.read_text(b"height_nm,amplitude_nm,phase_deg\n" + rows.encode(), "a.csv")
     assert len(table.columns[0].values) == 100
     assert len(read) <= 2 * 300 + 10
+
+
+def test_a_minus_sign_of_a_typesetter_is_a_minus(tmp_path):
+    content = measured_curve.text(heading="height_nm,amplitude_nm,phase_deg")
+    lines = [f"-{line}" if line[0].isdigit() else line for line in content.splitlines()]
+    plain = read(tmp_path, "\n".join([*lines, ""]), height_grows="toward")
+    typeset = read(tmp_path, "\n".join([*lines, ""]).replace("-", "\N{MINUS SIGN}"), height_grows="toward")
+    np.testing.assert_array_equal(plain.height, typeset.height)
+
+
+def test_columns_of_one_name_are_not_taken_by_chance(tmp_path):
+    rows = [
+        f"{1e9 * h:.4f},{1e9 * a:.5f},{2e9 * a:.5f},{p:.4f}" for h, a, p in zip(HEIGHT, AMPLITUDE, LAG, strict=True)
+    ]
+    content = "\n".join(["height_nm,{},{},phase_deg", *rows, ""])
+    with pytest.raises(df.ParameterError, match=r"has 2 columns 'amp' for the amplitude; add the unit"):
+        read(tmp_path, content.format("amp (nm)", "amp (nm)"), columns={"amplitude": "amp"})
+    data = read(tmp_path, content.format("amp (mV)", "amp (nm)"), columns={"amplitude": "amp (nm)"})
+    np.testing.assert_allclose(data.amplitude, 2.0 * AMPLITUDE, atol=1e-13)
+
+
+def test_separators_of_thousands_that_pass_for_decimal_commas_are_doubted(tmp_path):
+    rows = [f"{1e12 * h:,.0f}\t{1e12 * a:,.0f}\t{p:.0f}" for h, a, p in zip(HEIGHT, AMPLITUDE, LAG, strict=True)]
+    data = read(tmp_path, "\n".join(["height_pm\tamplitude_pm\tphase_deg", *rows, ""]))
+    assert any(line.startswith("doubt: the heights span only 35 pm") for line in data.attrs["history"])
+    assert not any(line.startswith("doubt") for line in read(tmp_path, measured_curve.text()).attrs["history"])

@@ -257,6 +257,13 @@ def test_a_set_point_without_a_state_has_its_reason(ratios, sentence):
     assert sentence in set_point.why_none(curve, 0.8)
 
 
+def test_a_set_point_among_motions_that_do_not_repeat_has_its_reason():
+    status = np.array([df.Status.OK, df.Status.NOT_REPEATING, df.Status.NOT_REPEATING, df.Status.OK], dtype=np.int8)
+    curve = xr.Dataset({"amplitude_ratio": ("zc", [1.0, 0.9, 0.6, 0.3]), "status": ("zc", status)})
+    assert "does not repeat from period to period" in set_point.why_none(curve, 0.8)
+    assert "jumps across" in set_point.why_none(curve, 0.5)
+
+
 def test_one_case_of_a_sweep_shows_its_states_at_the_set_point():
     case = df.example("figure-3-air").set("experiment.zc.points=23", "experiment.direction=approach")
     grid = df.sweep(case, over={"drive.A0": [8e-9, 10e-9]})

@@ -160,6 +160,7 @@ SPEAKS = {
     "energy_gained": [tapping(CALM, total_dissipated_energy=-1e-19), tapping(CALM, total_dissipated_energy=-1e-19, status=1)],
     "amplitude_beyond_the_drive": [tapping(CALM, amplitude=8e-9, status=1)],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
+    "not_repeating": [tapping(CALM, (5e-9, 4e-9), status=[0, 2])],
     "own_time": [over(OF_TIME)],
     "tabor_of_dmt": [
         over(DMT(hamaker=0.8e-20)), over(SPHERE(hamaker=2e-20), HERTZ()), tapping(AIR, max_indentation=1e-10, peak_force=3e-9),
@@ -259,6 +260,7 @@ SILENT = {
     "sampling": [
         tapping(CALM, mean_force=1e-11, mean_deflection=1.002e-11 / 0.9),
         tapping(CALM, (5e-9, 4e-9), mean_force=[1e-11, 1e-16], mean_deflection=[1e-11 / 0.9, 2e-16]),
+        tapping(CALM, (5e-9, 4e-9), mean_force=1e-11, mean_deflection=[1e-11 / 0.9, 2e-11], status=[0, 2]),
         tapping(over(solver__settle="fixed", solver__method="transient"), mean_force=1e-11, mean_deflection=1.02e-11 / 0.9),
     ],
     "step_error": [
@@ -279,6 +281,7 @@ SILENT = {
         tapping(over(drive__frequency="48 kHz"), amplitude=8e-9), tapping(ALTERNATING, amplitude=8e-9),
     ],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 2])],
+    "not_repeating": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
     "held_tip": [
         tapping(over(*STICKY, cantilever__k=0.1), status=0), tapping(over(*STICKY, cantilever__k=10.0), status=5),
         tapping(over(cantilever__k=0.1), status=5), over(*STICKY, cantilever__k=0.1),

@@ -72,3 +72,19 @@ def test_chaos_is_left_with_the_first_samples():
     found = df.dwell(case, zc="60.78 nm")
     assert found.status == df.Status.NOT_REPEATING
     assert found.attrs["samples_per_period"] == 256
+
+
+def test_few_taps_that_more_samples_miss_do_not_ask_for_more_everywhere():
+    """A sticky sample is touched once in several periods; near it more samples may miss it, and both go on alike."""
+    case = df.Case(
+        cantilever=df.Cantilever(f0="300 kHz", k="40 N/m", Q=400),
+        drive=df.Drive(A0="30 nm"),
+        tip=df.Tip(radius="10 nm"),
+        sample=df.Sample(youngs_modulus="2 MPa", poisson_ratio=0.45),
+        forces=[df.forces.JKR(surface_energy="50 mJ/m^2")],
+        experiment=df.experiments.Approach(zc=["36 nm", "19.5 nm", "18.4 nm"]),
+    )
+    found, fine = df.run(case), df.run(case.replace("solver.points_per_period", 1024))
+    assert found.attrs["samples_per_period"] == 256
+    assert (found.status[1:] == df.Status.NOT_REPEATING).all()
+    np.testing.assert_allclose(found.amplitude, fine.amplitude, rtol=1e-3)

@@ -242,3 +242,11 @@ def test_the_sentence_says_what_is_wanted_and_where_it_comes_from(call, sentence
     with pytest.raises(df.ParameterError) as error:
         call()
     assert str(error.value) == sentence
+
+
+def test_progress_is_the_same_argument_wherever_it_is_that_of_run():
+    wanted = inspect.signature(df.run).parameters["progress"].annotation
+    told = {name: getattr(df, name) for name in df.__all__ if "See :func:`run`." in (getattr(df, name).__doc__ or "")}
+    assert {"noise", "noisy_motion", "switching_rate"} < set(told)
+    other = [name for name, one in told.items() if inspect.signature(one).parameters["progress"].annotation != wanted]
+    assert not other

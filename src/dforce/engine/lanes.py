@@ -7,10 +7,11 @@ from typing import Any, NamedTuple, TypeVar
 
 import numba
 import numpy as np
-from numba import carray, types  # type: ignore[attr-defined]
+from numba import carray  # type: ignore[attr-defined]
 from numba.extending import intrinsic
 
 from dforce.engine.tableau import STAGES, WIDTH
+from dforce.kernel.pointers import pointer_to
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 # contract, arcp and nsz let the compiler fuse and reorder products but keep NaN and infinity meaningful
@@ -136,12 +137,7 @@ class Lane(NamedTuple):
 
 
 def _pointer(context: Any, at: Any) -> Any:
-    """Type, and make, a pointer of an address."""
-
-    def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
-        return builder.inttoptr(values[0], target.get_value_type(types.voidptr))
-
-    return types.voidptr(at), generate
+    return pointer_to(at)
 
 
 pointer: Any = intrinsic(_pointer)

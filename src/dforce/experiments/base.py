@@ -346,8 +346,8 @@ def initial_motions(block: Block, at: Array, start: Start) -> list[Motion]:
 
     A problem alone starts as the same one in a sweep, to the last bit.
     """
-    from dforce.solvers.block import FREQUENCY
     from dforce.solvers.integrator import Motion
+    from dforce.solvers.model import FREQUENCY
 
     tones = block.batch.example.tones
     if block.parameter == FREQUENCY or len(tones) > 1:

@@ -22,7 +22,7 @@ DEGREE = "degree"  # unit of phases in results, which the parser of units knows 
 
 @dataclass(frozen=True)
 class Finding:
-    """A line of a summary: what it is, as text for a reader and as an SI number for a machine."""
+    """A line of a summary: a label, with its value as text for a reader and as an SI number for a program."""
 
     name: str
     label: str
@@ -33,7 +33,7 @@ class Finding:
 
 
 class Findings(Listing[Finding]):
-    """What :func:`dforce.summary` returns: a list, shown as a table with a column for each direction."""
+    """The result of :func:`dforce.summary`: a list, shown as a table with a column for each direction."""
 
     def rows(self) -> list[tuple[str, ...]]:
         """Return a row for each label, with a text for each direction; where there are several, the first names them."""

@@ -18,7 +18,7 @@ from dforce.results.curves import drawable, goes_along, row_of
 from dforce.results.dataset import COLUMN_DIMS
 from dforce.results.kinds import check_shape, measured, swept
 from dforce.results.significance import ERRORS, is_none
-from dforce.results.status import check_computed, repeats
+from dforce.results.status import Status, check_computed, repeats
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -291,9 +291,16 @@ def states_at(curve: xr.Dataset, set_point: float, found: xr.Dataset | None = No
 
 def why_none(curve: xr.Dataset, set_point: float) -> str:
     """Return why no state of a curve is at a set point, and what to change, in two sentences."""
-    ratio = curve[RATIO].values[repeats(curve["status"].values)]
-    low, high = np.nanmin(ratio, initial=np.inf), np.nanmax(ratio, initial=-np.inf)
+    ratio, status = curve[RATIO].values, curve["status"].values
+    wanders = status == Status.NOT_REPEATING
+    steady = ratio[repeats(status)]
+    low, high = np.nanmin(steady, initial=np.inf), np.nanmax(steady, initial=-np.inf)
     share = f"{100.0 * set_point:.4g} %"
+    if wanders.any() and np.nanmin(ratio[wanders]) <= set_point <= np.nanmax(ratio[wanders]):
+        return (
+            f"No steady state at {share}: there the motion of this curve does not repeat from period to period. Choose another "
+            "set point, a larger A0 or a stiffer lever."
+        )
     if low > high:
         return f"No state at {share}: no motion on this curve settled. Widen experiment.zc."
     if low < set_point < high:

@@ -16,10 +16,10 @@ class AdhesionHysteresis(Force):
         -4 \pi R \gamma\, a_0^2 / d^2 & d > a_0 \end{cases}
         \qquad \gamma = \gamma_a \ (\dot d < 0), \quad \gamma_r \ (\dot d > 0)
 
-    so that the sample dissipates :math:`4\pi R (\gamma_r - \gamma_a)\,\delta_\mathrm{max}` in contact and :math:`4\pi R
+    Per cycle the sample dissipates :math:`4\pi R (\gamma_r - \gamma_a)\,\delta_\mathrm{max}` in contact, and :math:`4\pi R
     (\gamma_r - \gamma_a)\, a_0^2 (1/a_0 - 1/d_\mathrm{max})` outside. With a Hamaker constant the attraction outside is
     :math:`-H R/6 d^2` both ways, without loss, and the force may jump at :math:`a_0`. Add an elastic contact (`hertz`). The
-    force jumps at the turning points of the motion. Valid if these belong to the tap, not to noise.
+    force jumps at the turning points of the motion. Valid if the turning points belong to the tap, not to noise.
     """
 
     name = "adhesion_hysteresis"
@@ -50,24 +50,24 @@ class AdhesionHysteresis(Force):
 
     @property
     def approach_adhesion(self) -> float:
-        """Adhesion in contact while the tip comes (N)."""
+        """Adhesion in contact on approach (N)."""
         return 4.0 * pi * self.radius * self.approach_energy
 
     @property
     def retract_adhesion(self) -> float:
-        """Adhesion in contact while the tip goes (N)."""
+        """Adhesion in contact on retract (N)."""
         return 4.0 * pi * self.radius * self.retract_energy
 
     @property
     def approach_attraction(self) -> float:
-        """Attraction outside times the distance squared while the tip comes (N m^2)."""
+        """Attraction outside times the distance squared, on approach (N m^2)."""
         if self.hamaker is not None:
             return self.hamaker * self.radius / 6.0
         return self.approach_adhesion * self.a0**2
 
     @property
     def retract_attraction(self) -> float:
-        """Attraction outside times the distance squared while the tip goes (N m^2)."""
+        """Attraction outside times the distance squared, on retract (N m^2)."""
         if self.hamaker is not None:
             return self.hamaker * self.radius / 6.0
         return self.retract_adhesion * self.a0**2

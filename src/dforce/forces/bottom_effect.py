@@ -29,13 +29,13 @@ class BottomEffect(Force):
     - `punch`, a flat end of the radius :math:`R`: :math:`2 E_\mathrm{eff} R\,\delta` times the bracket in
       :math:`X = R/h`
 
-    The coefficients follow from the layer's kernel :math:`L(\omega) = (2\kappa\sinh 2\omega - 4\omega) /
-    (2\kappa\cosh 2\omega + 4\omega^2 + 1 + \kappa^2)`, :math:`\kappa = 3 - 4\nu`, for any Poisson ratio
-    of the sample. With `form = "series"` the bracket is this series (1 % off at :math:`X = 0.5` for a
-    sphere and 0.8 for a cone where :math:`\nu = 0.5`) and the force continues along its tangent. With `form = "numerical"` the
-    integral equation of the contact continues the series. It is solved at the start of a run, to an accuracy of 1e-3 up to
-    :math:`X = 2` (sphere) and 3 (cone), and along its tangent beyond. Valid for supports much stiffer than the sample, no
-    friction below the tip and no adhesion.
+    The coefficients follow from the layer's kernel
+    :math:`L(\omega) = (2\kappa\sinh 2\omega - 4\omega) / (2\kappa\cosh 2\omega + 4\omega^2 + 1 + \kappa^2)`,
+    :math:`\kappa = 3 - 4\nu`, for any Poisson ratio of the sample. With `form = "series"` the bracket is this series up to
+    :math:`X = 0.5` (sphere) and 0.8 (cone), where it is 1 % off for :math:`\nu = 0.5`; beyond, the force continues along its
+    tangent. With `form = "numerical"` a solution of the integral equation of the contact continues the series. This solution
+    is computed at the start of a run, with an accuracy of 1e-3 up to :math:`X = 2` (sphere) and 3 (cone); beyond, the force
+    continues along its tangent. Valid for supports much stiffer than the sample, no friction below the tip and no adhesion.
     """
 
     name = "bottom_effect"

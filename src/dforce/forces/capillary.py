@@ -20,11 +20,11 @@ class Capillary(Force):
     .. math:: F = -4 \pi R \gamma_L \cos\theta \left[1 - \frac{d}{\sqrt{d^2 + V/\pi R}}\right]
         \quad\text{(constant volume)}
 
-    while the neck exists, and its value at :math:`a_0` in contact. It forms at the distance `formation` (for example, at the
-    contact of two water films) and breaks at :math:`(1 + \theta/2) V^{1/3}`. The sample dissipates :math:`4 \pi R \gamma_L
-    \cos\theta\, [d - \sqrt{d^2 + V/\pi R}]` between these distances in a cycle. A run starts without a neck. With `kelvin` the
-    neck is in equilibrium with the vapor, with the radius of curvature :math:`r_K = \gamma_L V_m / (R_g T \ln(1/h))` at the
-    relative humidity :math:`h`:
+    while the neck exists, and its value at :math:`a_0` in contact. The neck forms at the distance `formation` (for example,
+    at the contact of two water films) and breaks at :math:`(1 + \theta/2) V^{1/3}`. Per cycle the sample dissipates the
+    difference of :math:`4 \pi R \gamma_L \cos\theta\, [d - \sqrt{d^2 + V/\pi R}]` between these distances. A run starts
+    without a neck. With `kelvin` the neck is in equilibrium with the vapor, with the radius of curvature
+    :math:`r_K = \gamma_L V_m / (R_g T \ln(1/h))` at the relative humidity :math:`h`:
 
     .. math:: F = -4 \pi R \gamma_L \cos\theta \left[1 - \frac{d}{2 r_K \cos\theta}\right]
 

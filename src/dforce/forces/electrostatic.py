@@ -20,14 +20,14 @@ class Electrostatic(Force):
     .. math:: F = -\frac{\pi \varepsilon_0 R^2 V^2}{d (d + R)} \quad\text{(sphere)}, \qquad
         V = V_\mathrm{dc} - V_\mathrm{cpd} + V_\mathrm{ac} \cos 2\pi f t
 
-    and its value at :math:`a_0` in contact. With `sphere_and_cone` the end of the sphere and the cone above it, half-angle
-    :math:`\theta` and height :math:`H_c`, with :math:`D = d + R(1 - \sin\theta)`:
+    and its value at :math:`a_0` in contact. With `sphere_and_cone` the tip is the end of the sphere with a cone above it, of
+    half-angle :math:`\theta` and height :math:`H_c`; with :math:`D = d + R(1 - \sin\theta)`:
 
     .. math:: F = -\pi \varepsilon_0 V^2 \left[\frac{R^2 (1 - \sin\theta)}{d\, D}
         + \frac{1}{(\ln\tan\frac{\theta}{2})^2} \left(\ln\frac{H_c}{D} - 1
         + \frac{R \cos^2\theta}{D \sin\theta}\right)\right]
 
-    The cone's term vanishes at heights at which it would repel. Checked for dForce: the sphere is within 6 % of the exact
+    The term of the cone is zero where it would repel. Checked for dForce: the sphere is within 6 % of the exact
     series of a sphere and a plane at every distance, and exact at both ends. The term of the cone follows from the field
     :math:`V / (z \tan\theta\, |\ln\tan\frac{\theta}{2}|)` on the cone at the height :math:`z`, integrated from D to :math:`H_c
     \gg R`. Valid in gas and vacuum, without the attraction of the lever.
@@ -139,7 +139,7 @@ class Electrostatic(Force):
     def steady_sphere(
         d: float, rate: float, t: float, steady_strength: float, offset: float, a0: float, contact_force: float
     ) -> float:
-        """Return the force of a sphere at a constant voltage: the same without calls, which cost most of its time."""
+        """Return the force of a sphere at a constant voltage: the same law, faster without functions of `math`."""
         return steady_strength / (d * (d + offset)) if d > a0 else contact_force
 
     def law_function(self) -> Callable[..., float]:

@@ -25,7 +25,7 @@ class JKR(AdhesiveContact):
     2\gamma`). The tip snaps into contact at :math:`d = a_0`, where the force falls to
     :math:`-\tfrac{8}{3}\pi\gamma R`. The contact stays on the branch until :math:`\delta = -3^{2/3} u`, where it detaches with
     :math:`-\tfrac{5}{3}\pi\gamma R`. The branch ends there at a prescribed distance, as for a stiff lever. Without
-    attraction outside contact, the sample dissipates :math:`22.516318693\, (\gamma^5 R^4 / E_\mathrm{eff}^2)^{1/3}` a cycle.
+    attraction outside contact, the sample dissipates :math:`22.516318693\, (\gamma^5 R^4 / E_\mathrm{eff}^2)^{1/3}` per cycle.
 
     Outside contact the force is zero, or with a Hamaker constant :math:`-H R/6 d^2`, limited to its value at first contact.
     Valid for large Tabor parameters, :math:`(R W^2 / E_\mathrm{eff}^2 a_0^3)^{1/3} > 5`, and contact radii small relative to R.

@@ -19,8 +19,8 @@ class KelvinVoigt(Force):
 
     with the contact radius :math:`a` of the tip's shape: :math:`\tfrac{2}{\pi}\tan\theta\,\delta` for a
     cone, :math:`\tan\theta\,\delta/\sqrt{2}` for a four-sided pyramid (a punch with equal stiffness), and :math:`R` for a
-    punch. A Kelvin–Voigt solid, :math:`F = \eta^* \tfrac{d}{dt}(F_\mathrm{el}/E_\mathrm{eff})`, gives this with :math:`\eta =
-    2\eta^*` for each of these shapes, because :math:`dF_\mathrm{el}/d\delta = 2 E_\mathrm{eff}\, a`.
+    punch. A Kelvin–Voigt solid, :math:`F = \eta^* \tfrac{d}{dt}(F_\mathrm{el}/E_\mathrm{eff})`, gives this force with
+    :math:`\eta = 2\eta^*` for each of these shapes, because :math:`dF_\mathrm{el}/d\delta = 2 E_\mathrm{eff}\, a`.
 
     While the tip withdraws the drag pulls, and elastic and viscous force together may be attractive. With
     `no_tension` the drag never exceeds the elastic force of the same shape, so that their sum is never

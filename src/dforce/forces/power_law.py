@@ -21,12 +21,13 @@ class PowerLaw(Viscoelastic):
     .. math:: F = \frac{4\sqrt{R}}{3} \int_0^{t_1(t)} \psi(t - s)\, d[\delta^{3/2}], \qquad
         \psi(t) = \frac{E}{1 - \nu^2} \left(\frac{t}{t_0}\right)^{-\beta}
 
-    with :math:`t_1` as in `sls`, with the same equations and domain. The power law is the sum :math:`\sum_k E_k e^{-t/\tau_k}`
-    with two relaxation times a decade and :math:`E_k = E\, t_0^\beta\, \tau_k^{-\beta}\, \tfrac{\ln 10}{2} / \Gamma(\beta)`,
-    the trapezoidal rule for :math:`t^{-\beta} = \tfrac{1}{\Gamma(\beta)} \int \tau^{-\beta} e^{-t/\tau}\, d\ln\tau`. Arms
-    slower than the longest time are springs. No arm is faster than the shortest time, so the modulus is finite. The law is
-    right to 1 % from three times the shortest to a tenth of the longest time. The shortest time must be longer than the step of
-    the solver. The tip is rigid; set Young's modulus.
+    with :math:`t_1` as in `sls`, with the same equations and domain. The power law is the sum
+    :math:`\sum_k E_k e^{-t/\tau_k}` with two relaxation times a decade and
+    :math:`E_k = E\, t_0^\beta\, \tau_k^{-\beta}\, \tfrac{\ln 10}{2} / \Gamma(\beta)`, the trapezoidal rule for
+    :math:`t^{-\beta} = \tfrac{1}{\Gamma(\beta)} \int \tau^{-\beta} e^{-t/\tau}\, d\ln\tau`. Arms slower than the longest time
+    are springs. No arm is faster than the shortest time, so the modulus is finite. The law is right to 1 % for times from
+    three times the shortest to a tenth of the longest time. The shortest time must be longer than the step of the solver. The
+    tip is rigid; set Young's modulus.
     """
 
     name = "power_law"

@@ -14,13 +14,13 @@ class SLSSimple(StandardSolid):
     .. math:: \dot F + \frac{F}{\tau} = \frac{4\sqrt{R}}{3(1 - \nu^2)}
         \left[E_0 \frac{d}{dt}\delta^{3/2} + \frac{E_\infty}{\tau} \delta^{3/2}\right], \qquad F \ge 0
 
-    Contact ends at zero force. Then the free surface recovers by the same equation with :math:`F = 0`, its height :math:`u` by
-    :math:`\dot u = -\tfrac{2}{3} (E_\infty/E_0)\, u/\tau`, and contact begins again where :math:`\delta = u`. The state is the
-    dashpot's displacement in powers 3/2.
+    Contact ends at zero force. Then the free surface recovers by the same equation with :math:`F = 0`: its indentation
+    :math:`u` follows :math:`\dot u = -\tfrac{2}{3} (E_\infty/E_0)\, u/\tau`. Contact begins again at :math:`\delta = u`. The
+    state is the displacement of the dashpot to the power 3/2.
 
-    Many simulators use this model. It is exact while the contact grows; while it shrinks it loses a little more energy than
-    `sls`, which is exact. The tip is rigid; set Young's moduli. Valid for indentations small relative to the radius and a
-    relaxation time longer than the step of the solver.
+    Many simulators use this model. It is exact while the contact grows. While the contact shrinks, the model loses a little
+    more energy than the exact model `sls`. The tip is rigid; set Young's moduli. Valid for indentations small relative to the
+    radius and a relaxation time longer than the step of the solver.
     """
 
     name = "sls_simple"

@@ -21,7 +21,7 @@ class Tatara(Force):
         n = \tfrac{4}{3} E_\mathrm{eff} \sqrt{R_\mathrm{eff}}
 
     with :math:`1/R_\mathrm{eff} = 1/R_t + 1/R_s` and :math:`1/n_c = (3 + \nu_t - 2\nu_t^2)/4\pi E_t R_t
-    + (3 + \nu_s - 2\nu_s^2)/4\pi E_s R_s`: on each side half of the compression, Hertz' approach minus the displacement of the
+    + (3 + \nu_s - 2\nu_s^2)/4\pi E_s R_s`. Each side has half of the compression: Hertz' approach minus the displacement of the
     opposite pole. As a series, with the option `form`:
 
     .. math:: F = \frac{n\,\delta^{3/2}}{2^{3/2}} + \frac{3 n^2 \delta^2}{8 n_c}

@@ -55,13 +55,13 @@ class VanDerWaals(Force):
 
     @property
     def strength(self) -> float:
-        """Constant before the fraction: HR/6 of spheres (N m^2), HR²/6 flat (N m^3), H/6 of a cone (N m)."""
+        """Constant in the numerator: HR/6 of a sphere (N m^2), HR²/6 flat (N m^3), H/6 of a cone (N m)."""
         factor = {"sphere": self.radius, "exact_sphere": self.radius, "capped_cone": 1.0, "flat": self.radius**2}
         return self.hamaker / 6.0 * factor[self.geometry]
 
     @property
     def c0(self) -> float:
-        """First coefficient of the shape's polynomial below the fraction, d²(c0 + c1 d + c2 d²) (1)."""
+        """First coefficient of the shape's polynomial in the denominator, d²(c0 + c1 d + c2 d²) (1)."""
         return 0.0 if self.geometry == "flat" else 1.0
 
     @property

@@ -23,7 +23,8 @@ class Beam(Parameters):
     """A rectangular cantilever by material and size; its modes follow from Euler–Bernoulli theory.
 
     In a fluid, frequencies and quality factors follow from Sader's hydrodynamic function
-    (:func:`dforce.instrument.beam.fluid_mode`). Valid for length far above width far above thickness.
+    (:func:`dforce.instrument.beam.fluid_mode`). Valid if the length is far above the width, and the width far above the
+    thickness.
     """
 
     title_of: ClassVar[str] = "cantilever.beam"
@@ -102,7 +103,7 @@ class Beam(Parameters):
         Raises
         ------
         ParameterError
-            When Q is missing and does not follow from the medium.
+            When Q is missing and does not follow from the medium, or a mode has no resonance there (Q of 0.5 or less).
         """
         if self.fluid == "history" and not (medium.density and medium.viscosity):
             raise ParameterError(

@@ -10,10 +10,12 @@ import bisect
 import dataclasses
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
 from dforce.instrument.beam_lever import Beam
 from dforce.instrument.drive import Drive, ToneNumbers
@@ -22,9 +24,11 @@ from dforce.instrument.medium import Medium
 from dforce.instrument.modes import ModeNumbers
 from dforce.instrument.readout import Readout
 
-PARTS = 64  # of each interval that a user gives: between them numbers that change together are not quite linear
-MOST = 512  # parts of all intervals together: where many are given, little changes in each
-NEAREST, FARTHEST, HEIGHTS = 0.5, 20.0, 80  # heights of the tip between which the flow at a wall is tabulated
+# relative change of Q or the free amplitude from one distance to the next: numbers in between are not quite linear, and
+# are off by a quarter of its square
+STEP = 1e-3
+MOST = 4096  # distances at which a lever is known, about: where it changes more than that allows, steps are longer
+NEAREST, FARTHEST, HEIGHTS = 0.5, 20.0, 80  # heights of the tip between which the flow at a wall is computed
 
 
 @dataclass(frozen=True)
@@ -87,8 +91,7 @@ def heights_of(
         return None
     if len(modes) > 1 or len(tones) > 1:
         raise ParameterError("cantilever.drift needs one mode and one tone")
-    parts = min(PARTS, max(1, MOST // (len(drift.zc) - 1)))
-    zc = np.unique(np.concatenate([np.linspace(a, b, parts + 1) for a, b in zip(drift.zc, drift.zc[1:], strict=False)]))
+    zc = _fine(drift.zc, drift.Q, drift.A0)
     Q = np.interp(zc, drift.zc, drift.Q) if drift.Q else np.full(len(zc), modes[0].Q)
     there = [(dataclasses.replace(modes[0], Q=float(one)),) for one in Q]
     moved = [tones] * len(zc)
@@ -112,5 +115,37 @@ def _over_wall(beam: Beam, medium: Medium, tones: tuple[ToneNumbers, ...]) -> He
             if one >= height:  # nearer than its tip is high a lever is by nanometers, and may stop to oscillate before
                 raise
             known.clear()
-    zc, modes = zip(*known, strict=True)
-    return Heights(zc, modes, (tones,) * len(known))
+    return _between_computed(known, tones)
+
+
+def _between_computed(known: list[tuple[float, tuple[ModeNumbers, ...]]], tones: tuple[ToneNumbers, ...]) -> Heights:
+    """Return modes computed at some distances (m) and so many between them that each step changes little."""
+    from scipy.interpolate import CubicSpline  # loading it takes long
+
+    zc, modes = np.array([one for one, _ in known]), [there for _, there in known]
+    fine = _fine(zc, *np.array([[mode.Q for mode in there] for there in modes]).T)
+
+    def between(name: str, n: int) -> Array:
+        return np.asarray(CubicSpline(zc, [getattr(there[n], name) for there in modes])(fine))
+
+    each = [
+        [
+            dataclasses.replace(modes[0][n], f0=float(f0), Q=float(Q), added_mass=float(added))
+            for f0, Q, added in zip(*(between(name, n) for name in ("f0", "Q", "added_mass")), strict=True)
+        ]
+        for n in range(len(modes[0]))
+    ]
+    return Heights(tuple(fine.tolist()), tuple(zip(*each, strict=True)), (tones,) * len(fine))
+
+
+def _fine(zc: Sequence[float] | Array, *columns: Sequence[float] | Array) -> Array:
+    """Return distances (m) between given ones, so that no column, linear in between, changes by more than a step at once."""
+    given = [np.asarray(column) for column in columns if len(column)]
+    changes = [np.abs(np.diff(np.log(column))) for column in given]
+    step = max(STEP, float(np.sum(changes)) / MOST)
+    places = [np.asarray(zc)]
+    for column, change in zip(given, changes, strict=True):
+        for i in np.flatnonzero(change > step).tolist():
+            levels = np.geomspace(column[i], column[i + 1], math.ceil(change[i] / step) + 1)[1:-1]
+            places.append(zc[i] + (zc[i + 1] - zc[i]) * (levels - column[i]) / (column[i + 1] - column[i]))
+    return np.unique(np.concatenate(places))

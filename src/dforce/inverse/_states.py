@@ -106,9 +106,9 @@ class Solver:
             start = self._states(some, np.array([pairs[n][2] for n in numbers]))
             here = self._states(some, points.motions[own])
             begun = np.array([pairs[n][1] for n in numbers])
-            branch = block.follow(np.arange(len(some)), start, begun, points.zc[own][:, None])
-            apart = np.abs(branch.last_x - here.x).max(axis=1)
-            out[own[(branch.done == 1) & (apart > SAME)]] = True
+            found = block.follow(np.arange(len(some)), start, begun, points.zc[own][:, None])
+            apart = np.abs(found.last_x - here.x).max(axis=1)
+            out[own[(found.done == 1) & (apart > SAME)]] = True
         return out
 
     def slopes(self, points: PlannedPoints, path: str) -> Array:

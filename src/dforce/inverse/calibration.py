@@ -12,7 +12,7 @@ from dforce.core.errors import ParameterError, UnitError, checked, shorten
 from dforce.inverse import checks, steps
 from dforce.inverse.curve import CONVENTIONS, UNKNOWN, described
 from dforce.inverse.energies import energy
-from dforce.inverse.measured import check_measured
+from dforce.inverse.measured import check_directions, check_measured
 from dforce.inverse.steps import Given, Work
 from dforce.inverse.values import ends, measured
 from dforce.inverse.values import show as shown
@@ -119,8 +119,11 @@ def calibrate(
 
 
 def _check(data: xr.Dataset, baseline: str, delay: object, speed: object) -> None:
-
-    check_measured(data)
+    if "frequency_shift" in data and "phase" not in data:
+        check_measured(data, ("height", "frequency_shift"))
+    else:
+        check_measured(data)
+    check_directions(data)
     if "neighbor_correlation" in data.attrs:
         raise ParameterError("data is already calibrated; pass the result of df.read_measured")
     if baseline not in BASELINES:

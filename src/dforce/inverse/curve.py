@@ -109,6 +109,11 @@ def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
     history = [f"read: {table.reader}"]
     values = _values(found, table, asked, name, history)
     known = _turn_heights(values, found["height"], table.reader, asked.height_grows, history)
+    if (span := float(np.ptp(values["height"]))) < placing.SHORTEST:
+        history.append(
+            f"doubt: the heights span only {units.show(span, 'm', 3)}; the unit is wrong, or commas or points separate "
+            "thousands"
+        )
     walk = walk_of(table, values["height"], _segments(found, table, name), asked.direction, name)
     values = {key: column[walk.rows] for key, column in values.items()}
     if len(walk.rows) < placing.FEWEST:
@@ -151,6 +156,9 @@ def _values(
         taken = found["taken"].name if quantity == "height" else quantity
         unit = asked.units.get(quantity) or asked.units.get(taken)
         column = found[quantity]
+        if quantity in OPTIONAL and quantity not in asked.columns and _is_empty(column):
+            history.append(f"left out: the {quantity.replace('_', ' ')}, a column without numbers")
+            continue
         try:
             values[quantity] = placing.in_si(taken, column, unit, asked.sensitivity, name)
         except UnitError:
@@ -179,6 +187,11 @@ def _values(
             + (", without the creep and hysteresis of the piezo" if kind == "piezo" else "")
         )
     return values
+
+
+def _is_empty(column: Column) -> bool:
+    """Say whether a column has no number at all."""
+    return column.values.dtype.kind == "f" and not np.isfinite(column.values).any()
 
 
 def _turn_heights(

@@ -13,6 +13,7 @@ from dforce.core.errors import checked
 from dforce.core.listing import Shown, aligned, html_table
 from dforce.inverse.curve import height_sign
 from dforce.inverse.guessing import Guess, guess_curve, guess_spectrum
+from dforce.inverse.placing import split_curves
 from dforce.inverse.readers import content_of, tables_in
 from dforce.inverse.table import MeasuredTable
 from dforce.inverse.words import amplitude_kind
@@ -59,7 +60,7 @@ class FileHead(Shown):
     curves
         Number of curves in the file.
     columns
-        Columns of the first curve, in their order.
+        Columns of the first table in the file, in their order.
     height_grows
         Guess of the sign of the heights, as in :func:`dforce.read_measured`; None if neither file nor curve shows the sign.
     amplitude_is
@@ -144,12 +145,18 @@ def head_of(tables: list[MeasuredTable], name: str) -> FileHead:
     return FileHead(
         SPECTRUM if spectrum else CURVE,
         str(table.reader),
-        len(tables),
+        len(tables) if spectrum else sum(_curves_in(one, name) for one in tables),
         columns,
         None if spectrum else _height_grows(guesses, table, name),
         amplitude_kind(guesses["amplitude"].column.name) if "amplitude" in guesses else None,
         table.notes.get("phase_convention"),
     )
+
+
+def _curves_in(table: MeasuredTable, name: str) -> int:
+    """Return the number of curves in a table, as a reader finds them."""
+    sure = {quantity: guess.column for quantity, guess in guess_curve(table).items() if guess.sure}
+    return len(split_curves(table, sure, name))
 
 
 def _height_grows(guesses: Mapping[str, Guess], table: MeasuredTable, name: str) -> str | None:

@@ -10,6 +10,7 @@ from dforce.core import units
 from dforce.core.arrays import Array, Indices, Texts
 from dforce.core.errors import ResultError
 from dforce.inverse.table import APPROACH, PAUSE, RETRACT, MeasuredTable
+from dforce.inverse.words import naming
 
 TOLERANCE = 3.0  # times the noise of the sensor: a step back by less is none
 MOST_NOISE = 0.25  # of the range of heights: what scatters by more than that within the tolerance is no walk
@@ -86,10 +87,17 @@ def walk_of(
     return OrderedRows(np.concatenate(rows), np.array(words), history)
 
 
+def is_disordered(height: Array) -> bool:
+    """Say whether heights scatter from point to point by so much of their range that they are no walk."""
+    return len(height) > 0 and TOLERANCE * sensor_noise(height) > MOST_NOISE * float(np.ptp(height))
+
+
 def _refuse_disorder(height: Array, name: str) -> None:
-    """Raise ResultError for heights in no order at all, which pass for a sensor whose noise is as large as the walk."""
-    noise = sensor_noise(height)
-    if TOLERANCE * noise > MOST_NOISE * np.ptp(height):
+    """Raise ResultError for heights that are all alike or in no order, which pass for a sensor of as much noise as range."""
+    if len(height) > 1 and not np.ptp(height):
+        raise ResultError(f"{name} has the same height at every point; choose another column with {naming('height')}")
+    if is_disordered(height):
+        noise = sensor_noise(height)
         raise ResultError(
             f"{name} has heights in no order: from point to point they scatter by {units.show(noise, 'm', 2)} within a range "
             f"of {units.show(float(np.ptp(height)), 'm', 3)}; sort the points"

@@ -5,22 +5,25 @@ from __future__ import annotations
 import functools
 import hashlib
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 import numpy as np
 
+from dforce.core import units
 from dforce.core.errors import DForceError, ParameterError, ResultError, checked, shorten
 from dforce.inverse.curve import Asked, Told, curve_of
-from dforce.inverse.placing import split_curves
+from dforce.inverse.heights import WAYS, is_disordered
+from dforce.inverse.placing import FEWEST, LARGEST, place, split_curves
 from dforce.inverse.readers import content_of, own, tables_in
-from dforce.inverse.table import MeasuredTable
+from dforce.inverse.table import APPROACH, MeasuredTable
+from dforce.inverse.words import MEANINGS
 
 if TYPE_CHECKING:
     import xarray as xr
 
-
+CHANNELS = ("amplitude", "phase", "amplitude_2", "phase_2", "frequency_shift")
 T = TypeVar("T")
 
 
@@ -166,7 +169,11 @@ def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> lis
     if kept is not None:
         whole = _chosen([kept], number, name) if number is not None else kept
         return [lambda: whole]
-    tables = [part for table in tables_in(content, name) for part in split_curves(table, asked.columns, name)]
+    tables = [
+        part
+        for table in tables_in(content, name)
+        for part in split_curves(table, place(table, asked.columns, None, name), name)
+    ]
     if number is not None:
         tables = [_chosen(tables, number, name)]
     source = {"source": Path(path).name, "sha256": hashlib.sha256(content).hexdigest()}
@@ -189,17 +196,55 @@ def _chosen(tables: list[T], number: int, name: str) -> T:
     return tables[number - 1]
 
 
-def check_measured(data: xr.Dataset) -> None:
+def check_measured(data: xr.Dataset, needed: Sequence[str] = ("height", "amplitude", "phase")) -> None:
     """Refuse a Dataset that is no measured curve.
 
     Raises
     ------
     ParameterError
-        With what is missing.
+        With what is missing, or makes no sense.
+    ResultError
+        With the first point that has no number.
     """
-    missing = [name for name in ("height", "amplitude", "phase") if name not in data]
+    missing = [name for name in needed if name not in data]
     if missing or data["height"].dims != ("point",):
         what = f"has no {' and no '.join(missing)}" if missing else "does not lie along 'point'"
         raise ParameterError(f"data {what}, so it is not a measured curve; get a curve from df.read_measured")
-    if not all(np.isfinite(data[name].values).all() for name in ("height", "amplitude", "phase")):
-        raise ResultError("data contains values that are not finite numbers")
+    if data.sizes["point"] < FEWEST:
+        raise ParameterError(f"data has {data.sizes['point']} points, but a curve needs {FEWEST} or more")
+    for name in ("height", *CHANNELS):
+        if name not in data:
+            continue
+        values = data[name].values
+        if values.dtype.kind not in "fiu" or data[name].dims != ("point",):
+            raise ParameterError(f"the {name} of data is not a row of real numbers along 'point'")
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            raise ResultError(f"the {name} of data is not a finite number at point {bad[0] + 1}; remove such points")
+        if name.startswith("amplitude") and values.min() < 0.0:
+            raise ParameterError(f"the {name} of data is below zero at point {int(np.argmax(values < 0.0)) + 1}")
+        size = np.ptp(values) if name == "height" else np.abs(values).max()
+        if MEANINGS[name].unit == "m" and size > LARGEST:
+            raise ParameterError(f"the {name} of data reaches {units.show(float(size), 'm', 3)}; lengths are in m")
+
+
+def check_directions(data: xr.Dataset) -> None:
+    """Refuse a measured curve whose points are in no order, or whose directions are unknown.
+
+    Raises
+    ------
+    ParameterError
+        With what to do.
+    """
+    if "direction" not in data.variables:
+        raise ParameterError(
+            "data has no coordinate 'direction': data.assign_coords(direction=('point', ['approach', ...])) adds it"
+        )
+    words = data["direction"].values
+    for word in dict.fromkeys(words.tolist()):
+        if word not in WAYS:
+            raise ParameterError(f"the direction '{shorten(str(word))}' of data is neither approach nor retract")
+        own = np.asarray(data["height"].values[words == word], dtype=float)
+        if WAYS[word] * (own[-1] - own[0]) < 0.0 or is_disordered(own):
+            way = "fall" if word == APPROACH else "rise"
+            raise ParameterError(f"the heights of the {word} do not {way} from point to point; sort the points of data")

@@ -18,6 +18,7 @@ NEEDED = ("height", "amplitude", "phase")
 AMPLITUDES = ("amplitude", "amplitude_2")
 NUMBERS = ("1", "")  # units of quantities that need none
 FEWEST = 8  # points of a curve
+SHORTEST = 1e-10  # m: heights that span less are no curve
 LARGEST = 1e-3  # m: longer than any range of a piezo
 
 
@@ -48,12 +49,22 @@ def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, 
 
 
 def _named(table: MeasuredTable, wanted: str, quantity: str, name: str) -> Column:
-    for column in table.columns:
-        full = f"{column.name} ({column.unit})" if column.unit else column.name
-        if wanted.strip() in (column.name, full, f"{column.name} [{column.unit}]", f"{column.name}_{column.unit}"):
-            return column
+    found = [column for column in table.columns if wanted.strip() in _names_of(column)]
+    if len(found) > 1:
+        raise ParameterError(
+            f"{name} has {len(found)} columns '{shorten(wanted)}' for the {quantity}; add the unit, as in 'Amp (nm)', or "
+            "rename one in the file"
+        )
+    if found:
+        return found[0]
     known = [column.name for column in table.columns]
     raise ParameterError(f"{name} has no column '{shorten(wanted)}' for the {quantity}{nearest(wanted[:100], known)}")
+
+
+def _names_of(column: Column) -> tuple[str, ...]:
+    """Return how a user may name a column, without and with its unit."""
+    name, unit = column.name, column.unit
+    return (name, f"{name} ({unit})", f"{name} [{unit}]", f"{name}_{unit}") if unit else (name,)
 
 
 def _refuse_twice(named: Mapping[str, Column], name: str) -> None:
@@ -219,10 +230,9 @@ def amplitude_scale(column: Column, asked: str | None, reader: Reader, name: str
     return 1.0, f"amplitude: zero to peak, {'as set' if kind else 'the default'}"
 
 
-def split_curves(table: MeasuredTable, columns: Mapping[str, str], name: str) -> list[MeasuredTable]:
-    """Return the curves in a table, told apart by a column `curve`, or by the places `x` and `y` on a map."""
-    found = {key: column for key, column in place(table, columns, None, name).items() if key in ("curve", "x", "y")}
-    numbers = {key: column for key, column in found.items() if column.values.dtype.kind == "f"}
+def split_curves(table: MeasuredTable, found: Mapping[str, Column], name: str) -> list[MeasuredTable]:
+    """Return the curves in a table whose columns are known by quantity: by `curve`, or by the places `x` and `y` on a map."""
+    numbers = {key: found[key] for key in ("curve", "x", "y") if key in found and found[key].values.dtype.kind == "f"}
     keys = ["curve"] if "curve" in numbers else [key for key in ("x", "y") if key in numbers]
     if not keys:
         return [table]

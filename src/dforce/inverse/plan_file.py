@@ -42,6 +42,8 @@ def load_plan(path: str | os.PathLike[str]) -> PlanFile:
     ------
     CaseError
         When the file cannot be read, is not a case, or has no table ``[plan]`` with `vary`.
+    ForceError
+        When a plug-in of the case fails.
     """
     file, name = Path(path), f"'{shorten(str(path), 200)}'"
     if str(path) in library.examples() and not exists(file):

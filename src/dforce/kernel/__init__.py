@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from types import ModuleType
@@ -172,7 +173,7 @@ def base_in_motion(problem: Problem, tones: Array) -> Array:
 
 
 def responses(problem: Problem) -> Array:
-    """Return the coefficients with which ``solvers.retune`` moves each tone's row to another frequency, (tones, coefficients).
+    """Return the coefficients with which ``solvers.model`` moves each tone's row to another frequency, (tones, coefficients).
 
     There are none where a force drives the lever.
     """
@@ -295,10 +296,7 @@ def load(
     """
     modes, late, forces = len(problem.modes), problem.late_fluid, problem.forces
     drive = (len(problem.tones), problem.lagging) if lanes else None
-
-    def text() -> str:
-        return compose(modes, forces, entries, called, late, drive)
-
+    text = functools.partial(compose, modes, forces, entries, called, late, drive)
     return _loaded(("tip", modes, late, drive), forces, (entries, called), text, _tip_equation_for(forces))
 
 
@@ -310,27 +308,22 @@ def load_solvers(
     usual: Sequence[str],
 ) -> Kernel:
     """Return the entry functions that are the same for all forces; what they call lies elsewhere, see ``tip``."""
-
-    def text() -> str:
-        return compose_solvers(modes, entries, called, late)
-
+    text = functools.partial(compose_solvers, modes, entries, called, late)
     return _loaded(("solvers", modes, late), (), (entries, called), text, _solvers_for(modes), usual)
 
 
 def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel:
     """Return functions that are the same for any forces with states, or for any without, see ``any_force``."""
     modes, late, functions = len(problem.modes), problem.late_fluid, any_force.functions_of(problem.forces)
-
-    def text() -> str:
-        return any_force.compose_any(modes, late, functions, entries)
-
+    text = functools.partial(any_force.compose_any, modes, late, functions, entries)
     numbers = ("any", modes, late, tuple(functions))
     return _loaded(numbers, (), (entries, ()), text, _solvers_for(modes), tuple(entries))
 
 
 def load_laws(forces: Sequence[Force]) -> Kernel:
     """Return the functions that those entry functions call: the sums of some laws."""
-    return _loaded(("laws",), forces, ({}, ()), lambda: any_force.compose_laws(forces), _tip_equation_for(forces))
+    text = functools.partial(any_force.compose_laws, forces)
+    return _loaded(("laws",), forces, ({}, ()), text, _tip_equation_for(forces))
 
 
 def _solvers_for(modes: int) -> str:

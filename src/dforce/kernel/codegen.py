@@ -63,7 +63,7 @@ def pointers() -> str:
 
 
 def compose_solvers(
-    modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]], late: int = 0
+    modes: int, entries: dict[str, Callable[..., Any]], called: Sequence[Callable[..., Any]], late: int
 ) -> str:
     """Return the text of a module with entry functions that are the same for all forces.
 

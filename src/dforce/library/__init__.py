@@ -37,13 +37,13 @@ class Example:
 
 
 class Examples(Shown, Catalog[Example]):
-    """What :func:`examples` returns: a dict by name, shown as a table."""
+    """The result of :func:`examples`: a dict by name, shown as a table."""
 
     kind = "example"
     listed_by = "dforce examples"
 
     def as_text(self) -> str:
-        """Return each name and title, and what the case shows."""
+        """Return name, title and purpose of each case."""
         return paragraphs((f"{one.name}: {one.title}", one.shows) for one in self.values())
 
     def as_html(self) -> str:

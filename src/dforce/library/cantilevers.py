@@ -26,7 +26,7 @@ NOMINAL = "f0 is uncertain by 20 to 30 %, k by a factor of 2 to 4: measure f0 an
 
 @dataclass(frozen=True)
 class Probe:
-    """A cantilever known by name, with its nominal values in SI: None where they are not known."""
+    """A cantilever known by name, with its nominal values in SI; None for an unknown value."""
 
     name: str
     f0: float
@@ -59,7 +59,7 @@ HEAD = ("name", "maker", "f0", "k", "tip radius")
 
 
 class Probes(Shown, Catalog[Probe]):
-    """What :func:`cantilevers` returns: a dict by name, shown as a table."""
+    """The result of :func:`cantilevers`: a dict by name, shown as a table."""
 
     kind = "cantilever"
     listed_by = "dforce cantilevers"

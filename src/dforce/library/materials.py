@@ -16,14 +16,14 @@ from dforce.core.listing import Shown, aligned, html_table
 
 @dataclass(frozen=True)
 class Material:
-    """A sample known by name, with its nominal values in SI: None where none has a source.
+    """A sample known by name, with its nominal values in SI; None for a value without a source.
 
     Attributes
     ----------
     name, source
-        What it is called, and where its values are from.
+        Name of the material, and source of its values.
     youngs_modulus, low, high
-        Young's modulus (Pa), and the range that the source gives.
+        Young's modulus (Pa), and its range in the source.
     poisson_ratio
         Poisson's ratio.
     hamaker, hamaker_in_water
@@ -78,7 +78,7 @@ NOMINAL = "your sample may differ by the whole range; a Hamaker constant is for 
 
 
 class Materials(Shown, Catalog[Material]):
-    """What :func:`materials` returns: a dict by name, shown as a table."""
+    """The result of :func:`materials`: a dict by name, shown as a table."""
 
     kind = "material"
     listed_by = "dforce materials"

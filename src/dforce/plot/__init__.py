@@ -1,8 +1,9 @@
 """Pictures of results: functions of a Dataset that draw with matplotlib and return axes.
 
-Each draws on a new figure of pyplot: a notebook shows it below the cell, a script with ``matplotlib.pyplot.show()``. Each
-takes an optional `figure`: a figure of your own or a part of one (``figure.subfigures()``), to place the picture beside
-others, or a :class:`Sheet`, which nothing shows, for a file alone. :func:`save` writes the picture that holds the axes.
+Each function draws on a new figure of pyplot. A notebook shows this figure below the cell, a script with
+``matplotlib.pyplot.show()``. The option `figure` draws elsewhere: on your own figure, on a part of a figure
+(``figure.subfigures()``) beside other pictures, or on a :class:`Sheet` for a file alone. :func:`save` writes the picture with
+the axes to a file.
 
 >>> import dforce as df
 >>> axes = df.plot.overview(df.run(df.example("figure-3-air")))  # doctest: +SKIP

@@ -194,13 +194,13 @@ class _Search:
     def _move(self, which: Any, to: Array, keep_slope: bool = False) -> None:
         """Follow orbits to other distances; one that is lost on the way stays, and its next step is shorter."""
         block, points = self.block, self.points
-        branch = block.follow(which, points.states.take((which, 0)), self.zc[which], to[:, None])
-        there = branch.done == 1
+        found = block.follow(which, points.states.take((which, 0)), self.zc[which], to[:, None])
+        there = found.done == 1
         numbers, tones = block.tables(self.zc[:, None])
         even = weights(block.frequencies, block.common)
-        ratio = finish_each(
-            block.batch.example, block.harmonics, branch.rows[:, 0], even, numbers[which], tones[which]
-        )["amplitude_ratio"]
+        ratio = finish_each(block.batch.example, block.harmonics, found.rows[:, 0], even, numbers[which], tones[which])[
+            "amplitude_ratio"
+        ]
         miss, step = ratio - self.wanted.set_points[which], to - self.zc[which]
         with np.errstate(invalid="ignore", divide="ignore"):
             slope = (miss - self.miss[which]) / step * self.length[which]
@@ -209,10 +209,10 @@ class _Search:
         self.longest[which] = np.where(there, LARGEST * self.length[which], SHORTER * np.abs(step))
         moved = which[there]
         self.miss[moved], self.zc[moved] = miss[there], to[there]
-        last = States.last_of(branch)
+        last = States.last_of(found)
         points.states.put((moved, 0), last.take(there))
-        points.rows[moved], points.monodromy[moved] = branch.rows[there], branch.monodromy[there]
-        points.residual[moved], points.error[moved] = branch.residual[there], np.nan
+        points.rows[moved], points.monodromy[moved] = found.rows[there], found.monodromy[there]
+        points.residual[moved], points.error[moved] = found.residual[there], np.nan
 
     def _measured(self) -> dict[str, Array]:
         """Return the observables of the orbits, as accurate as asked for."""

@@ -16,11 +16,11 @@ from dforce.observables.averaging import common_period
 from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS, Integrator, sample_count
-from dforce.solvers.model import DISTANCE, FREQUENCY, Model
+from dforce.solvers.model import DISTANCE, FREQUENCY, Marching, Model
 from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, NOTHING, Slots
 from dforce.solvers.problem_batch import ProblemBatch
-from dforce.solvers.quasi_static import COLUMNS, ENDED, FOLLOWED, TOO_ROUGH, Path, Stretch, set_out
+from dforce.solvers.quasi_static import COLUMNS, FOLLOWED, Path, Stretch, set_out
 from dforce.solvers.quasi_static_steps import PREDICTED
 from dforce.solvers.relaxation import GOING, LOST, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.states import States
@@ -32,8 +32,6 @@ LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 LOOKS = 64  # leaps in one call, for the same reason
 FIRST = 500_000  # samples, times one more than numbers of memory, that the first call of `follow` marches: milliseconds
 LEAPT = 20  # times the periods after which motions are given up that leaps may lead over: each costs three or four
-
-__all__ = ["DISTANCE", "ENDED", "FOLLOWED", "FREQUENCY", "TOO_ROUGH", "Block"]
 
 
 class Block(TipEquations):
@@ -157,18 +155,16 @@ class Block(TipEquations):
         ahead = max(1, COLUMNS // (self.size + 2)) if self.is_smooth and goes_on else 1
         for part in self._parts(len(values)):
             most = len(counts[part]) * ahead
-            stretch, room = Stretch(*(array[part] for array in found)), self._room(most, self.size + 2)
+            stretch, marching = found.take(part), self.marching(which[part], most, self.size + 2, repeats)
             here = (
                 Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted),
                 stretch,
                 set_out(stretch, most),
                 self._slots(most, self.common * repeats),
                 empty_orbits(most, self.size),
-                room,
-                self.model(which[part]),
-                self.drive(repeats),
+                marching,
             )
-            first = max(1, FIRST // (len(room) * self.common * repeats * (1 + len(self.memory_scale))))
+            first = max(1, FIRST // (len(marching.room) * self.common * repeats * (1 + len(self.memory_scale))))
             for marches in chunks(math.inf, self.check_cancelled, first):
                 if follow(*here, marches):
                     break
@@ -219,9 +215,9 @@ class Block(TipEquations):
         advance = self._solvers.entry("advance_block")
         for part in self._parts(len(which)):
             slots = self.slots(out.take(part), at[part])
-            model, drive, room = self.model(which[part]), self.drive(1), self._room(len(slots.case), 1)
+            marching = self.marching(which[part], len(slots.case), 1)
             for done in range(0, periods, LONGEST):
-                advance(slots, min(LONGEST, periods - done), model, drive, room)
+                advance(slots, min(LONGEST, periods - done), marching)
                 self.check_cancelled()
             out.x[part], out.memory[part], out.branch[part] = slots.x, slots.memory, slots.branch
         return out
@@ -239,8 +235,8 @@ class Block(TipEquations):
                     end, _ = integrator.lock_in(states.motion(s), periods)
                 slots.ends[s, 0], slots.memory_after[s], slots.branch_after[s] = end.y, end.memory, end.latched
             return
-        order, room = np.arange(count), self._room(count, 1)
-        self._solvers.entry("march")(slots, order, count, 1, measured, self._all, self.drive(repeats), room)
+        marching = Marching(self._all, self.drive(repeats), self._room(count, 1))
+        self._solvers.entry("march")(slots, np.arange(count), count, 1, measured, marching)
 
     def driven(self, zc: Array, states: States, at: Array, ratio: Array, wanted: int) -> tuple[States, Array]:
         """March motions of the first problem over a common period at distances (m), frequencies (Hz) and relative drives.
@@ -257,7 +253,7 @@ class Block(TipEquations):
             model.numbers[0, : len(order)] = zc[part]
             drive = self.batch.tones[0, :, FIRST_DRIVE:-1]
             model.tones[: len(order), :, FIRST_DRIVE:-1] = ratio[part, None, None] * drive
-            march(slots, order, len(order), 1, True, model, self.drive(1), self._room(len(order), 1))
+            march(slots, order, len(order), 1, True, Marching(model, self.drive(1), self._room(len(order), 1)))
             out.put(part, States(slots.ends[:, 0], slots.memory_after, slots.branch_after))
             rows[part] = slots.rows
             self.check_cancelled()
@@ -272,8 +268,8 @@ class Block(TipEquations):
 
     def find(self, which: Indices, slots: Slots, orbits: Orbits, repeats: int) -> None:
         """Find the orbits of some problems near motions by Newton's method."""
-        count, room = len(slots.case), self._room(len(slots.case), self.size + 2)
-        self._solvers.entry("find_orbits")(slots, count, False, self.model(which), self.drive(repeats), orbits, room)
+        marching = self.marching(which, len(slots.case), self.size + 2, repeats)
+        self._solvers.entry("find_orbits")(slots, orbits, marching)
 
     def shifts(self, which: Indices, states: States, at: Array, slopes: Array, repeats: int) -> Array:
         """Return by how much of the parameter (SI) curves lie aside of steep orbits found with other samples, NaN if unknown.
@@ -325,9 +321,9 @@ class Block(TipEquations):
                 self.most_periods(which[part]) * (1 if self.settings.max_periods else LEAPT),
                 np.full(count, GOING, np.int64),
             )
-            model, drive, room = self.model(which[part]), self.drive(1), self._room(count, size + 1)
+            marching = self.marching(which[part], count, size + 1)
             late = np.maximum(LEAST_MOST // self.common, LATE * self.decay(which[part]))
-            while relax(slots, LOOKS, leaps, model, drive, room) and (looks := looks + LOOKS) < MOST_LOOKS:
+            while relax(slots, LOOKS, leaps, marching) and (looks := looks + LOOKS) < MOST_LOOKS:
                 # after so long a motion is on no way to a state that is held at less than a period a leap
                 leaps.outcome[(leaps.outcome == GOING) & (looks >= late) & (leaps.periods < looks)] = LOST
                 self.check_cancelled()
@@ -345,8 +341,8 @@ class Block(TipEquations):
         remeasure = self._solvers.entry("remeasure")
         for part in self._parts(len(which)):
             slots = self.slots(states.take(part), at[part])
-            given = np.ascontiguousarray(monodromy[part]), steps[part], self.model(which[part]), self.drive(1)
-            remeasure(slots, *given, self._room(len(slots.case), 1))
+            given = np.ascontiguousarray(monodromy[part]), steps[part], self.marching(which[part], len(slots.case), 1)
+            remeasure(slots, *given)
             rows[part] = slots.rows
             out.put(part, States(slots.x, slots.memory, slots.branch))
             self.check_cancelled()
@@ -390,6 +386,10 @@ class Block(TipEquations):
             np.empty((count, periods, self.columns)),
             np.full(count, self.wanted),
         )
+
+    def marching(self, which: Indices, slots: int, each: int, repeats: int = 1) -> Marching:
+        """Return what so many slots of some problems are marched with over common periods, with so many columns each."""
+        return Marching(self.model(which), self.drive(repeats), self._room(slots, each))
 
     def _room(self, slots: int, each: int) -> Array:
         """Return scratch for the samples of slots alone, or of the ends of each with its neighbors."""

@@ -12,9 +12,10 @@ from dforce.core.errors import ParameterError
 from dforce.engine.marching import Marched, Marcher, Start
 from dforce.kernel import modes_of
 from dforce.kernel.codegen import CONTACT
-from dforce.solvers.block import DISTANCE, Block
+from dforce.solvers.block import Block
 from dforce.solvers.engine_follow import Follower
 from dforce.solvers.engine_relax import relaxed
+from dforce.solvers.model import DISTANCE
 from dforce.solvers.newton import CONVERGED, FAILED, Orbits, solve_each
 from dforce.solvers.period_map import NOTHING, Slots
 from dforce.solvers.quasi_static import Stretch

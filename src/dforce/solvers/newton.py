@@ -153,13 +153,14 @@ def longest(vector: Any) -> float:
     return most
 
 
-def find_orbits(slots: Any, count: int, measured: bool, model: Any, drive: Any, orbits: Any, room: Any) -> None:
+def find_orbits(slots: Any, orbits: Any, marching: Any) -> None:
     """Iterate by Newton's method. The monodromy matrix kept is that of the last full step, by forward differences."""
+    count = slots.case.shape[0]
     which = np.empty(count, np.int64)
     for s in range(count):
-        orbits.unit[s] = model.unit[slots.case[s]]
+        orbits.unit[s] = marching.model.unit[slots.case[s]]
     begin(orbits, count)
-    while march_once(slots, count, measured, model, drive, orbits, which, room):
+    while march_once(slots, count, False, orbits, which, marching):
         pass
 
 
@@ -170,14 +171,12 @@ def begin(orbits: Any, count: int) -> None:
         orbits.residual[s], orbits.before[s] = np.inf, np.inf
 
 
-def march_once(
-    slots: Any, count: int, measured: bool, model: Any, drive: Any, orbits: Any, which: Any, room: Any
-) -> bool:
+def march_once(slots: Any, count: int, measured: bool, orbits: Any, which: Any, marching: Any) -> bool:
     """Advance those of the first `count` slots that are next, and take their Newton steps; return whether there were any."""
     going, each = choose_next(slots, count, orbits, which)
     if going > 0:
-        march(slots, which, going, each, measured, model, drive, room)
-        take_steps(slots, which, going, each, model.gain, model.memory_scale, orbits)
+        march(slots, which, going, each, measured, marching)
+        take_steps(slots, which, going, each, marching.model.gain, marching.model.memory_scale, orbits)
     return bool(going > 0)
 
 
@@ -243,7 +242,7 @@ def newton_step(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix
         orbits.outcome[s] = FAILED
 
 
-def remeasure(slots: Any, monodromy: Any, steps: Any, model: Any, drive: Any, room: Any) -> None:
+def remeasure(slots: Any, monodromy: Any, steps: Any, marching: Any) -> None:
     """Take one Newton step in every slot, with the given monodromy matrix, and measure the orbit there.
 
     `steps` takes the length of the next one of each slot.
@@ -253,7 +252,7 @@ def remeasure(slots: Any, monodromy: Any, steps: Any, model: Any, drive: Any, ro
     for s in range(count):
         which[s] = s
     for measured in range(2):
-        march(slots, which, count, 1, measured == 1, model, drive, room)
+        march(slots, which, count, 1, measured == 1, marching)
         for s in range(count):
             for k in range(size):
                 first[k] = slots.ends[s, 0, k] - slots.x[s, k]
@@ -265,10 +264,10 @@ def remeasure(slots: Any, monodromy: Any, steps: Any, model: Any, drive: Any, ro
                 go_on(slots, s)
 
 
-def central_differences(slots: Any, which: Any, count: int, model: Any, drive: Any, orbits: Any, room: Any) -> None:
+def central_differences(slots: Any, which: Any, count: int, orbits: Any, marching: Any) -> None:
     """Replace forward by central differences in the monodromy matrices: an error of second order."""
     size = motion_size()
-    march(slots, which, count, size, False, model, drive, room)
+    march(slots, which, count, size, False, marching)
     for g in range(count):
         s = which[g]
         for k in range(size):

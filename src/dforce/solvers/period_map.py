@@ -62,7 +62,7 @@ class Slots(NamedTuple):
     wanted: Any
 
 
-def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: Any, drive: Any, room: Any) -> None:
+def march(slots: Any, which: Any, count: int, each: int, measured: bool, marching: Any) -> None:
     """Advance slots by one common period: each state alone, with its neighbors, or its neighbors on the other side alone.
 
     Parameters
@@ -74,10 +74,8 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
         parameter; size, the neighbors on the other side.
     measured
         Whether states that are advanced alone are measured, as far as that is wanted of their slots.
-    room
-        Scratch for the samples, at least (points + 1) (size + 1) lanes long.
     """
-    size, total = motion_size(), count * each
+    size, total, model = motion_size(), count * each, marching.model
     side = -1.0 if each == size else 1.0
     smooth = model.memory_scale.shape[0] == 0 and model.hysteresis == 0
     lanes = padded(total) if smooth else total
@@ -91,7 +89,7 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
             value += FD_STEP * model.unit[case]
         place_column(model, case, value, numbers, kinks, tones, j)
         if fluid_size() == 0:
-            fit(numbers[:, j], tones[j], mode_count(), TAU / drive.points)
+            fit(numbers[:, j], tones[j], mode_count(), TAU / marching.drive.points)
         for k in range(forcing.shape[0]):
             tone, n = k // (2 * mode_count()), k % (2 * mode_count())
             forcing[k, j] = tones[j, tone, FIRST_DRIVE + n]
@@ -101,9 +99,9 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, model: 
             numbers[ZC, j] += FAR * numbers[LENGTH, j]
     columns, chosen = (numbers, kinks, tones, forcing, starts), (which, count, each)
     if smooth:
-        march_lanes(slots, chosen, measured, model, drive, columns, room)
+        march_lanes(slots, chosen, measured, columns, marching)
     else:
-        march_columns(slots, chosen, measured, model, drive, columns)
+        march_columns(slots, chosen, measured, columns, marching)
 
 
 def is_any_wanted(slots: Any, which: Any, count: int) -> bool:
@@ -119,9 +117,10 @@ def first_column(each: int) -> int:
     return 1 if each == motion_size() else 0
 
 
-def march_lanes(slots: Any, chosen: Any, measured: bool, model: Any, drive: Any, columns: Any, room: Any) -> None:
+def march_lanes(slots: Any, chosen: Any, measured: bool, columns: Any, marching: Any) -> None:
     """Advance columns side by side, see `march`; `chosen` are `which`, `count` and `each`."""
     (numbers, kinks, tones, forcing, starts), (which, count, each) = columns, chosen
+    model, drive, room = marching
     size, lanes = starts.shape
     kept = measured and each == 1 and is_any_wanted(slots, which, count)
     rows = drive.points + 1 if kept else 2
@@ -150,13 +149,14 @@ def march_lanes(slots: Any, chosen: Any, measured: bool, model: Any, drive: Any,
             slots.ends[which[j // each], first_column(each) + j % each, k] = samples[0, k, j]
 
 
-def march_columns(slots: Any, chosen: Any, measured: bool, model: Any, drive: Any, columns: Any) -> None:
+def march_columns(slots: Any, chosen: Any, measured: bool, columns: Any, marching: Any) -> None:
     """Advance columns one after the other, see `march_lanes`.
 
     For the derivatives the memory belongs to the motion: each column goes through the period, from the same motion, until its
     memory and branches repeat.
     """
     (numbers, kinks, tones, _, starts), (which, count, each) = columns, chosen
+    model, drive, _ = marching
     side = -1.0 if each == motion_size() else 1.0
     size, states, branches = starts.shape[0], model.memory_scale.shape[0], model.hysteresis
     table = np.empty((2 * drive.points + 1, mode_count()))
@@ -177,7 +177,7 @@ def march_columns(slots: Any, chosen: Any, measured: bool, model: Any, drive: An
         branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, others)
         y, last, settled = start, np.zeros((2, states)), False
-        for attempt in range(MEMORY_PASSES if each > 1 else 1):
+        for attempt in range(most_passes(states, branches) if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
             for period in range(drive.periods):
                 tabulate_steps(tones[j], drive.waves[period], table)
@@ -198,6 +198,11 @@ def march_columns(slots: Any, chosen: Any, measured: bool, model: Any, drive: An
         else:
             for k in range(states):
                 apart[k] = side * (memory[k] - slots.memory_after[s, k]) if settled else 0.0
+
+
+def most_passes(states: int, branches: int) -> int:
+    """Return the number of periods that memory and branches get to repeat: branches alone do so by then, or never."""
+    return MEMORY_PASSES if states > 0 else min(2**branches, MEMORY_PASSES)
 
 
 def put_numbers(place: Any, numbers: Any) -> None:
@@ -287,14 +292,14 @@ def take_measure(slots: Any, s: int, period: int, model: Any, drive: Any, column
     measure(samples, drive.turns, driven, kinks_here, p, room, rows)
 
 
-def advance_block(slots: Any, periods: int, model: Any, drive: Any, room: Any) -> None:
+def advance_block(slots: Any, periods: int, marching: Any) -> None:
     """Advance all slots by so many common periods."""
     count = slots.case.shape[0]
     which = np.empty(count, np.int64)
     for s in range(count):
         which[s] = s
     for _ in range(periods):
-        march(slots, which, count, 1, False, model, drive, room)
+        march(slots, which, count, 1, False, marching)
         for s in range(count):
             put_numbers(slots.x[s], slots.ends[s, 0])
             go_on(slots, s)

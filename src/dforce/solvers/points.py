@@ -12,6 +12,7 @@ from dforce.observables.averaging import weights
 from dforce.observables.finish import finish, finish_each, first_amplitude, multipliers
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import Motion
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady
 
@@ -168,6 +169,15 @@ def values_of_orbit(
     values = finish(problem, block.harmonics, rows, weights(block.frequencies, len(rows)))
     values |= zip(("settling_periods", "drift", "corrections"), map(float, numbers), strict=True)
     return values | {"multiplier_modulus": modulus[0], "multiplier_angle": angle[0]}
+
+
+def repeated(block: Block, case: int, value: float, found: Stretch, place: tuple[int, int]) -> Steady:
+    """Return an orbit found at a value of the parameter, as it was measured over all its periods."""
+    numbers = 0.0, found.residual[place], found.steps[place]
+    values = values_of_orbit(block, case, value, found.rows[place], found.monodromy[place], numbers)
+    row, k = place
+    states = States(found.x[row], found.memory[row], found.branch[row])
+    return Steady(values, states.motion(k), True, False)
 
 
 def amplitude_of(block: Block, case: int, value: float, rows: Array) -> float:

@@ -10,11 +10,11 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.solvers.accuracy import assure, assure_settled
 from dforce.solvers.block import Block
-from dforce.solvers.cycles import JUMP
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Points, StateJump, as_kept
 from dforce.solvers.quasi_static_walk import SUDDEN, Walk
 from dforce.solvers.settling import apart
+from dforce.solvers.state_ends import JUMP
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady, steady
 

@@ -103,6 +103,10 @@ class Stretch(NamedTuple):
     last_slope: Any
     fold: Any
 
+    def take(self, which: Any) -> Stretch:
+        """Return the stretches of some problems."""
+        return Stretch(*(array[which] for array in self))
+
 
 class Course(NamedTuple):
     """How far `follow` has come, between two calls.
@@ -154,9 +158,7 @@ def set_out(stretch: Stretch, slots: int) -> Course:
     )
 
 
-def follow(
-    path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, room: Any, model: Any, drive: Any, marches: int
-) -> bool:
+def follow(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, marching: Any, marches: int) -> bool:
     """Follow the stable orbit near each problem's start along its path, and measure it at each value.
 
     The first orbit is sought at the start. A problem without a stable orbit there has ENDED with nothing done. `slots` and
@@ -166,22 +168,22 @@ def follow(
     which = np.empty(slots.case.shape[0], np.int64)
     for _ in range(marches):
         if course.sought[0] == 0:
-            look_ahead(path, stretch, course, slots, orbits, model)
+            look_ahead(path, stretch, course, slots, orbits, marching.model.unit)
             if course.sought[0] == 0:
                 return True
             begin(orbits, course.sought[0])
-        if not march_once(slots, course.sought[0], True, model, drive, orbits, which, room):
-            go_ahead(path, stretch, course, slots, orbits, which, room, model, drive)
+        if not march_once(slots, course.sought[0], True, orbits, which, marching):
+            go_ahead(path, stretch, course, slots, orbits, which, marching)
             course.sought[0] = 0
     return False
 
 
-def look_ahead(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, model: Any) -> None:
+def look_ahead(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, units: Any) -> None:
     """Choose where the next orbits of each problem are sought, and predict them."""
     size, cases, most = motion_size(), path.counts.shape[0], slots.case.shape[0]
     change, count = np.empty(size + 1), 0
     for case in range(cases):
-        begun, start, unit = count, stretch.last_value[case], model.unit[case]
+        begun, start, unit = count, stretch.last_value[case], units[case]
         if course.going[case] == 1 and course.fresh[case] == 1:
             slots.value[count] = start
             course.place[count] = 0 if path.values[case, 0] == start and path.counts[case] > 0 else -1
@@ -234,23 +236,21 @@ def choose_values(
     return count
 
 
-def go_ahead(
-    path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, which: Any, room: Any, model: Any, drive: Any
-) -> None:
+def go_ahead(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, which: Any, marching: Any) -> None:
     """Go to the orbits found that continue the last ones of their problems; choose the next steps."""
     count = course.sought[0]
-    longer, margin, fitting = np.empty(count), np.empty(2), 0
+    longer, margin, fitting, units = np.empty(count), np.empty(2), 0, marching.model.unit
     for s in range(count):
-        longer[s] = longer_by(s, longer, slots, orbits, stretch, course, model.unit[slots.case[s]], path.predicted)
+        longer[s] = longer_by(s, longer, slots, orbits, stretch, course, units[slots.case[s]], path.predicted)
         if longer[s] >= 1.0:
             which[fitting] = s
             fitting += 1
     if fitting > 0:
-        central_differences(slots, which, fitting, model, drive, orbits, room)
+        central_differences(slots, which, fitting, orbits, marching)
     s = 0
     while s < count:
         case, done, refused, step = slots.case[s], stretch.done[slots.case[s]], False, np.inf
-        unit, begun, fresh = model.unit[case], stretch.last_value[case], course.fresh[case] == 1
+        unit, begun, fresh = units[case], stretch.last_value[case], course.fresh[case] == 1
         while s < count and slots.case[s] == case:
             gap = abs(slots.value[s] - stretch.last_value[case]) / unit
             stable = longer[s] >= 1.0 and is_stable(orbits.monodromy[s])

@@ -17,13 +17,12 @@ import numpy as np
 
 from dforce.core.arrays import Array, Indices
 from dforce.solvers.accuracy import assure, assure_repeated, assure_settled, unless_stuck
-from dforce.solvers.block import ENDED, FOLLOWED, TOO_ROUGH, Block
-from dforce.solvers.cycles import doubled, repeated
-from dforce.solvers.points import Points, StateJump, amplitude_at, amplitude_of, as_kept
-from dforce.solvers.quasi_static import SMALLEST, Stretch
+from dforce.solvers.block import Block
+from dforce.solvers.points import Points, StateJump, amplitude_at, amplitude_of, as_kept, repeated
+from dforce.solvers.quasi_static import ENDED, FOLLOWED, SMALLEST, TOO_ROUGH, Stretch
 from dforce.solvers.quasi_static_steps import CHORD
 from dforce.solvers.settling import apart, gone, polished, settled
-from dforce.solvers.state_ends import End, Ended, Left, ahead_of, directions, located
+from dforce.solvers.state_ends import End, Ended, Left, ahead_of, directions, doubled, located
 from dforce.solvers.states import States
 from dforce.solvers.transient import steady
 
@@ -166,7 +165,7 @@ class Walk:
         ended = np.flatnonzero((found.outcome == ENDED) & ~halved)
         if len(ended):
             targets = values[ended, np.minimum(found.done[ended], counts[ended] - 1)]
-            self._leave(cases[ended], Stretch(*(array[ended] for array in found)), targets, cycles)
+            self._leave(cases[ended], found.take(ended), targets, cycles)
         lost = (found.outcome == TOO_ROUGH) | (self.ends[cases] > MOST_ENDS)
         for case in cases[lost & (self.cycles[cases] > 0) & ~halved].tolist():
             self.loose[case] = amplitude_at(self.block, case, self.state.motion(case), self.at[case], cycles)
@@ -269,7 +268,7 @@ class Walk:
         if not len(rest):
             return
         cases, unit, way, targets = cases[rest], unit[rest], way[rest], targets[rest]
-        ends, last, aside = Stretch(*(array[rest] for array in ends)), last.take(rest), aside[rest]
+        ends, last, aside = ends.take(rest), last.take(rest), aside[rest]
         ahead = ahead_of(ends, way, folding[rest], unit)
         place = ends.last_value + way * ahead
         beyond = place + way * BEYOND * unit

@@ -88,7 +88,7 @@ def leap(change: Any, monodromy: Any, span: int, way: Any, change_after: Any) ->
             change_after[i] += power[i, j] * change[j]
 
 
-def relax(slots: Any, looks: int, leaps: Any, model: Any, drive: Any, room: Any) -> int:
+def relax(slots: Any, looks: int, leaps: Any, marching: Any) -> int:
     """Take the motions of all slots on, in so many leaps at most, until each is near a stable orbit; return how many go on."""
     size, count = motion_size(), slots.case.shape[0]
     which, matrix = np.empty(count, np.int64), np.empty((size, size))
@@ -102,7 +102,7 @@ def relax(slots: Any, looks: int, leaps: Any, model: Any, drive: Any, room: Any)
                 going += 1
         if going == 0 or look == looks:
             break
-        march(slots, which, going, size + 1, False, model, drive, room)
+        march(slots, which, going, size + 1, False, marching)
         for g in range(going):
             s = which[g]
             for k in range(size):

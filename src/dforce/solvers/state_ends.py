@@ -8,16 +8,19 @@ import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.solvers.accuracy import FINER, ORDER, SURE, TWICE
-from dforce.solvers.block import ENDED, Block
+from dforce.solvers.block import Block
 from dforce.solvers.integrator import Motion
 from dforce.solvers.parameter_range import STEEP
-from dforce.solvers.quasi_static import Stretch
+from dforce.solvers.quasi_static import ENDED, Stretch
 from dforce.solvers.sample_counts import MOST_SAMPLES
+from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
 
 NEARER = 0.2  # of the next multiplier's distance from the unit circle: beside a fold the largest is nearer
 FORETOLD = 1e-4  # of the parameter's unit: how far behind its last orbit a fold that this one foretells may lie
 ALIKE = 1e-3  # of the parameter's unit: an end found with more samples is the same one, if it is so near
+KICKS = np.geomspace(0.002, 0.3, 17)  # of the free amplitude: guesses of how far a doubled state is from the single one
+JUMP = 1e-3  # of the free amplitude: states that differ by less are one
 STILL_INSIDE = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
 
 
@@ -96,7 +99,7 @@ class Ended(NamedTuple):
         """Return some of them."""
         return Ended(
             self.cases[which],
-            Stretch(*(array[which] for array in self.ends)),
+            self.ends.take(which),
             self.places[which],
             self.way[which],
             self.before.take(which),
@@ -158,3 +161,20 @@ def located(block: Block, ended: Ended) -> tuple[Array, Array]:
     between = (places - ended.values) * (ended.behind - places) > 0.0
     errors += np.where(between, 0.0, np.abs(places - ended.places) / unit)
     return np.where(between, places, ended.places), errors
+
+
+def doubled(block: Block, case: int, at: float, single: States, aside: Array, cycles: int) -> States | None:
+    """Return the state of twice the period behind a period doubling of one that repeats after `cycles`; None if there is none.
+
+    It stands on both sides of the single state, which has lost its stability, along the unit vector `aside`.
+    """
+    guesses = single.take(np.zeros(len(KICKS), dtype=int))
+    guesses.x[:] += KICKS[:, None] * aside
+    same, there = np.full(len(KICKS), case), np.full(len(KICKS), at)
+    found = polished(block, same, guesses, there, 2 * cycles)
+    states = States.last_of(found)
+    between = block.advance(same, states, there, cycles)
+    # on both sides of the single state, in turns
+    around = apart(0.5 * (between.x + states.x), single.x) < KICKS[-1]
+    good = np.flatnonzero((found.done == 1) & (apart(between.x, states.x) > JUMP) & around)
+    return states.take(good[:1]) if len(good) else None

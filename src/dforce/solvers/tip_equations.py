@@ -19,9 +19,8 @@ from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
 from dforce.problem import Problem
 from dforce.solvers.integrator import CALLED, LANES, SHARED, load_kernels
-from dforce.solvers.model import DISTANCE, FREQUENCY, Model, SharedDrive
+from dforce.solvers.model import DISTANCE, FREQUENCY, Model, SharedDrive, retune
 from dforce.solvers.problem_batch import Levers, ProblemBatch
-from dforce.solvers.retune import retune
 
 
 class TipEquations:

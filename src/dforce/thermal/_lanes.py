@@ -24,11 +24,12 @@ from dforce.results.provenance import provenance
 from dforce.runs import dwell, watched
 from dforce.solvers.langevin import Langevin, NoisyLanes
 from dforce.solvers.transient import LATE, decay_periods
-from dforce.thermal._noise_along_curve import Progress, lock_in_of
+from dforce.thermal._noise_along_curve import lock_in_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from dforce.experiments.base import Progress
     from dforce.instrument import NoiseNumbers
     from dforce.problem import Problem
     from dforce.solvers.integrator import Motion
@@ -47,7 +48,7 @@ def noisy_motion(
     settling: int | None = None,
     bandwidth: Any = None,
     poles: int | None = None,
-    progress: Progress = None,
+    progress: Progress | bool | None = None,
 ) -> xr.Dataset:
     """Return amplitude and phase of each period under thermal noise, for many runs at once.
 

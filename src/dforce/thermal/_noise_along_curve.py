@@ -12,7 +12,7 @@ from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, checked
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.core.stopping import heard
-from dforce.experiments.base import Progress as Told
+from dforce.experiments.base import Progress
 from dforce.observables.averaging import common_period
 from dforce.procedures.motion import motion_of
 from dforce.procedures.varied import problem_at
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 
     from dforce.problem import Problem
 
-Progress = Told | bool | None
-
 MULTIPLIERS = "multiplier_modulus"
 MOST_NUMBERS = 200  # of motion and memory together: of more, the map of a step takes longer than a simulation
 
 
 @checked
-def noise(curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, progress: Progress = None) -> xr.Dataset:
+def noise(
+    curve: xr.Dataset, bandwidth: Any = None, poles: int | None = None, progress: Progress | bool | None = None
+) -> xr.Dataset:
     r"""Return a result with the noise of amplitude and phase at each of its points.
 
     .. math:: P = M P M^T + D, \qquad \delta A = \sqrt{P_{AA}}, \qquad \delta\phi = \frac{\sqrt{P_{\phi\phi}}}{A}

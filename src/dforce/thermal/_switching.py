@@ -17,7 +17,6 @@ from dforce.results.provenance import provenance
 from dforce.runs import watched
 from dforce.solvers.integrator import RK4, Motion
 from dforce.thermal._lanes import CHUNK, langevin, settling_periods, start_of
-from dforce.thermal._noise_along_curve import Progress
 from dforce.validity import Evidence, attributes
 from dforce.validity.noise import thermal_switching
 
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from dforce.case import Case
+    from dforce.experiments.base import Progress
     from dforce.problem import Problem
 
 ARRIVED = 0.25  # of the way between both states: a motion so near to the other one has switched
@@ -59,7 +59,7 @@ def switching_rate(
     lanes: int = 200,
     periods: int = 5000,
     temperature: Any = None,
-    progress: Progress = None,
+    progress: Progress | bool | None = None,
 ) -> xr.Dataset:
     r"""Return the rate at which thermal motion switches a steady state to another, counted in simulations.
 

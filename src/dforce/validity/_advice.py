@@ -58,10 +58,10 @@ class Advice:
 
 
 class Advices(Listing[Advice]):
-    """What :func:`dforce.advice` returns: a list, shown as a table, or as a paragraph for each piece."""
+    """The result of :func:`dforce.advice`: a list, shown as a table, or as a paragraph for each piece."""
 
     def as_text(self) -> str:
-        """Return each piece: its name and figures, and what it says."""
+        """Return name, figures and text of each piece."""
         return paragraphs((f"{piece.name}: {piece.figures}", piece.text) for piece in self) or "no advice"
 
     def as_html(self) -> str:

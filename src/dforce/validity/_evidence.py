@@ -104,6 +104,13 @@ class Evidence:
             self._values[name] = np.empty(0) if array is None else self._known(array)
         return self._values[name]
 
+    def repeating(self, name: str) -> Array:
+        """Return :meth:`values` at those points alone whose motion repeats from period to period."""
+        array, status = self.array(name), self.array("status")
+        if array is None or status is None or status.shape != array.shape:
+            return self.values(name)
+        return self._known(np.where(repeats(status), array, np.nan))
+
     def _known(self, array: Array) -> Array:
         """Return the finite values of an array at all points that can be trusted, in one row."""
         trusted = self._trusted

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from dforce.core.arrays import Array
+from dforce.core.units import show_range
 from dforce.forces.adhesion_hysteresis import AdhesionHysteresis
 from dforce.observables.misfit import MEASURED, OF_MODES, misfit
 from dforce.results.status import Status, repeats
@@ -28,9 +29,9 @@ def sampling(seen: Evidence) -> Advice | None:
     r"""Compare the mean force with the mean deflection, which tells the error of the sampling.
 
     Over any period of a steady motion :math:`\langle F \rangle = k \langle z \rangle`. Steep walls passed within few samples
-    spoil the sum of the forces first.
+    spoil the sum of the forces first. A motion that does not repeat begins and ends its record at different speeds.
     """
-    force, deflection = seen.values("mean_force"), seen.values("mean_deflection")
+    force, deflection = seen.repeating("mean_force"), seen.repeating("mean_deflection")
     settings = seen.case.solver
     if not force.size or force.shape != deflection.shape or settings.settle == "fixed":
         return None
@@ -236,6 +237,28 @@ def not_settled(seen: Evidence) -> Advice | None:
     )
 
 
+def not_repeating(seen: Evidence) -> Advice | None:
+    """Say along a curve over the distance where the motion does not repeat from period to period."""
+    status, zc = seen.array("status"), seen.array("zc")
+    if status is None or zc is None or seen.along != "zc":
+        return None
+    wanders = status == Status.NOT_REPEATING
+    if not wanders.any():
+        return None
+    there = zc[wanders if wanders.shape == zc.shape else wanders.any(axis=tuple(range(1, wanders.ndim)))]
+    count, where = int(np.count_nonzero(wanders)), show_range(there.max(), there.min(), "m", 3)
+    return Advice(
+        "not_repeating",
+        count,
+        0,
+        f"{count} of {status.size} points do not repeat from period to period ({where}): their amplitudes are means, and set "
+        "points there have no steady state. A tap may take more energy than the drive gives in a period. Choose a larger A0, a "
+        "stiffer lever or a lower Q.",
+        "solver.settle_tolerance",
+        (seen.of_tone(0, "A0"), "experiment.zc"),
+    )
+
+
 def held_tip(seen: Evidence) -> Advice | None:
     """Compare adhesion hysteresis with the force of the spring at full amplitude, where points have no result."""
     status = seen.array("status")
@@ -301,6 +324,7 @@ PIECES = (
     energy_gained,
     amplitude_beyond_the_drive,
     not_settled,
+    not_repeating,
     held_tip,
     jump_error,
     own_time,

@@ -205,28 +205,27 @@ class ModelBranches:
         if not len(which):
             return
         path = np.ascontiguousarray(values[which][:, stretch.distinct])
-        branch = block.follow(which, begun.take(which), first[which], path)
+        found = block.follow(which, begun.take(which), first[which], path)
         if block.is_smooth:
-            over_edges(block, which, branch, path)
-        branch = _at_each_point(branch, stretch.which_height)
-        last = States.last_of(branch)
-        ended = np.flatnonzero(branch.done < values.shape[1])
+            over_edges(block, which, found, path)
+        found = _at_each_point(found, stretch.which_height)
+        last = States.last_of(found)
+        ended = np.flatnonzero(found.done < values.shape[1])
         ends = np.zeros((len(which), self.columns))
         if len(ended):
-            at = branch.last_value[ended]
-            rows, _, _ = block.remeasure(which[ended], last.take(ended), at, branch.last_monodromy[ended])
+            at = found.last_value[ended]
+            rows, _, _ = block.remeasure(which[ended], last.take(ended), at, found.last_monodromy[ended])
             ends[ended] = self.read(block, which[ended], at, rows)
         for i, case in enumerate(which.tolist()):
-            if self._keep(block, stretch, case, branch, i, values[case], ends[i], out):
-                short[case] = abs(values[case, -1] - branch.last_value[i])
+            if self._keep(block, stretch, case, found.take(i), values[case], ends[i], out):
+                short[case] = abs(values[case, -1] - found.last_value[i])
 
     def _keep(
         self,
         block: Block,
         stretch: BranchPoints,
         case: int,
-        branch: Any,
-        i: int,
+        found: Stretch,
         values: Array,
         end: Array,
         out: SolvedCurve,
@@ -235,19 +234,19 @@ class ModelBranches:
 
         Return whether anything was found.
         """
-        done, places = int(branch.done[i]), stretch.places
+        done, places = int(found.done), stretch.places
         if done == 0:
             return False
         known = places[:done]
         cases = np.full(done, case)
-        read = self.read(block, cases, values[:done], branch.rows[i, :done])
+        read = self.read(block, cases, values[:done], found.rows[:done])
         if stretch.kind == BEHIND_JUMP and not self._is_behind(block.problem(case, values[0])[0], read[0]):
             return False
         out.values[case, known], out.lost[case, known], out.at[case, known] = read, False, values[:done]
-        out.x[case, known], out.monodromy[case, known] = branch.x[i, :done], branch.monodromy[i, :done]
-        out.memory[case, known], out.branch[case, known] = branch.memory[i, :done], branch.branch[i, :done]
+        out.x[case, known], out.monodromy[case, known] = found.x[:done], found.monodromy[:done]
+        out.memory[case, known], out.branch[case, known] = found.memory[:done], found.branch[:done]
         if done < len(places):
-            away = np.abs(values - branch.last_value[i]) / block.batch.length[case]
+            away = np.abs(values - found.last_value) / block.batch.length[case]
             out.values[case, places[done:]] = beyond(end, read, away[:done], away[done:])
         return True
 
@@ -316,11 +315,11 @@ class ModelBranches:
         return heights
 
 
-def _at_each_point(branch: Stretch, which_height: Indices) -> Stretch:
+def _at_each_point(found: Stretch, which_height: Indices) -> Stretch:
     """Return what was found at each height for each point there."""
     names = ("x", "memory", "branch", "monodromy", "rows", "residual", "steps")
-    parts = {name: getattr(branch, name)[:, which_height] for name in names}
-    return branch._replace(**parts, done=np.searchsorted(which_height, branch.done))
+    parts = {name: getattr(found, name)[:, which_height] for name in names}
+    return found._replace(**parts, done=np.searchsorted(which_height, found.done))
 
 
 def difference(above: Array, below: Array) -> Array:

@@ -40,7 +40,7 @@ def over_edges(block: Block, which: Any, stretch: Stretch, values: Array) -> Non
         goes_on = (ahead.done == 1) & (apart(ahead.last_x, last) < SAME)
         rung[left] = np.where(goes_on, 0, rung[left] + 1)
         for i in np.flatnonzero(goes_on).tolist():
-            _go_on(block, which, stretch, values[left[i]], int(left[i]), Stretch(*(part[i : i + 1] for part in ahead)))
+            _go_on(block, which, stretch, values[left[i]], int(left[i]), ahead.take(slice(i, i + 1)))
 
 
 def _go_on(block: Block, which: Any, stretch: Stretch, values: Array, case: int, ahead: Stretch) -> None:

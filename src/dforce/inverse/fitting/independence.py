@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 DATA_POINTS = "data_noise_points"
 SURE = 2.0  # standard deviations beyond which neighboring residuals are correlated
+REACH = 16  # of the longest row the correlation is tested over: 1 / REACH
 WINDOW = 5.0  # times the length of the correlation: so far it is summed
 SHARE = 2  # of the longest row the correlation is summed over, at most: 1 / SHARE
 
@@ -37,20 +38,33 @@ def independence(fit: xr.Dataset) -> float:
     r"""Return the probability of so large a correlation of neighboring residuals, if they were the noise of the free part.
 
     The correlation of N independent neighbors scatters by :math:`1/\sqrt{N}` (M. S. Bartlett, J. R. Stat. Soc. Suppl. 8, 27
-    (1946)). A correlation found in the free part counts with its own error.
+    (1946)). Sums over 1, 2, 4, ... lags show a weak correlation that is long, as of a wrong model; the least of their
+    probabilities counts, times their number. A correlation found in the free part counts with its own error, at lag 1.
     """
     used = np.flatnonzero(fit["used"].values & ~fit["lost"].values)
     ways = fit["direction"].values if "direction" in fit.coords else np.zeros(fit.sizes["point"])
     rest = np.concatenate([fit[name].values[used] for name in ("amplitude_residual", "phase_residual")], axis=1)
     rows = [rest[row] for row in _rows(fit["branch"].values[used], ways[used], fit["height"].values[used])]
-    power, count = float((rest**2).mean()), sum(len(row) - 1 for row in rows) * rest.shape[1]
-    if not (power > 0.0 and count > 0):
+    power, tones = float((rest**2).mean()) if rest.size else 0.0, rest.shape[1]
+    longest = max(map(len, rows))
+    if not (power > 0.0 and longest > 1):
         return 1.0
     known = float(fit.attrs.get("neighbor_correlation", 0.0))
-    found = _lagged(rows, 1) / (count * power)
-    there = math.inf if known == 0.0 else float(fit.attrs.get(DATA_POINTS, math.inf)) * rest.shape[1]
-    error = math.sqrt((1.0 - known**2) * (1.0 / count + 1.0 / there))
-    return 0.5 * math.erfc((found - known) / (math.sqrt(2.0) * error))
+    most = max(longest // REACH, 1)
+    pairs = np.array([tones * sum(max(len(row) - lag, 0) for row in rows) for lag in range(1, most + 1)])
+    if known != 0.0:
+        there = float(fit.attrs.get(DATA_POINTS, math.inf)) * tones
+        error = math.sqrt((1.0 - known**2) * (1.0 / pairs[0] + 1.0 / there))
+        return _by_chance((_lagged(rows, 1) / (pairs[0] * power) - known) / error)
+    found = np.cumsum([_lagged(rows, lag) for lag in range(1, most + 1)] / (pairs * power))
+    errors = np.sqrt(np.cumsum(1.0 / pairs))
+    lags = 2 ** np.arange(most.bit_length())
+    return min(1.0, len(lags) * min(_by_chance(found[lag - 1] / errors[lag - 1]) for lag in lags.tolist()))
+
+
+def _by_chance(deviation: float) -> float:
+    """Return the probability of a deviation so large, in standard deviations."""
+    return 0.5 * math.erfc(deviation / math.sqrt(2.0))
 
 
 def inflation(model: CurveModel, predicted: Prediction) -> float:

@@ -157,11 +157,11 @@ def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
     """
     if data.attrs.get("kind") == "fit":
         raise ParameterError("the data are a fit; pass its measured curve, or repeat the fit (fit_again)")
-    height, amplitude, phase = _column(data, "height"), [_column(data, "amplitude")], [_column(data, "phase")]
-    if "amplitude_2" in data or "phase_2" in data:
-        amplitude.append(_column(data, "amplitude_2"))
-        phase.append(_column(data, "phase_2"))
-    names = ("", "_2")[: len(amplitude)]
+    second = [name for name in ("amplitude_2", "phase_2") if name in data]
+    if len(second) == 1:
+        raise ParameterError(f"the data have {second[0]} alone of tone 2; remove it to fit the first tone")
+    height, names = _column(data, "height"), ("", "_2")[: 1 + len(second) // 2]
+    amplitude, phase = ([_column(data, f"{name}{ending}") for ending in names] for name in ("amplitude", "phase"))
     points = _noise_points(data, reading)
     attrs = {**data.attrs, **({"noise_points": points} if math.isfinite(points) else {})}
     found = MeasuredPoints(
@@ -348,10 +348,10 @@ def _jumps(found: MeasuredPoints, order: Any) -> list[int]:
     over = np.zeros(max(len(order) - 1, 0), bool)
     for values, sigma in ((found.amplitude[:, 0], found.amplitude_error[0]), (found.phase[:, 0], found.phase_error[0])):
         step = np.abs(np.diff(values[order]))
-        for place, size in enumerate(step):
+        least = max(STEP_SIGMAS * math.sqrt(2.0) * sigma, STEP_MEDIANS * float(np.median(step)) if len(step) else 0.0)
+        for place in np.flatnonzero(step > least).tolist():
             beside = np.delete(step[max(0, place - NEIGHBORS) : place + NEIGHBORS + 1], min(place, NEIGHBORS))
-            usual = max(np.median(step), np.median(beside) if len(beside) else 0.0)  # a steep onset is no jump
-            over[place] |= size > max(STEP_SIGMAS * math.sqrt(2.0) * sigma, STEP_MEDIANS * usual)
+            over[place] |= not len(beside) or step[place] > STEP_MEDIANS * np.median(beside)  # a steep onset is no jump
     return [int(cut) + 1 for cut in np.flatnonzero(over)]
 
 

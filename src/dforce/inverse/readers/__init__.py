@@ -55,7 +55,7 @@ def tables_in(content: bytes, name: str) -> list[MeasuredTable]:
     for reader in sorted(READERS, key=lambda one: not one.maker):  # the makers' before formats of many programs
         if reader.is_one(content):
             return reader.tables(content, name)
-    raise ResultError(f"{name} is neither text nor a known kind of file")
+    raise ResultError(f"{name} is neither text nor a known kind of file; export the curve as text in UTF-8")
 
 
 def endings() -> tuple[str, ...]:

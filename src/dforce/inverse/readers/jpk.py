@@ -50,7 +50,9 @@ READER = Reader(
     names={"height": "height_piezo"},  # "Height (measured)" is the sensor
     notes={"k": "springConstant"},
     amplitude_by_version=True,
-    not_read={b"PK\x03\x04": "is an archive; unpack it, or export a curve of JPK as text (ASCII)"},
+    not_read={
+        b"PK\x03\x04": "is an archive; unpack it, or export a curve of JPK as text (ASCII), a sheet of Excel as CSV"
+    },
     how="headings in comments, a block for each segment",
     seen="no: headings from published readers",
     export=(

@@ -6,6 +6,7 @@ directions may stand side by side.
 
 from __future__ import annotations
 
+import csv
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -21,6 +22,7 @@ from dforce.inverse.words import known_unit, split_heading
 
 POINT = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
 COMMA = re.compile(r"[+-]?(?:\d+(?:,\d*)?|,\d+)(?:[eE][+-]?\d{1,3})?")
+LIKE_NUMBER = re.compile(r"[+-]?[\d.,]")
 OTHER_WORDS = ("true", "false")  # of a column of marks
 NOTHING = ("", "nan", "-nan", "inf", "+inf", "-inf", "infinity", "-infinity", "null", "none", "n/a", "na", "--")
 MARKS = ("#", "%")  # of comments
@@ -28,6 +30,9 @@ NOTE = re.compile(r"([A-Za-z][\w .\-/]{0,80}?)\s*[:=]\s*(.+)")
 MOST_CELLS = 10_000_000
 BEGINNING = 100_000  # bytes of a file that show whose software wrote it
 MOST_COLUMNS = 1000
+SEPARATORS = ",;\t "
+LONGEST_QUOTED = 10_000  # characters of a line whose quotes are heeded
+COMPRESSED = "is compressed; unpack it"
 
 
 class TextLine(NamedTuple):
@@ -45,8 +50,11 @@ class Style(NamedTuple):
     number: re.Pattern[str]
 
     def cells(self, text: str) -> list[str]:
-        """Return the cells of a line."""
-        parts = text.split(self.separator) if self.separator else text.split()
+        """Return the cells of a line; separators between quotes belong to a cell."""
+        if '"' in text and len(text) < LONGEST_QUOTED:
+            parts = next(csv.reader([text.strip(" ")], delimiter=self.separator or " ", skipinitialspace=True))
+        else:
+            parts = text.split(self.separator) if self.separator else text.split()
         return [part.strip().strip('"') for part in parts]
 
     def value(self, cell: str) -> float | None:
@@ -104,7 +112,7 @@ def decoded(content: bytes) -> str | None:
         except UnicodeDecodeError:
             continue
         if "\0" not in text:
-            return text.replace("\r\n", "\n").replace("\r", "\n")
+            return text.replace("\r\n", "\n").replace("\r", "\n").replace("\N{MINUS SIGN}", "-")
     return None
 
 
@@ -120,7 +128,7 @@ def beginning(content: bytes) -> str:
 def _lines(text: str) -> Iterable[TextLine]:
     for number, line in enumerate(text.split("\n"), start=1):
         stripped = line.strip()
-        if stripped:
+        if stripped.strip(SEPARATORS):  # Excel ends a table in rows of separators
             comment = stripped.startswith(MARKS)
             yield TextLine(number, stripped.lstrip("#% ").strip() if comment else line.strip("\n"), comment)
 
@@ -139,8 +147,6 @@ def _table(lines: Sequence[TextLine], name: str) -> tuple[Style, list[int]]:
     best: tuple[int, int, Style, list[int]] | None = None
     sample = [place for place in plain if any(sign.isdigit() for sign in lines[place].text)]
     for rank, style in enumerate(STYLES):
-        if style.separator == "," and style.number is COMMA:
-            continue
         there = [place for place in sample if style.separator in lines[place].text]
         rows = [place for place in there if _is_row(style.cells(lines[place].text), style)]
         if rows and (best is None or (len(rows), -rank) > best[:2]):
@@ -171,11 +177,14 @@ def _word_between(lines: Sequence[TextLine]) -> str:
         for style in STYLES:
             cells = style.cells(line.text) if style.separator else []
             words = [cell for cell in cells if style.value(cell) is None and segment_of(cell) is None]
-            if words and len(cells) - len(words) >= 2:
-                return (
-                    f": '{shorten(words[0], 30)}' in line {line.number} is not a number; remove columns of words, except "
-                    "directions"
+            like = [word for word in words if LIKE_NUMBER.match(word)]
+            if words and len(cells) - len(words) + len(like) >= 2:
+                remedy = (
+                    "write numbers as 1234.5 or 1.2345E3"
+                    if len(cells) - len(words) < 2
+                    else "remove columns of words, except directions"
                 )
+                return f": '{shorten(words[0], 30)}' in line {line.number} is not a number; {remedy}"
     return ""
 
 
@@ -219,13 +228,14 @@ def _refuse_cut(text: str, lines: Sequence[TextLine], rows: Sequence[int], style
 
 def _headings(lines: Sequence[TextLine], first: int, style: Style, name: str) -> list[str]:
     """Return the headings of the columns: the nearest line above the numbers that has as many words."""
-    width = len(style.cells(lines[first].text))
-    above = list(reversed(lines[:first]))
+    row = style.cells(lines[first].text)
+    width, filled, above = len(row), len(_trimmed(row)), list(reversed(lines[:first]))
     for place, line in enumerate(above):
         for cells in (style.cells(line.text), line.text.split("\t"), line.text.split(",")):
-            cells = [cell.strip() for cell in cells]
-            if len(cells) == width and all(style.value(cell) is None for cell in cells if cell):
-                return _with_units(cells, above[place + 1 :], style)
+            cells = _trimmed([cell.strip() for cell in cells])
+            if filled <= len(cells) <= width and all(style.value(cell) is None for cell in cells if cell):
+                found = _with_units(cells, above[place + 1 :], style)
+                return found + [""] * (width - len(found))
         if not line.comment:
             found = [cell for cell in style.cells(line.text) if cell]
             if len(found) > 1 and len(found) != width and len(found) * 2 == width and style.separator == ",":
@@ -237,10 +247,15 @@ def _headings(lines: Sequence[TextLine], first: int, style: Style, name: str) ->
     return [f"column {number}" for number in range(1, width + 1)]
 
 
+def _trimmed(cells: list[str]) -> list[str]:
+    """Return cells without the empty ones at their end, which a separator at the end of a line makes."""
+    return cells[: max((place for place, cell in enumerate(cells, start=1) if cell), default=0)]
+
+
 def _with_units(cells: list[str], above: Sequence[TextLine], style: Style) -> list[str]:
     """Return headings with their units, where the names stand in a line of their own above the line of units."""
     if all(known_unit(cell.strip("[]()")) is not None for cell in cells) and above:
-        names = style.cells(above[0].text)
+        names = _trimmed(style.cells(above[0].text))
         if len(names) == len(cells) and not above[0].comment:
             return [f"{name} [{unit.strip('[]()')}]" for name, unit in zip(names, cells, strict=True)]
     return cells
@@ -254,6 +269,8 @@ def _columns(headings: Sequence[str], lines: Sequence[TextLine], rows: Sequence[
         column = [row[number] for row in cells]
         values = [style.value(cell) for cell in column]
         title, unit = split_heading(heading)
+        if not title and not any(column):
+            continue
         if any(value is None for value in values):
             columns.append(Column(title, None, np.array(column)))
         else:
@@ -298,6 +315,12 @@ READER = Reader(
     endings=(".csv", ".tsv", ".txt", ".dat", ".asc"),
     is_one=is_text,
     read=read_text,
+    not_read={
+        b"\x1f\x8b": COMPRESSED,
+        b"BZh": COMPRESSED,
+        b"\xfd7zXZ": COMPRESSED,
+        b"\xd0\xcf\x11\xe0": "is a workbook of Excel; save the sheet as CSV",
+    },
     how="comma, semicolon, tab or blanks; points or commas in the numbers; comments with `#` or `%`",
     seen="–",
     export="**Nanonis, home-built.** Any table with headings and units; a lock-in's `R` is usually rms.",
