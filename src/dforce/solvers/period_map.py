@@ -24,6 +24,7 @@ FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of
 REPEATED = 1e-11  # of its scale: how far a memory that repeats is from rest
 ROUNDING = 1e-13  # of its scale: change of a memory over a period that is rounding
 MEMORY_PASSES = 200  # periods that a memory gets to repeat
+MOST_CHANGES = 4  # of these in which a branch changes: it is then a motion of several periods, or of none
 NOTHING, MOTION, ALL = 0, 1, 2  # what will be read of what is measured: of the motion alone, or of the forces, too
 
 
@@ -176,8 +177,8 @@ def march_columns(slots: Any, chosen: Any, measured: bool, columns: Any, marchin
             memory[k] += side * apart[k]
         branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, others)
-        y, last, settled = start, np.zeros((2, states)), False
-        for attempt in range(most_passes(states, branches) if each > 1 else 1):
+        y, last, settled, changes = start, np.zeros((2, states)), False, 0
+        for attempt in range(MEMORY_PASSES if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
             for period in range(drive.periods):
                 tabulate_steps(tones[j], drive.waves[period], table)
@@ -185,8 +186,10 @@ def march_columns(slots: Any, chosen: Any, measured: bool, columns: Any, marchin
                 y = advance(y, of_period, table, (memory, branch, kinks[:, j].copy(), work), samples, p)
                 if measured and each == 1 and slots.wanted[s] != NOTHING:
                     take_measure(slots, s, period, model, drive, columns, j, desk)
-            settled = unrest(memory, memory_before, branch, branch_before, gain, model.memory_scale) < REPEATED
-            if settled:
+            rest = unrest(memory, memory_before, branch, branch_before, gain, model.memory_scale)
+            settled = rest < REPEATED
+            changes += 0 if rest < np.inf else 1
+            if settled or changes == MOST_CHANGES:
                 break
             if each > 1:
                 foretell(memory, memory_before, last, attempt > 0, gain, model.elements)
@@ -198,11 +201,6 @@ def march_columns(slots: Any, chosen: Any, measured: bool, columns: Any, marchin
         else:
             for k in range(states):
                 apart[k] = side * (memory[k] - slots.memory_after[s, k]) if settled else 0.0
-
-
-def most_passes(states: int, branches: int) -> int:
-    """Return the number of periods that memory and branches get to repeat: branches alone do so by then, or never."""
-    return MEMORY_PASSES if states > 0 else min(2**branches, MEMORY_PASSES)
 
 
 def put_numbers(place: Any, numbers: Any) -> None:
