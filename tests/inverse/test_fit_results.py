@@ -13,7 +13,7 @@ from fitted_curves import ETA, E, H
 import dforce as df
 from dforce.findings.fits import judged
 from dforce.inverse.fitting.minimize import Objective
-from dforce.inverse.fitting.points import checked_reading, measured
+from dforce.inverse.fitting.points import PointSelection, checked_reading, measured
 from dforce.validity import advice_in
 
 FILES = Path(df.__file__).parent / "library" / "measured"
@@ -284,6 +284,19 @@ def test_points_beside_jumps_are_left_out_and_branches_found_where_they_are_not_
     # a jump that is found may lie a point beside; branches that are named are taken as they are
     assert [one.attrs["points"] for one in (named, found, two)] == [126, 126 - 2, 126 - 4]
     assert (found["used"] >= two["used"]).all()
+
+
+def test_jumps_are_sought_among_large_steps_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A median of all steps at each point takes a time that grows with the square of the points."""
+    draw, height, calls = np.random.default_rng(1), np.linspace(40e-9, 20e-9, 3000), []
+    amplitude = np.where(height > 30e-9, 30e-9, height - 1e-9) + 6e-11 * draw.normal(size=3000)
+    phase = np.where(height > 30e-9, 90.0, 70.0) + 0.3 * draw.normal(size=3000)
+    data = fc.dataset(height, amplitude, phase, np.ones(3000), (6e-11, 0.3)).drop_vars("branch")
+    median = np.median
+    monkeypatch.setattr(np, "median", lambda *args, **how: calls.append(1) or median(*args, **how))
+    found = measured(data, PointSelection())
+    assert len(calls) < 20
+    assert ((found.branch == -1) == (height < 30e-9)).all()
 
 
 def test_a_jump_of_the_retract_that_is_no_larger_than_steep_steps_is_found_by_that_of_the_approach() -> None:

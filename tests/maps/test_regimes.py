@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib import pyplot as plt
 
 import dforce as df
+from dforce.findings import others
 
 STIFF = df.Case(
     cantilever=df.Cantilever(f0="70 kHz", k="2.7 N/m", Q=180.0),
@@ -183,3 +185,10 @@ def test_a_boundary_of_a_row_of_elements_passes_through_the_fold_of_its_branches
     [i] = np.flatnonzero(found.edge_kind == "fold")
     assert float(found.edge_A0[i]) == pytest.approx(28e-9, rel=2e-5, abs=0.0)
     assert float(found.edge_zc[i]) == pytest.approx(float(fold.zc), rel=2e-5, abs=0.0)
+
+
+def test_the_summary_counts_the_settings_without_steady_state():
+    states = ("A0", "set_point"), np.array([[0, 0, 1], [1, 2, 1]])
+    found = {one.name: one.text for one in others.regimes(xr.Dataset({"states": states}))}
+    assert found["without_state"].startswith("2 of 6")
+    assert "without_state" not in {one.name for one in others.regimes(xr.Dataset({"states": ("A0", [1, 2])}))}

@@ -10,7 +10,10 @@ import pytest
 from every import every
 
 import dforce as df
+from dforce import kernel
+from dforce.core.quantities import AMOUNTS
 from dforce.findings.summary import summary
+from dforce.observables.deviation import DEVIATIONS, deviations
 from dforce.results.curves import Picture, goes_along
 
 CONSERVATIVE = [
@@ -22,6 +25,26 @@ LOST = ("total_dissipated_energy", "dissipated_energy", "power")
 @functools.cache
 def computed(name):
     return df.run(df.example(name))
+
+
+@pytest.mark.parametrize("detector", ["deflection", "optical_lever", "interferometer"])
+@pytest.mark.parametrize("excitation", ["force", "base"])
+def test_an_error_estimate_of_1_is_the_error_scale_of_each_amount(excitation, detector):
+    # far below resonance a base moves three times as far as the lever bends
+    case = df.Case(
+        cantilever={"modes": [{"f0": "100 kHz", "k": "0.2 N/m", "Q": 150}, {"f0": "627 kHz", "k": "8 N/m", "Q": 200}]},
+        drive={"tones": [{"A0": "1 nm", "frequency": "50 kHz"}, {"A0": "0.3 nm"}], "excitation": excitation},
+        readout={"kind": detector}, forces=[],
+    )  # fmt: skip
+    result, problem = df.dwell(case, zc="9 nm"), case.problem
+    numbers, tones = np.array([kernel.parameters(problem, 0.0)]), kernel.tone_table(problem)[None]
+    amounts = [name for name in AMOUNTS if name in result and name in DEVIATIONS and "force" not in name]
+    assert {"virial", "total_virial", "power", "apparent_dissipated_energy"} < set(amounts)
+    for name in amounts:
+        here = {one: result[one].values[None] for one in (name, "peak_force", "min_force")}
+        there = here | {name: here[name] + result[name].attrs["error_scale"]}
+        apart = deviations(problem, numbers, tones, here, there)[0, DEVIATIONS.index(name)]
+        assert apart == pytest.approx(1.0, rel=1e-9), name
 
 
 def test_most_shipped_examples_are_conservative():

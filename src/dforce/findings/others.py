@@ -84,9 +84,13 @@ def plan(dataset: xr.Dataset) -> Iterator[Finding]:
 
 
 def regimes(dataset: xr.Dataset) -> Iterator[Finding]:
-    """Give how many boundaries a map of regimes has."""
+    """Give how many boundaries a map of regimes has, and how many settings no steady state."""
     yield _count("boundaries", "points of boundaries", dataset.sizes.get("edge", 0))
-    yield _count("states", "most stable states at one setting", np.nanmax(dataset["states"].values))
+    states = dataset["states"].values
+    yield _count("states", "most stable states at one setting", np.nanmax(states))
+    if empty := int((states == 0).sum()):
+        text = f"{empty} of {states.size}: the motion may not repeat there"
+        yield Finding("without_state", "settings without steady state", text, float(empty), "1")
 
 
 def thermal_spectrum(dataset: xr.Dataset) -> Iterator[Finding]:

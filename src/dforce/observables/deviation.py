@@ -10,7 +10,7 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.quantity import Scale
-from dforce.kernel import drive_of, modes_of, stiffness_of
+from dforce.kernel import base_of, drive_of, modes_of, stiffness_of
 from dforce.kernel.codegen import LENGTH, OMEGA
 from dforce.observables.complex_numbers import modulus
 from dforce.observables.finish import driving_tone
@@ -40,13 +40,16 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     every = stiffness_of(numbers[:, None], len(example.modes), example.late_fluid, at)
     response = every[:, np.arange(len(driven)), driven]
     drive = drive_of(tones, len(example.modes))[:, np.arange(len(driven)), driven]
-    free = length[:, None] * modulus(drive / response)
+    base, seen = base_of(tones), np.array(example.readout.weights)[np.arange(len(driven)), driven]
+    moved = drive / response - base  # as solved, the deflection of a tone's mode has the motion of the base in it
+    free = length[:, None] * modulus(moved)
+    read = length[:, None] * modulus(seen * moved + example.readout.base * base)  # A0, at this frequency
     of_modes = free[:, [driving_tone(example, n) for n in range(len(example.modes))]]
     energy = square / (gain * length[:, None]) * of_modes**2 * np.minimum(1.0, damping / np.sqrt(square))
     drives = np.abs(drive_of(tones, len(example.modes)) / gain[:, None]).max(axis=(1, 2))  # of the driving forces (N)
     largest = np.maximum.reduce([np.abs(a["peak_force"]), np.abs(a["min_force"]), FAINT * drives])
     # of observables over tones, over modes, and of all others
-    lengths = {"tone": free, "mode": of_modes}
+    lengths = {"tone": read, "mode": of_modes}
     energies = {"tone": energy[:, example.own_modes], "mode": energy}
     plain = {
         Scale.SPEED: omega * length,

@@ -348,10 +348,10 @@ def _jumps(found: MeasuredPoints, order: Any) -> list[int]:
     over = np.zeros(max(len(order) - 1, 0), bool)
     for values, sigma in ((found.amplitude[:, 0], found.amplitude_error[0]), (found.phase[:, 0], found.phase_error[0])):
         step = np.abs(np.diff(values[order]))
-        for place, size in enumerate(step):
+        least = max(STEP_SIGMAS * math.sqrt(2.0) * sigma, STEP_MEDIANS * float(np.median(step)) if len(step) else 0.0)
+        for place in np.flatnonzero(step > least).tolist():
             beside = np.delete(step[max(0, place - NEIGHBORS) : place + NEIGHBORS + 1], min(place, NEIGHBORS))
-            usual = max(np.median(step), np.median(beside) if len(beside) else 0.0)  # a steep onset is no jump
-            over[place] |= size > max(STEP_SIGMAS * math.sqrt(2.0) * sigma, STEP_MEDIANS * usual)
+            over[place] |= not len(beside) or step[place] > STEP_MEDIANS * np.median(beside)  # a steep onset is no jump
     return [int(cut) + 1 for cut in np.flatnonzero(over)]
 
 
