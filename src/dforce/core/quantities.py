@@ -269,7 +269,7 @@ AXES = DRIFTING | table(
     Quantity("reached", "", "1", "1", "state reached", "steady state that the motion settles to; 0: none"),
     Quantity("motion", "", "SI", "", "motion",
              "motion at the start of a common period: deflection and velocity of each mode, then the late parts of the "
-             "fluid, then memory and branches of the forces"),
+             "fluid, then memory and branches of the forces", ("component",)),
     Quantity("component", "", "", "", "component", "number of the motion; component_units gives its unit"),
     Quantity("share", "", "1", "%", "share", "share of the starts that lead to a state"),
 )  # fmt: skip

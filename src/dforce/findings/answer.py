@@ -14,7 +14,7 @@ from dforce.findings.material import material
 from dforce.findings.set_point import SetPointState, at_set_point, states_at, why_none
 from dforce.findings.summary import summary
 from dforce.results.curves import goes_along, row_of
-from dforce.results.kinds import is_kind, measured, swept
+from dforce.results.kinds import is_kind, known_kind, measured, swept
 from dforce.results.status import check_computed
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
         When the dataset is not a result or has no points, and when the set point is not a share above 0 and at most 1.
     """
     check_computed(result)
+    known_kind(result)
     return answer_with(result, parse_share(set_point, "set_point"))
 
 

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.arrays import AnyArray
 from dforce.core.errors import ParameterError, UnitError, checked, nearest
+from dforce.core.quantities import OBSERVABLES
 from dforce.core.units import parse, parse_share
 from dforce.findings.crossings import RATIO, SHIFT, Crossings
 from dforce.results.curves import drawable, goes_along, row_of
 from dforce.results.dataset import COLUMN_DIMS
-from dforce.results.kinds import measured, swept
+from dforce.results.kinds import check_shape, measured, swept
 from dforce.results.significance import ERRORS, is_none
 from dforce.results.status import Status, check_computed, repeats
 
@@ -111,6 +113,11 @@ def _states(
     import xarray as xr
 
     check_computed(result)
+    check_shape(result)
+    if "crossing" in result.dims:
+        raise ParameterError("this result lists the states at a set point already; choose the curve itself")
+    if "status" not in result.variables:
+        raise ParameterError("this result has lost its status, without which no point is used; keep it")
     along = goes_along(result)
     over = swept(result, along)
     first = result.isel(dict.fromkeys(over, 0)) if over else result
@@ -119,7 +126,7 @@ def _states(
         raise ParameterError(f"this result has no '{RATIO}'; add it to the quantities of the sweep")
     if not row or RATIO not in result or row_of(first, RATIO) != row:
         raise ParameterError("this result is not a curve of amplitudes, so it has no set points")
-    known = drawable(first, along)
+    known = [name for name in drawable(first, along) if name != "stable"]  # a number once .where was applied
     always = [along, *(name for name in ("zc", "virial") if name in known)]
     wanted = dict.fromkeys([*always, *(known if names is None else names)])
     for name in wanted:
@@ -131,7 +138,7 @@ def _states(
     if solve:
         columns, solved = found.solved(result, along, met, value)
         for name in wanted.keys() & columns.keys():
-            values[name][solved] = columns[name][solved]
+            values[name][solved] = _kept(columns[name][solved], result, name)
     variables = {name: found.laid_out(result, name, one) for name, one in values.items()}
     coords: dict[str, Any] = {name: variables.pop(name) for name in dict.fromkeys((along, "zc")) if name in variables}
     if "virial" in variables:
@@ -144,9 +151,23 @@ def _states(
         stable = result["stable"].values.astype(bool)
         coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
     coords["solved"] = found.table(solved, False)
+    # a user may have chosen some harmonics, or one
+    used = {str(dim) for dims, *_ in variables.values() for dim in dims}
+    labels_of = {dim: result.variables[dim] for dim in COLUMN_DIMS if dim in result.coords}
+    coords |= {dim: labels for dim, labels in labels_of.items() if set(labels.dims) <= used}
     if over:
         coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
     return xr.Dataset(variables, coords, {"along": along})
+
+
+def _kept(solved: AnyArray, result: xr.Dataset, name: str) -> AnyArray:
+    """Return the columns of a quantity that a result has kept: a user may have chosen one or some of its harmonics."""
+    if solved.ndim == 1:
+        return solved
+    (dim,) = OBSERVABLES[name].dims
+    if dim not in result.coords:
+        raise ParameterError(f"{name} of this result has lost its {dim}; choose a list, such as .isel({dim}=[0])")
+    return np.asarray(solved[..., result[dim].values - 1])
 
 
 @checked

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core.errors import ParameterError
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.kernel import base_in_motion, tone_table, units_of
 from dforce.solvers.states import States
@@ -44,6 +45,8 @@ def rows_of(states: States, scales: Array, base: Array, problem: Problem) -> Arr
 def split_rows(rows: Array, problem: Problem) -> States:
     """Return rows in SI as states of a problem whose motions are in SI, too; the inverse of :func:`rows_of` of scale 1."""
     places = np.cumsum([count for count, _ in _counts(problem).values()])
+    if rows.shape[-1:] != places[-1:]:
+        raise ParameterError("the motions of this result have lost numbers; keep its dimension component whole")
     z, v, fluid, kept, branch = np.split(rows, places[:-1], axis=-1)
     moves = np.stack([z, v], axis=-1).reshape(*z.shape[:-1], -1)
     return States(np.concatenate([moves, fluid], axis=-1), kept, branch)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ import numpy as np
 from dforce.core.arrays import AnyArray, Array, Indices
 from dforce.core.errors import ParameterError, checked, nearest, shorten
 from dforce.results.dataset import COLUMN_DIMS
-from dforce.results.kinds import Picture, kind_of, swept
+from dforce.results.kinds import LISTS, Picture, kind_of, swept
 from dforce.results.status import check_computed
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ __all__ = [
     "start_across",
 ]
 
-LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
 BELOW = 30.0  # how far below the strongest resonance a logarithmic picture of a density begins: white noise alone
 MARKED = ("fold", "period_doubling", "torus", "grazing", "end")  # special points that pictures mark
 
@@ -130,7 +130,8 @@ def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> An
     values = values[tuple(slice(None) if dim in variable.dims else None for dim in dims)]
     columns = values.shape[len(dims) :]
     values = np.broadcast_to(values, (*(dataset.sizes[dim] for dim in dims), *columns))
-    return values.reshape(-1, dataset.sizes.get("direction", 1), dataset.sizes[row], *columns)
+    cases = math.prod(dataset.sizes[dim] for dim in over)  # told, for a result may have no columns
+    return values.reshape(cases, dataset.sizes.get("direction", 1), dataset.sizes[row], *columns)
 
 
 def first_state(dataset: xr.Dataset) -> xr.Dataset:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from dforce.core.errors import ParameterError
+from dforce.core.quantities import AXES, OF_RESULTS
 from dforce.results.dataset import COLUMN_DIMS
 from dforce.results.status import check_computed
 
@@ -16,6 +17,13 @@ if TYPE_CHECKING:
 
 
 NO_RESULT = "this dataset is no result of a known kind, and no force curve; it has no overview and no summary"
+
+LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
+OF_MOTIONS = frozenset(
+    (*AXES, *COLUMN_DIMS, *LISTS, "case", "crossing", "distance")
+)  # dimensions beside those of a sweep
+# along these a result has a value at least
+NEEDED = ("zc", "frequency", "point", "distance", "direction", "tone", "mode", "component")
 
 Own = dict[tuple[str, ...], str]  # functions by the quantities that they draw
 
@@ -99,6 +107,8 @@ class Kind:
         and of an approach a `measured` curve, too.
     figure
         Function that gives the figure of the window, where it shows no lines.
+    lists
+        Dimensions that a result of this kind has whatever part of it is chosen.
     """
 
     name: str
@@ -109,6 +119,7 @@ class Kind:
     pictures: tuple[Picture, ...] = OF_CURVES
     own: Own = field(default_factory=dict)
     figure: str = ""
+    lists: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
@@ -160,8 +171,43 @@ def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
     return [dim for dim in dims if dim != along]
 
 
+def check_shape(result: xr.Dataset) -> None:
+    """Refuse a result whose dimensions are not those of its kind any more: a user chose a part of it, or joined several.
+
+    Raises
+    ------
+    ParameterError
+        With what to choose: where a selection left nothing or took a dimension of columns away, and where results were joined
+        along a dimension of another program, or twice along the same labels.
+    """
+    for dim in (dim for dim in (*NEEDED, *swept(result)) if result.sizes.get(dim) == 0):
+        order = " and zc goes from far to near" if dim == "zc" else ""
+        raise ParameterError(
+            f"this result has no value along {dim} left: a slice in .sel starts at the value that comes first{order}"
+        )
+    if not {"status", "amplitude"} <= result.variables.keys() or {"plan_over", "map_over"} & result.attrs.keys():
+        return  # no motions, or over parameters of any name
+    for dim in (str(dim) for dim in result.dims if dim not in OF_MOTIONS and dim not in swept(result)):
+        raise ParameterError(f"no result of dForce has the dimension {dim}; choose one result with .isel({dim}=0)")
+    if "direction" in result.dims and "direction" not in result.coords:
+        raise ParameterError("this result has lost the names of its directions; keep the coordinate direction")
+    for dim in ("direction", *COLUMN_DIMS):
+        if dim in result.indexes and not result.indexes[dim].is_unique:
+            raise ParameterError(f"this result has a value twice along {dim}; choose one of each with .isel({dim}=...)")
+    for name, variable in result.variables.items():
+        row = OF_RESULTS.get(str(name))
+        for dim in () if row is None else (dim for dim in row.dims if dim in NEEDED and dim not in variable.dims):
+            raise ParameterError(
+                f"{name} of this result has lost its dimension {dim}; choose a list, such as .isel({dim}=[0])"
+            )
+
+
 def _is_force_curve(dataset: xr.Dataset) -> bool:
     return "zc" not in dataset.coords and {"force", "distance"} <= {*dataset.variables}
+
+
+def _is_branches(dataset: xr.Dataset) -> bool:
+    return "point" in dataset.dims and "along" in dataset.attrs
 
 
 def _is_frequency_sweep(dataset: xr.Dataset) -> bool:
@@ -187,20 +233,20 @@ KINDS = (
     Kind("plan", _marked("plan_over"), "findings.others:plan", "plot.plans:plan", "parameters"),
     Kind("regimes", _marked("map_over"), "findings.others:regimes", "plot.maps:regimes", "parameters"),
     Kind("reconstruction", _marked("force_status"), "findings.others:reconstruction", "plot.reconstruction:reconstruction",
-         figure="gui.measured.reconstruction:figure_of"),
+         figure="gui.measured.reconstruction:figure_of", lists=("distance",)),
     Kind("material", _marked("loss_tangent"), "findings.others:material", "", ""),
-    Kind("fit", _marked("correlation"), "findings.fits:fit", "plot.fits:fit", "measured"),
+    Kind("fit", _marked("correlation"), "findings.fits:fit", "plot.fits:fit", "measured", lists=("parameter",)),
     Kind("identification", _marked("verdict"), "findings.others:identification", "", ""),
     Kind("thermal_spectrum", _marked("fitted_density"), "findings.others:thermal_spectrum", "plot.thermal:thermal_spectrum",
          pictures=OF_SPECTRA, own={DENSITIES: "plot.thermal:thermal_spectrum"}),
-    Kind("measured", _marked("height"), "findings.others:measured", "plot.measured:measured", "measured"),
+    Kind("measured", _marked("height"), "findings.others:measured", "plot.measured:measured", "measured", lists=("point",)),
     Kind("sweep", lambda dataset: bool(swept(dataset)), "findings.motions:sweep", "plot.sweeps:sweep_overview"),
-    Kind("branches", lambda dataset: "point" in dataset.dims, "findings.motions:branches", "plot.branches:branches_overview",
+    Kind("branches", _is_branches, "findings.motions:branches", "plot.branches:branches_overview",
          own={AMPLITUDE_AND_PHASE: "plot.branches:branches"}),
     Kind("basins", _marked("reached"), "findings.motions:basins", "plot.basins:basins",
-         figure="gui.curves.other_figures:basins"),
+         figure="gui.curves.other_figures:basins", lists=("state",)),
     Kind("force_curve", _is_force_curve, "findings.motions:force_curve", "plot.overview:forces", pictures=OF_RECORDS,
-         own={("force",): "plot.forces:against_distance"}),
+         own={("force",): "plot.forces:against_distance"}, lists=("distance",)),
     Kind("frequency_sweep", _is_frequency_sweep, "findings.motions:frequency_sweep", "plot.branches:resonance",
          own={AMPLITUDE_AND_PHASE: "plot.branches:resonance"}),
     Kind("dwell", _is_dwell, "findings.motions:dwell", "plot.overview:dwell", pictures=OF_RECORDS, own=RECORD),
@@ -220,12 +266,17 @@ def known_kind(dataset: xr.Dataset) -> Kind:
     Raises
     ------
     ParameterError
-        For a Dataset that is no result, and for one that was stopped before its first point.
+        For a Dataset that is no result, for one that was stopped before its first point, and see :func:`check_shape`.
     """
+    check_shape(dataset)
     kind = kind_of(dataset)
     if kind is None:
         check_computed(dataset)
         raise ParameterError(NO_RESULT)
+    for dim in (dim for dim in kind.lists if dim not in dataset.dims):
+        raise ParameterError(
+            f"{kind.words} needs its dimension {dim}; choose a list along it, such as .isel({dim}=[0])"
+        )
     return kind
 
 

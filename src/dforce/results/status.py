@@ -99,7 +99,8 @@ def check_computed(result: xr.Dataset) -> None:
     ParameterError
         When no point of the result was computed.
     """
-    if "status" in result and bool((result["status"].values == Status.NOT_COMPUTED).all()):
+    status = result["status"].values if "status" in result else np.array([])
+    if status.size and (status == Status.NOT_COMPUTED).all():
         raise ParameterError(
             "the run was stopped before its first point, so its result has no numbers yet: continue it"
         )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, checked
-from dforce.results.kinds import swept
+from dforce.results.kinds import check_shape, swept
 from dforce.validity import contact, drive, dynamics, inputs, locks, long_range, noise, sampling, states
 from dforce.validity._advice import Advice, Advices, advice_in, attributes
 from dforce.validity._evidence import Evidence
@@ -61,6 +61,7 @@ def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices
             raise ParameterError("both arguments are results; pass a case and its result, or one result")
         if "over" in case.attrs:
             return advice_in(case)
+        check_shape(case)
         seen = Evidence(case_of(case), case)
     elif result is not None and swept(result):
         return advice_in(result)
