@@ -67,13 +67,22 @@ def test_a_result_is_kept_wherever_the_words_about_it_go(streams, tmp_path):
     assert "Traceback" not in done.stderr and "report" not in done.stderr
 
 
-NAMES = ["curve.nc", "my curve.nc", "it's.nc", "a \"b\" 'c'.nc", "$HOME `date`.nc", "a\\b c.nc", "now!! or never.nc"]
+NAMES = [
+    "curve.nc",
+    "my curve.nc",
+    "it's.nc",
+    "a \"b\" 'c'.nc",
+    "$HOME `date`.nc",
+    "a\\b c.nc",
+    "now!! or never.nc",
+    "-x.nc",
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_name_is_printed_as_a_shell_takes_it(name):
     shown = subprocess.run(["bash", "-c", f"printf %s {quoted(name)}"], capture_output=True, text=True, check=True)
-    assert shown.stdout == name
+    assert Path(shown.stdout) == Path(name) and not shown.stdout.startswith("-")  # no option
 
 
 def test_a_mistake_keeps_its_exit_code_where_it_cannot_be_told():

@@ -330,11 +330,3 @@ CURVE = measured_curve.dataset()
 def test_a_dataset_made_by_hand_is_a_curve_or_a_sentence(data, sentence):
     with pytest.raises(df.DForceError, match=sentence):
         df.calibrate(data)
-
-
-def test_a_curve_of_frequency_shifts_is_calibrated():
-    height, draw = np.linspace(20e-9, 1e-9, 200), np.random.default_rng(2)
-    shift = -3.0 * np.exp(-height / 1e-9) + 0.02 * draw.normal(size=200)
-    data = CURVE.drop_dims("point").assign(height=("point", height), frequency_shift=("point", shift))
-    found = df.calibrate(data.assign_coords(direction=("point", ["approach"] * 200)))
-    assert found.attrs["frequency_shift_error"] == pytest.approx(0.02, rel=0.2)

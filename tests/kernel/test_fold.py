@@ -23,7 +23,7 @@ def f(y, log):
         total += y[k]
     for k in range(mode_count()):
         total += 10 * y[k]
-    last = size if memory_size() == 0 and latch_count() == 0 else -1
+    last = size if not memory_size() else -1
     return total + last
 """
 

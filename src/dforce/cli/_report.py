@@ -106,7 +106,8 @@ def advice_lines(result: xr.Dataset, case: str, written: str | os.PathLike[str] 
 
 
 def quoted(name: str) -> str:
-    """Return a name as it is typed in a shell."""
+    """Return a name as it is typed in a shell, never as an option."""
+    name = f"./{name}" if name.startswith("-") else name
     if re.fullmatch(r"[\w@%+=:,./\\~-]+", name):
         return name
     if os.name == "posix" and set(name) & set('"$`!\\'):  # a shell reads these between double quotes, too

@@ -119,10 +119,7 @@ def calibrate(
 
 
 def _check(data: xr.Dataset, baseline: str, delay: object, speed: object) -> None:
-    if "frequency_shift" in data and "phase" not in data:
-        check_measured(data, ("height", "frequency_shift"))
-    else:
-        check_measured(data)
+    check_measured(data)
     check_directions(data)
     if "neighbor_correlation" in data.attrs:
         raise ParameterError("data is already calibrated; pass the result of df.read_measured")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
@@ -196,7 +196,7 @@ def _chosen(tables: list[T], number: int, name: str) -> T:
     return tables[number - 1]
 
 
-def check_measured(data: xr.Dataset, needed: Sequence[str] = ("height", "amplitude", "phase")) -> None:
+def check_measured(data: xr.Dataset) -> None:
     """Refuse a Dataset that is no measured curve.
 
     Raises
@@ -206,7 +206,7 @@ def check_measured(data: xr.Dataset, needed: Sequence[str] = ("height", "amplitu
     ResultError
         With the first point that has no number.
     """
-    missing = [name for name in needed if name not in data]
+    missing = [name for name in ("height", "amplitude", "phase") if name not in data]
     if missing or data["height"].dims != ("point",):
         what = f"has no {' and no '.join(missing)}" if missing else "does not lie along 'point'"
         raise ParameterError(f"data {what}, so it is not a measured curve; get a curve from df.read_measured")

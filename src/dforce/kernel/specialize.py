@@ -46,25 +46,9 @@ class _Folder(ast.NodeTransformer):
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         self.generic_visit(node)
         match node:
-            case ast.BinOp(ast.Constant(value=int(a)), ast.Add(), ast.Constant(value=int(b))):
-                return ast.Constant(a + b)
             case ast.BinOp(ast.Constant(value=int(a)), ast.Mult(), ast.Constant(value=int(b))):
                 return ast.Constant(a * b)
         return node
-
-    def visit_Compare(self, node: ast.Compare) -> ast.expr:
-        self.generic_visit(node)
-        match node:
-            case ast.Compare(ast.Constant(value=int(a)), [ast.Eq()], [ast.Constant(value=int(b))]):
-                return ast.Constant(a == b)
-        return node
-
-    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
-        self.generic_visit(node)
-        values = [value.value for value in node.values if isinstance(value, ast.Constant)]
-        if len(values) < len(node.values):
-            return node
-        return ast.Constant(all(values) if isinstance(node.op, ast.And) else any(values))
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
         self.generic_visit(node)

@@ -233,7 +233,7 @@ class Block(TipEquations):
                     end, slots.rows[s] = integrator.observe(states.motion(s), periods)
                 else:
                     end, _ = integrator.lock_in(states.motion(s), periods)
-                slots.ends[s, 0], slots.memory_after[s], slots.branch_after[s] = end.y, end.memory, end.latched
+                slots.ends[s, 0], slots.memory_after[s], slots.branch_after[s] = end.y, end.memory, end.branch
             return
         marching = Marching(self._all, self.drive(repeats), self._room(count, 1))
         self._solvers.entry("march")(slots, np.arange(count), count, 1, measured, marching)

@@ -155,7 +155,7 @@ def follow(
             integrator.take(_driven(problem, omega, ratio, turned))
             integrator.place(way[min(len(rows), len(way) - 1)])
             there = tuple((np.array(motion.y) * units / _units(integrator.problem)).tolist())
-            motion, measured = integrator.observe(Motion(there, motion.memory, motion.latched, 0), part)
+            motion, measured = integrator.observe(Motion(there, motion.memory, motion.branch, 0), part)
             parts, acting, turned = [*parts, measured], [*acting, (omega, ratio)], turned + omega * period
             read = _read(integrator, measured, loops, weights(omega.tolist(), part))
             for k in range(len(stages)):

@@ -70,7 +70,7 @@ class Motion:
 
     y: tuple[float, ...]
     memory: Array
-    latched: Array
+    branch: Array
     period: int
 
     @property
@@ -246,13 +246,13 @@ class RK4(Integrator):
             self.p = tuple(numbers.tolist())
 
     def _march(self, motion: Motion, periods: int, every: bool, out: Array) -> Motion:
-        memory, latched = motion.memory.copy(), motion.latched.copy()
-        forces = memory, latched, self.kinks, self.work
+        memory, branch = motion.memory.copy(), motion.branch.copy()
+        forces = memory, branch, self.kinks, self.work
         tip = self.tip("advance", "cut", *(["measure_force"] if every else []))
         y = self.solvers.entry("march_rk4")(
             motion.y, forces, motion.period, self.tones, self.turns, self.samples, tip, out
         )
-        return Motion(y, memory, latched, motion.period + periods)
+        return Motion(y, memory, branch, motion.period + periods)
 
 
 class Engine(Integrator):
@@ -291,7 +291,7 @@ class Engine(Integrator):
 
         p, x = np.array([self.p]), np.array([motion.y])
         start = Start(
-            p, self.tones[None], self._places[None], x, motion.memory[None], motion.latched[None], motion.period
+            p, self.tones[None], self._places[None], x, motion.memory[None], motion.branch[None], motion.period
         )
         return self._marcher.march(start, periods, self._limits, **wanted)
 
@@ -319,7 +319,7 @@ class LSODA(Integrator):
         """Return a flow that stands at a motion: the last one if it does, so that results depend on no chunk size."""
         if self._flow is not None and motion is self._left:
             return self._flow
-        latched, bases = motion.latched.copy(), self.phases(motion.period)
+        latched, bases = motion.branch.copy(), self.phases(motion.period)
         fastest = max(1.0, *(mode.f0 / self.problem.tones[0].frequency for mode in self.problem.modes))
         self._first = motion.period
         return lsoda.Flow(

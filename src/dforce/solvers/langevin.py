@@ -154,7 +154,7 @@ class Langevin(Integrator):
             starts[0].period,
             np.array([start.y for start in starts]),
             np.array([start.memory for start in starts]),
-            np.array([start.latched for start in starts]),
+            np.array([start.branch for start in starts]),
             np.array([self.key(seed) for seed in seeds], dtype=np.int64),
             np.full(len(starts), np.inf),
             np.zeros((len(starts), len(self.tones), self._poles, 2)),
@@ -195,7 +195,7 @@ class Langevin(Integrator):
             lanes, c = self.run(lanes, periods)
             out[:, ::2], out[:, 1::2] = c[0].real, c[0].imag
         y = tuple(map(float, lanes.y[0]))
-        return replace(motion, y=y, memory=lanes.memory[0], latched=lanes.latched[0], period=lanes.period)
+        return replace(motion, y=y, memory=lanes.memory[0], branch=lanes.latched[0], period=lanes.period)
 
     def turn_rate(self, low: float) -> float:
         r"""Return the largest :math:`\omega_c h`, step times the tip's angular frequency in contact, down to a distance (m)."""

@@ -57,4 +57,4 @@ class States:
     @classmethod
     def of(cls, *motions: Motion) -> States:
         """Return motions as states."""
-        return cls(*(np.array([getattr(one, name) for one in motions]) for name in ("y", "memory", "latched")))
+        return cls(*(np.array([getattr(one, name) for one in motions]) for name in ("y", "memory", "branch")))
