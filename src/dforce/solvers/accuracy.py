@@ -225,8 +225,10 @@ def _is_misled(block: Block, value: float, found: Steady) -> bool:
     driven = np.pi * np.abs(kernel.drive_of(own.tones, len(own.problem.modes))).max()  # what drives change in a period
     wanders = found.values["drift"]
     allowed = driven * (min(GROSS, SHARE * wanders) if wanders > block.settings.settle_tolerance else GROSS)
-    if np.quantile(missed, 1.0 - FEW) > allowed or np.sqrt((missed**2).mean()) <= allowed:
-        return bool(np.quantile(missed, 1.0 - FEW) > allowed)
+    if np.sqrt((missed**2).mean()) <= allowed:
+        return False
+    if np.quantile(missed, 1.0 - FEW) > allowed:
+        return True
     later = [np.abs(march(one, motion, 2 * periods, block.check_cancelled, periods)[1][:, 0]) for one in (own, finer)]
     (mean, spread), (other, fine) = ((one.mean(), one.std()) for one in later)
     return not (abs(other - mean) < spread and spread / ALIKE < fine < ALIKE * spread)
