@@ -108,7 +108,7 @@ class Kind:
     figure
         Function that gives the figure of the window, where it shows no lines.
     lists
-        Dimensions that a result of this kind has whatever part of it is chosen.
+        Dimensions of which a result of this kind has one, whatever part of it is chosen.
     """
 
     name: str
@@ -246,7 +246,7 @@ KINDS = (
     Kind("basins", _marked("reached"), "findings.motions:basins", "plot.basins:basins",
          figure="gui.curves.other_figures:basins", lists=("state",)),
     Kind("force_curve", _is_force_curve, "findings.motions:force_curve", "plot.overview:forces", pictures=OF_RECORDS,
-         own={("force",): "plot.forces:against_distance"}, lists=("distance",)),
+         own={("force",): "plot.forces:against_distance"}, lists=("distance", "time")),
     Kind("frequency_sweep", _is_frequency_sweep, "findings.motions:frequency_sweep", "plot.branches:resonance",
          own={AMPLITUDE_AND_PHASE: "plot.branches:resonance"}),
     Kind("dwell", _is_dwell, "findings.motions:dwell", "plot.overview:dwell", pictures=OF_RECORDS, own=RECORD),
@@ -273,7 +273,8 @@ def known_kind(dataset: xr.Dataset) -> Kind:
     if kind is None:
         check_computed(dataset)
         raise ParameterError(NO_RESULT)
-    for dim in (dim for dim in kind.lists if dim not in dataset.dims):
+    if kind.lists and not {*kind.lists} & {*dataset.dims}:
+        dim = kind.lists[0]
         raise ParameterError(
             f"{kind.words} needs its dimension {dim}; choose a list along it, such as .isel({dim}=[0])"
         )
