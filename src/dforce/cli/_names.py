@@ -67,7 +67,7 @@ def curve_of(case: df.Case) -> list[Path]:
 
 
 def inputs_of(case: df.Case, noted_before: list[Path]) -> tuple[Path, ...]:
-    """Return the files that a case names: those noted when it was loaded, and those that are read later."""
+    """Return the files that a case names, as noted when it was loaded or read later."""
     rows = "" if case.sweep is None else case.sweep.rows
     return (*noted_before, *curve_of(case), *([named(rows, "sweep.rows", case.folder)] if rows else []))
 

@@ -98,7 +98,7 @@ def states_lines(states: xr.Dataset | None) -> list[str]:
 
 
 def advice_lines(result: xr.Dataset, case: str, written: str | os.PathLike[str] | None = None) -> list[str]:
-    """Return what each piece of advice in a result found, and how to read on about the file, or a table's case."""
+    """Return the findings of all advice in a result, and the command that tells more about the file or a table's case."""
     found = [f"advice: {piece.finding}" for piece in advice_of(result)]
     kept = "" if written is None else str(written)
     name = case if not kept or kept.lower().endswith(".csv") else kept

@@ -202,7 +202,7 @@ def check_measured(data: xr.Dataset) -> None:
     Raises
     ------
     ParameterError
-        With what is missing, or makes no sense.
+        When something is missing or makes no sense; the message names it.
     ResultError
         With the first point that has no number.
     """
@@ -234,7 +234,7 @@ def check_directions(data: xr.Dataset) -> None:
     Raises
     ------
     ParameterError
-        With what to do.
+        When points are in no order or directions are unknown; the message tells the remedy.
     """
     if "direction" not in data.variables:
         raise ParameterError(

@@ -177,8 +177,8 @@ def check_shape(result: xr.Dataset) -> None:
     Raises
     ------
     ParameterError
-        With what to choose: where a selection left nothing or took a dimension of columns away, and where results were joined
-        along a dimension of another program, or twice along the same labels.
+        When a selection left nothing or took a dimension of columns away, and when results were joined along a dimension of
+        another program, or twice along the same labels. The message tells the right choice.
     """
     for dim in (dim for dim in (*NEEDED, *swept(result)) if result.sizes.get(dim) == 0):
         order = " and zc goes from far to near" if dim == "zc" else ""

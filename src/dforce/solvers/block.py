@@ -388,7 +388,7 @@ class Block(TipEquations):
         )
 
     def marching(self, which: Indices, slots: int, each: int, repeats: int = 1) -> Marching:
-        """Return what so many slots of some problems are marched with over common periods, with so many columns each."""
+        """Return equations, drive and scratch for so many slots of some problems, with so many columns each."""
         return Marching(self.model(which), self.drive(repeats), self._room(slots, each))
 
     def _room(self, slots: int, each: int) -> Array:

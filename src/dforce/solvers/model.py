@@ -89,7 +89,7 @@ class SharedDrive(NamedTuple):
 
 
 class Marching(NamedTuple):
-    """What motions are marched with: the tip equations of their problems, the drive that these share, and scratch.
+    """Tip equations of the problems whose motions march, the drive that they share, and scratch.
 
     Attributes
     ----------

@@ -316,7 +316,7 @@ class ModelBranches:
 
 
 def _at_each_point(found: Stretch, which_height: Indices) -> Stretch:
-    """Return what was found at each height for each point there."""
+    """Return the values found at each height, one for each point there."""
     names = ("x", "memory", "branch", "monodromy", "rows", "residual", "steps")
     parts = {name: getattr(found, name)[:, which_height] for name in names}
     return found._replace(**parts, done=np.searchsorted(which_height, found.done))
