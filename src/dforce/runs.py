@@ -361,6 +361,9 @@ def thermal_spectrum(case: Case, duration: Time | None = None, progress: Progres
     sensitivity :math:`s_n` to the mode. With the memory of the fluid this form is valid only near the resonance: the fit then
     covers at most 40 % on both sides.
 
+    Sources: H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995); J. E. Sader, J. W. M. Chon, P. Mulvaney, Rev. Sci. Instrum.
+    70, 3967 (1999).
+
     Parameters
     ----------
     case
@@ -388,9 +391,6 @@ def thermal_spectrum(case: Case, duration: Time | None = None, progress: Progres
     ------
     ParameterError
         When the record is too short to resolve the resonances or too long, and for ``noise.thermal = false``.
-
-    Sources: H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995); J. E. Sader, J. W. M. Chon, P. Mulvaney, Rev. Sci. Instrum.
-    70, 3967 (1999).
     """
     return run(_with_experiment(case, ThermalSpectrum, {"duration": duration}), progress)
 

@@ -50,6 +50,10 @@ def test_no_initials_are_taken_for_the_letters_of_a_list():
     assert [page.name for page in PAGES if re.search(r'<ol class="(?:upper|lower)(?:alpha|roman)', text(page))] == []
 
 
+def test_no_source_is_listed_as_an_error():
+    assert [page.name for page in PAGES if re.search("<strong>Sources?<", text(page))] == []
+
+
 @pytest.fixture(scope="module")
 def browser():
     from playwright.sync_api import sync_playwright

@@ -48,6 +48,8 @@ def material(curve: xr.Dataset, model: Literal["hertz", "punch", "cone"] = "hert
 
     The Dataset contains advice where a neglected effect is large.
 
+    Source: derived here; R. Garcia, R. Proksch, Eur. Polym. J. 49, 1897 (2013) for the paraboloid on resonance.
+
     Parameters
     ----------
     curve
@@ -67,8 +69,6 @@ def material(curve: xr.Dataset, model: Literal["hertz", "punch", "cone"] = "hert
     ------
     ParameterError
         When the curve does not have two tones with the second locked, or the tip lacks a radius or half angle.
-
-    Source: derived here; R. Garcia, R. Proksch, Eur. Polym. J. 49, 1897 (2013) for the paraboloid on resonance.
     """
     import xarray as xr
 

@@ -60,6 +60,9 @@ def energy(data: xr.Dataset) -> xr.Dataset:
     with the ratio r of drive frequency to resonance frequency; r = 1 if one of them is unknown. Both equations are exact for a
     mode that a force drives, with any harmonics.
 
+    Sources: A. San Paulo, R. Garcia, Phys. Rev. B 64, 193411 (2001); J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613
+    (1998).
+
     Parameters
     ----------
     data
@@ -76,9 +79,6 @@ def energy(data: xr.Dataset) -> xr.Dataset:
     ------
     ParameterError
         For a curve that is not calibrated, or without k or Q.
-
-    Sources: A. San Paulo, R. Garcia, Phys. Rev. B 64, 193411 (2001); J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613
-    (1998).
     """
     import xarray as xr
 

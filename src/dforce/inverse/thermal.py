@@ -128,6 +128,8 @@ def thermal_tune(
     as :math:`s_1 z`, with the slope :math:`s_1` at the end: then :math:`k = s_1^2 k_\mathrm{B} T / \langle z^2 \rangle`. The
     static spring constant is :math:`12 k / \kappa_1^4`.
 
+    Source: H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995).
+
     Parameters
     ----------
     spectrum
@@ -155,8 +157,6 @@ def thermal_tune(
         For a file that cannot be read, or a spectrum with too few points or without a clear peak.
     ParameterError
         If a necessary setting is missing in the file, and for arrays of other shapes or without a unit.
-
-    Source: H.-J. Butt, M. Jaschke, Nanotechnology 6, 1 (1995).
     """
     if calibrated not in LEVERS:
         raise ParameterError(f"calibrated = '{shorten(calibrated)}' is not one of {', '.join(LEVERS)}")
