@@ -82,9 +82,9 @@ def test_few_taps_that_more_samples_miss_do_not_ask_for_more_everywhere():
         tip=df.Tip(radius="10 nm"),
         sample=df.Sample(youngs_modulus="2 MPa", poisson_ratio=0.45),
         forces=[df.forces.JKR(surface_energy="50 mJ/m^2")],
-        experiment=df.experiments.Approach(zc=["36 nm", "19.5 nm", "18.4 nm"]),
+        experiment=df.experiments.Approach(zc=["36 nm", "25 nm"]),
     )
     found, fine = df.run(case), df.run(case.replace("solver.points_per_period", 1024))
     assert found.attrs["samples_per_period"] == 256
-    assert (found.status[1:] == df.Status.NOT_REPEATING).all()
+    assert found.status[1] == df.Status.NOT_REPEATING
     np.testing.assert_allclose(found.amplitude, fine.amplitude, rtol=1e-3)
