@@ -9,7 +9,7 @@ import os
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 from dforce.case import Case, load_case
 from dforce.core.errors import ParameterError, checked
@@ -18,7 +18,14 @@ from dforce.core.quantities import MOTION
 from dforce.core.stopping import at_end, late_stop_waits
 from dforce.core.units import Frequencies, Length, Lengths, Time
 from dforce.experiments import Approach, Basins, Branches, Dwell, Experiment, FrequencySweep, ThermalSpectrum
-from dforce.experiments.base import Progress, Start
+from dforce.experiments.base import Progress
+from dforce.experiments.keywords import (
+    ApproachSettings,
+    BasinsSettings,
+    BranchesSettings,
+    DwellSettings,
+    FrequencySettings,
+)
 from dforce.results.dataset import describe, get_ready
 from dforce.results.files import read
 from dforce.results.provenance import provenance
@@ -114,63 +121,6 @@ def carry_out(case: Case, report_progress: Progress, earlier: xr.Dataset | None 
     data: xr.Dataset = describe(procedure(case, case.experiment, report_progress, earlier))
     keep_promise(data, case.solver.accuracy)
     return data
-
-
-class MotionSettings(TypedDict, total=False):
-    """A setting of all experiments with a driven tip."""
-
-    harmonics: int | None
-
-
-class CurveSettings(MotionSettings, total=False):
-    """Settings of a curve along a parameter."""
-
-    protocol: Literal["quasi_static", "stepwise"] | None
-    carry_state: bool | None
-    start: Start | Mapping[str, Length] | None
-
-
-class ApproachSettings(CurveSettings, total=False):
-    """Settings of an approach, as under `[experiment]`."""
-
-    direction: Literal["approach", "retract", "both"] | None
-    set_point: Lengths | None
-
-
-class DwellSettings(MotionSettings, total=False):
-    """Settings of a dwell, as under `[experiment]`."""
-
-    start: Start | Mapping[str, Length] | None
-    record: Literal["settled", "all"] | None
-    recorded_periods: int | None
-    controllers: Mapping[str, object] | None
-
-
-class BranchesSettings(MotionSettings, total=False):
-    """Settings of branches, as under `[experiment]`."""
-
-    parameter: str | None
-    start: float | str | None
-    stop: float | str | None
-    largest_step: float | None
-    max_points: int | None
-    search: int | None
-    set_point: Lengths | None
-
-
-class FrequencySettings(CurveSettings, total=False):
-    """Settings of a frequency sweep, as under `[experiment]`."""
-
-    direction: Literal["up", "down", "both"] | None
-
-
-class BasinsSettings(MotionSettings, total=False):
-    """Settings of basins, as under `[experiment]`."""
-
-    amplitude: Lengths | None
-    phase: Lengths | None
-    deflection: Lengths | None
-    velocity: Lengths | None
 
 
 @checked

@@ -160,9 +160,9 @@ def between(heights: Any, value: float) -> Any:
 def retune(tone: Any, response: Any, modes: int, g: float) -> None:
     """Change the row of a tone table to g times its frequency; `response` is the tone's row of ``kernel.responses``.
 
-    A force stays what it is, a base goes on moving as its piezo lets it. In time scaled by the new frequency a force drives a
-    mode by 1/g^2 of what it did, and a base motion Y by (c0 + i c1 D / g + c2 / g^2) Y, the parts of inertia, drag and spring,
-    with the D of `drag_of`.
+    A driving force keeps its size, and the base moves by the piezo's response at the new frequency. In time scaled by this
+    frequency, a force drives a mode by 1/g^2 of its value before, and a base motion Y by (c0 + i c1 D / g + c2 / g^2) Y: the
+    parts of inertia, drag and spring, with the D of `drag_of`.
     """
     if response.shape[0] == 0:
         for n in range(2 * modes):
@@ -188,7 +188,7 @@ def retune(tone: Any, response: Any, modes: int, g: float) -> None:
 
 
 def drag_of(response: Any, modes: int, n: int, g: float) -> Any:
-    r"""Return real and imaginary part of a mode's drag over that of fluid which follows at once, at g times the frequency.
+    r"""Return a mode's drag at g times the frequency, real and imaginary part, relative to fluid without memory.
 
     .. math:: 1 - \sum_j \frac{w_j s_j}{s_j + i g}
 
