@@ -209,7 +209,7 @@ class Window:
         self.drawn(before, chart)
 
     def grip(self, handle: Any) -> tuple[float, float, dict[str, float]]:
-        """Press the mouse on the thumb of a slider; return where that is, and the slider's box. The form may move before."""
+        """Press the mouse on the thumb of a slider; return where that is, and the slider's box. The form may move meanwhile."""
         while True:
             handle.hover()
             box = handle.bounding_box()
@@ -219,9 +219,10 @@ class Window:
             # the thumb is 16 pixels wide, and stays within the box
             x, y = box["x"] + 8 + (box["width"] - 16) * (value - low) / (high - low), box["y"] + box["height"] / 2
             self.page.mouse.move(x, y)
-            if handle.evaluate("(one, [x, y]) => document.elementFromPoint(x, y) === one", [x, y]):
-                self.page.mouse.down()
+            self.page.mouse.down()
+            if handle.evaluate("(one) => one.matches(':active')"):
                 return x, y, box
+            self.page.mouse.up()
 
     def field(self, path: str) -> Any:
         """Return the field of a parameter of the case."""
