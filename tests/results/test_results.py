@@ -184,6 +184,7 @@ def test_a_file_is_not_replaced_when_overwriting_is_off(tmp_path):
     [
         ("out.xlsx", r"ends in '.xlsx'; use a name ending in .nc, .csv"),
         ("out", r"has no ending"),
+        ("", r"the name of the file to write is empty; use a name ending in .nc, .csv"),
         ("no/such/out.nc", r"there is no folder"),
         ("folder.nc", r"it is not a file"),
     ],
@@ -191,7 +192,7 @@ def test_a_file_is_not_replaced_when_overwriting_is_off(tmp_path):
 def test_a_place_that_cannot_be_written_is_one_sentence(tmp_path, name, sentence):
     (tmp_path / "folder.nc").mkdir()
     with pytest.raises(ResultError, match=sentence):
-        write(synthetic.dwell(), tmp_path / name)
+        write(synthetic.dwell(), name and tmp_path / name)
     assert names(tmp_path) == ["folder.nc"]
 
 

@@ -27,6 +27,9 @@ CLASSES = {
 }
 """What is known by its class: module, name there, in words, and where one comes from."""
 
+OF_MEASURED = (
+    "df.read_measured reads a measured curve from a file; pandas writes one by .to_csv('curve.csv', index=False)"
+)
 PLAIN: dict[str, tuple[Callable[[Any], bool], str]] = {
     "None": (lambda given: given is None, ""),
     "str": (lambda given: isinstance(given, str), "text"),
@@ -204,7 +207,8 @@ def misfit(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mappi
 def _sentence(name: str, allowed: tuple[ArgumentKind, ...], given: object) -> str:
     words = list(dict.fromkeys(kind.words for kind in allowed if kind.words))
     what = f"not {words[0]}" if len(words) == 1 else f"neither {' nor '.join(words)}"
-    sources = "; ".join(kind.source for kind in allowed if kind.source)
+    measured = [OF_MEASURED] if name == "data" else []
+    sources = "; ".join(measured or (kind.source for kind in allowed if kind.source))
     return f"{name} = {told(given)} is {what}{f'; {sources}' if sources else ''}"
 
 
