@@ -100,6 +100,11 @@ def _is_one(module: str, name: str, as_class: bool, given: object) -> bool:
     return isinstance(given, type) and issubclass(given, wanted) if as_class else isinstance(given, wanted)
 
 
+def is_dataset(given: object) -> bool:
+    """Say whether something is a Dataset of xarray."""
+    return _is_one("xarray", "Dataset", False, given)
+
+
 def _are_all(item: ArgumentKind | None, given: object) -> bool:
     if isinstance(given, str | bytes | type) or not isinstance(given, Iterable):
         return False
