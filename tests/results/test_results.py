@@ -51,6 +51,11 @@ def test_netcdf_keeps_awkward_attributes(tmp_path):
     xr.testing.assert_identical(read(write(back, tmp_path / "again.nc")), back)
 
 
+def test_netcdf_gives_back_states_that_have_no_version(tmp_path):
+    states = synthetic.approach().isel(zc=[3]).drop_attrs(deep=False)
+    xr.testing.assert_identical(read(write(states, tmp_path / "states.nc")), states)
+
+
 def test_netcdf_holds_booleans_text_and_no_value(tmp_path):
     dataset = synthetic.approach()
     dataset["tried"] = ("zc", np.arange(dataset.sizes["zc"]) % 2 == 0)
