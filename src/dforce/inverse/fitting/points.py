@@ -7,7 +7,6 @@ behind a jump from its nearest point outward. Where a jump happens is no data: i
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,20 +17,16 @@ import numpy as np
 from dforce.core import units
 from dforce.core.arrays import Array, Bools, Indices, Texts
 from dforce.core.errors import ParameterError, shorten
+from dforce.inverse.fitting.branches import BEHIND_JUMP, FROM_FREE, NEIGHBORS, RIGHT_ANGLE, branches
 from dforce.inverse.fitting.typed import number_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
 BRANCHES = {"attractive": FROM_FREE, "repulsive": BEHIND_JUMP}
-STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both is a jump
 STRETCH = 5.0  # errors of a height to each side: over that the noise of the heights does not flatten a slope
-NEIGHBORS = 4  # steps on both sides that say how steep a curve is there
 FEWEST = 8  # points
-FOUND = 1  # points beside a jump that is found in the data are left out where no margin is given
-RIGHT_ANGLE = 90.0
 MISTYPED = 1000.0  # times what a curve spans: an error so large was typed without its unit
 
 
@@ -178,7 +173,7 @@ def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
         _height_error(data, reading),
         np.asarray(data["direction"].values).astype(str) if "direction" in data.variables else None,
     )
-    branch, beside = _branches(data, found, reading.margin)
+    branch, beside = branches(data, found, reading.margin)
     used = ~beside & _chosen(found, reading)
     if reading.branch != "measured":
         used &= _on_branch(found, branch, used, reading.branch)
@@ -269,90 +264,6 @@ def _on_branch(found: MeasuredPoints, branch: Any, used: Any, name: str) -> Any:
         why = "all phases are above 90 degrees" if name == "repulsive" and above else "no point lies on it"
         raise ParameterError(f'branch = "{name}", but {why}')
     return wanted
-
-
-def _branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tuple[Any, Any]:
-    """Return the branch of each point, and which points are beside a jump."""
-    if "branch" in data.variables:
-        branch = np.where(np.asarray(data["branch"].values, dtype=float) < 0.0, BEHIND_JUMP, FROM_FREE)
-        return branch, _beside_known_jump(found.height, branch, margin or 0)
-    margin = FOUND if margin is None else margin
-    branch, beside = np.full(len(found.height), FROM_FREE), np.zeros(len(found.height), bool)
-    ways, walks = found.direction, []
-    for way in dict.fromkeys(ways.tolist()) if ways is not None else [None]:
-        chosen = np.flatnonzero(ways == way) if way is not None else np.arange(len(found.height))
-        order = chosen[np.argsort(-found.height[chosen], kind="stable")]  # from far to near
-        walks.append(_Walk(str(way), order, _jumps(found, order)))
-    for walk in _with_hidden_jump(found, walks):
-        for start, stop in itertools.pairwise([0, *walk.cuts, len(walk.order)]):
-            if start > 0 and _is_behind(found, walk.order[start:stop]):
-                branch[walk.order[start:stop]] = BEHIND_JUMP
-        for cut in walk.cuts:
-            beside[walk.order[max(0, cut - margin) : cut + margin]] = True
-    return branch, beside
-
-
-@dataclass(frozen=True)
-class _Walk:
-    """One direction of a curve: its points from far to near, and before which of them it jumps."""
-
-    way: str
-    order: Indices
-    cuts: list[int]
-
-
-def _is_behind(found: MeasuredPoints, stretch: Indices) -> bool:
-    """Say whether the nearest points of a stretch are repulsive."""
-    return bool(np.median(found.phase[stretch[-3:], 0]) < RIGHT_ANGLE)
-
-
-def _with_hidden_jump(found: MeasuredPoints, walks: list[_Walk]) -> list[_Walk]:
-    """Return the two directions of a curve, with the jump of the one that hides it in its steep steps.
-
-    Where one direction jumps, a state ends at a fold, so the other one does not lead from state to state smoothly either. The
-    retract jumps farther away than the approach, or as far.
-    """
-    if len(walks) != 2 or bool(walks[0].cuts) == bool(walks[1].cuts):
-        return walks
-    jumping, other = sorted(walks, key=lambda walk: not walk.cuts)
-    if not (_is_behind(found, jumping.order) and _is_behind(found, other.order)):
-        return walks
-    cut = jumping.cuts[-1]
-    edges = found.height[jumping.order[cut - 1 : cut + 1]]
-    middle = 0.5 * (found.height[other.order[1:]] + found.height[other.order[:-1]])
-    there = middle >= edges.min() if other.way == "retract" else middle <= edges.max()
-    if not there.any():
-        return walks
-    falls = np.where(there, np.diff(found.phase[other.order, 0]), np.inf)
-    return [jumping, replace(other, cuts=[int(np.argmin(falls)) + 1])]
-
-
-def _beside_known_jump(height: Array, branch: object, margin: int) -> Any:
-    """Return which points are beside a jump where the branch of each is known.
-
-    The branch from free motion ends where the other goes on nearer; the other one where the first reaches farther.
-    """
-    beside = np.zeros(len(height), bool)
-    first, second = np.flatnonzero(branch == FROM_FREE), np.flatnonzero(branch == BEHIND_JUMP)
-    if margin == 0 or not len(first) or not len(second):
-        return beside
-    if height[second].min() < height[first].min():
-        beside[first[np.argsort(height[first], kind="stable")[:margin]]] = True
-    if height[first].max() > height[second].max():
-        beside[second[np.argsort(-height[second], kind="stable")[:margin]]] = True
-    return beside
-
-
-def _jumps(found: MeasuredPoints, order: Any) -> list[int]:
-    """Return before which places along a curve amplitude or phase jumps."""
-    over = np.zeros(max(len(order) - 1, 0), bool)
-    for values, sigma in ((found.amplitude[:, 0], found.amplitude_error[0]), (found.phase[:, 0], found.phase_error[0])):
-        step = np.abs(np.diff(values[order]))
-        least = max(STEP_SIGMAS * math.sqrt(2.0) * sigma, STEP_MEDIANS * float(np.median(step)) if len(step) else 0.0)
-        for place in np.flatnonzero(step > least).tolist():
-            beside = np.delete(step[max(0, place - NEIGHBORS) : place + NEIGHBORS + 1], min(place, NEIGHBORS))
-            over[place] |= not len(beside) or step[place] > STEP_MEDIANS * np.median(beside)  # a steep onset is no jump
-    return [int(cut) + 1 for cut in np.flatnonzero(over)]
 
 
 def checked_reading(branch: str, margin: int | None, errors: Any, height: Any, direction: str) -> PointSelection:
