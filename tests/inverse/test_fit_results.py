@@ -13,7 +13,7 @@ from fitted_curves import ETA, E, H
 import dforce as df
 from dforce.findings.fits import judged
 from dforce.inverse.fitting.minimize import Objective
-from dforce.inverse.fitting.points import PointSelection, checked_reading, measured
+from dforce.inverse.fitting.selection import PointSelection, checked_reading, measured
 from dforce.validity import advice_in
 
 FILES = Path(df.__file__).parent / "library" / "measured"

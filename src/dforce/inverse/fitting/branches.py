@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core.arrays import Array, Indices
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, NEIGHBORS, MeasuredPoints
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.inverse.fitting.points import MeasuredPoints
-
-FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
 STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both is a jump
-NEIGHBORS = 4  # steps on both sides that say how steep a curve is there
 FOUND = 1  # points beside a jump that is found in the data are left out where no margin is given
 RIGHT_ANGLE = 90.0
 ATTRACTED = 4.0  # errors by which a phase of attraction is above that, at least

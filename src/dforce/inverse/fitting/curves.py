@@ -20,8 +20,8 @@ import numpy as np
 from dforce import kernel
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError
-from dforce.inverse.fitting.branches import BEHIND_JUMP, FROM_FREE
 from dforce.inverse.fitting.edges import over_edges
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE
 from dforce.observables.averaging import weights
 from dforce.observables.complex_numbers import phase_lag
 from dforce.observables.finish import finish_each

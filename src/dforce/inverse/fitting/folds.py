@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.inverse.fitting.branches import FROM_FREE
 from dforce.inverse.fitting.curves import BranchPoints
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import CurveModel, Prediction
+from dforce.inverse.fitting.points import FROM_FREE
 from dforce.inverse.fitting.unknowns import HEIGHT, limits
 
 NEAR = 0.02  # of the free amplitude: folds farther behind the last point of a branch do not bend the curve

@@ -14,11 +14,10 @@ from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.experiments import Approach
 from dforce.findings.finding import DEGREE
-from dforce.inverse.fitting.branches import BEHIND_JUMP, FROM_FREE
 from dforce.inverse.fitting.certainty import Certainty, certainty, known_products
 from dforce.inverse.fitting.curves import ModelBranches
 from dforce.inverse.fitting.model import CurveModel
-from dforce.inverse.fitting.points import MeasuredPoints
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.typed import number_of
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
 from dforce.inverse.measured import check_measured

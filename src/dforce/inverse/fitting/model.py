@@ -12,9 +12,8 @@ from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core.arrays import Array, Bools
 from dforce.core.errors import DForceError
-from dforce.inverse.fitting.branches import BEHIND_JUMP, FROM_FREE
 from dforce.inverse.fitting.curves import BranchPoints, ModelBranches, SolvedCurve, wrapped
-from dforce.inverse.fitting.points import MeasuredPoints
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, SCALE, Unknown
 from dforce.problem import Problem
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from dforce.case import Case, Fit
-from dforce.inverse.fitting.branches import FROM_FREE
-from dforce.inverse.fitting.points import MeasuredPoints
+from dforce.inverse.fitting.points import FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import Unknown
 
 FREE_POINTS = 5  # used points that are free motion: then they tell A0 and the phase offset themselves

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.inverse.fitting.branches import BEHIND_JUMP, FROM_FREE
 from dforce.inverse.fitting.curves import BranchPoints, ModelBranches, difference
 from dforce.inverse.fitting.folds import lowest
 from dforce.inverse.fitting.minimize import ROUGH, Minimum, Objective
 from dforce.inverse.fitting.model import CurveModel, allowed
-from dforce.inverse.fitting.points import MeasuredPoints
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, Unknown, limits, start_vector
 
 REACH = np.log(8.0)  # how far around the start logarithms are searched
