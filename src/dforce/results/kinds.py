@@ -232,7 +232,7 @@ RECORD: Own = FORCE | {("spectrum",): "plot.motion:spectrum", ("velocity",): "pl
 
 # a fit holds the measured curve, and one case of a sweep is what the sweep is made of: what holds others comes first
 KINDS = (
-    Kind("plan", _marked("plan_over"), "findings.others:plan", "plot.plans:plan", "parameters"),
+    Kind("plan", _marked("plan_over"), "findings.plans:plan", "plot.plans:plan", "parameters"),
     Kind("regimes", _marked("map_over"), "findings.others:regimes", "plot.maps:regimes", "parameters"),
     Kind("reconstruction", _marked("force_status"), "findings.others:reconstruction", "plot.reconstruction:reconstruction",
          figure="gui.measured.reconstruction:figure_of", lists=("distance",)),
