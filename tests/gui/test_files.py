@@ -10,6 +10,7 @@ import json
 import subprocess
 import sys
 import threading
+import time
 import zipfile
 
 import h5py
@@ -176,6 +177,25 @@ def test_a_result_that_cannot_be_shown_or_kept_changes_nothing(tmp_path, name):
 
 def full(*_, **__):
     raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_of_two_files_opened_at_once_the_last_one_stays_open(tmp_path, monkeypatch):
+    quick = uploads.document_from
+
+    def slow_at_first(data):
+        time.sleep(0.2 if data.startswith(b'title = "slow"') else 0.0)
+        return quick(data)
+
+    monkeypatch.setattr(uploads, "document_from", slow_at_first)
+
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            for name in ("slow", "quick"):
+                page.files.last.keep(CASE.replace("title", name).to_toml().encode(), f"{name}.toml")
+            await asyncio.gather(page.files.open_last("slow.toml"), page.files.open_last("quick.toml"))
+            assert page.view.document.title == "quick"
+
+    asyncio.run(flow())
 
 
 def test_a_full_disk_at_an_upload_is_said_and_changes_nothing(tmp_path, said, monkeypatch):

@@ -16,6 +16,7 @@ from dforce.gui.document import store as stores
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import UNREAD, Session
 from dforce.gui.document.store import ASIDE, KEY, Saving, Store
+from dforce.gui.files.uploads import LastFiles
 
 FIRST = Document.first()
 
@@ -38,6 +39,14 @@ def test_what_is_kept_is_there_after_a_restart_and_nobody_else_may_read_it(tmp_p
     assert Document.from_plain(Store(file)[KEY]) == FIRST
     if sys.platform != "win32":
         assert file.stat().st_mode & 0o077 == 0
+
+
+def test_a_last_file_that_finds_no_room_leaves_the_earlier_one_whole(tmp_path):
+    files = LastFiles(tmp_path)
+    files.keep(b"whole", "curve.csv")
+    with full_disk(), pytest.raises(df.ResultError, match="cannot be listed for the next time: file too large"):
+        files.keep(bytes(1000), "curve.csv")
+    assert files.take("curve.csv") == b"whole"
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from fitted_curves import E, H
 
 import dforce as df
 from dforce.inverse.fitting.model import CurveModel
-from dforce.inverse.fitting.points import PointSelection, measured
+from dforce.inverse.fitting.selection import PointSelection, measured
 from dforce.inverse.fitting.unknowns import make_unknowns
 
 HEIGHTS = np.linspace(9.2e-9, 2e-9, 31)

@@ -13,7 +13,7 @@ import dforce as df
 from dforce.inverse.fitting.folds import fold_beside, lowest
 from dforce.inverse.fitting.minimize import Objective, jacobian
 from dforce.inverse.fitting.model import CurveModel
-from dforce.inverse.fitting.points import PointSelection, measured
+from dforce.inverse.fitting.selection import PointSelection, measured
 from dforce.inverse.fitting.unknowns import make_unknowns
 from dforce.validity import advice_in
 

@@ -11,7 +11,7 @@ from dforce.inverse.fitting.certainty import certainty
 from dforce.inverse.fitting.curves import BESIDE_END, ModelBranches, beyond
 from dforce.inverse.fitting.minimize import jacobian
 from dforce.inverse.fitting.model import CurveModel, Prediction
-from dforce.inverse.fitting.points import PointSelection, measured
+from dforce.inverse.fitting.selection import PointSelection, measured
 from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
 from dforce.solvers.newton import TOLERANCE

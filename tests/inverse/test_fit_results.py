@@ -13,7 +13,7 @@ from fitted_curves import ETA, E, H
 import dforce as df
 from dforce.findings.fits import judged
 from dforce.inverse.fitting.minimize import Objective
-from dforce.inverse.fitting.points import PointSelection, checked_reading, measured
+from dforce.inverse.fitting.selection import PointSelection, checked_reading, measured
 from dforce.validity import advice_in
 
 FILES = Path(df.__file__).parent / "library" / "measured"
@@ -315,6 +315,32 @@ def test_a_jump_of_the_retract_that_is_no_larger_than_steep_steps_is_found_by_th
         found.branch, np.where(np.tile(height, 2) > np.repeat([32.1e-9, 32.5e-9], 131), 1, -1)
     )
     assert (~found.used).sum() == 4  # one point to each side of both jumps
+
+
+def test_a_jump_that_hides_between_two_points_divides_the_curve(tmp_path: Path) -> None:
+    # with 25 points each way the jump is no larger than the steep steps beside it
+    case = df.Case(
+        cantilever={"f0": 300e3, "k": 40.0, "Q": 400}, drive={"A0": 20e-9}, tip={"radius": 8e-9},
+        sample={"youngs_modulus": 0.5e9}, forces=[df.forces.DMT(hamaker=8.5e-20)],
+    )  # fmt: skip
+    loop = df.approach(case, zc=np.linspace(30e-9, 10e-9, 301), direction="both")
+    assert loop["jump_zc"].size == 2
+    few, draw = np.linspace(0, 300, 25).round().astype(int), np.random.default_rng(1)
+    rows = ["height_nm,amplitude_nm,phase_deg"]
+    for way, places in (("approach", few), ("retract", few[::-1])):
+        one = loop.sel(direction=way).isel(zc=places, tone=0)
+        amplitude = one["amplitude"].values * 1e9 + 0.04 * draw.normal(size=25)
+        phase = one["phase"].values + 0.3 * draw.normal(size=25)
+        rows += [f"{z * 1e9:.3f},{a:.4f},{p:.3f}" for z, a, p in zip(one["zc"].values, amplitude, phase, strict=True)]
+    (tmp_path / "curve.csv").write_text("\n".join(rows))
+    data = df.calibrate(df.read_measured(tmp_path / "curve.csv", phase_convention="lag"), case)
+    behind = measured(data, PointSelection()).branch == -1
+    np.testing.assert_array_equal(behind, data["height"] < loop["jump_zc"].values.min())
+    fit = df.fit(case.replace(E, 1e9), data, free=[E, H])
+    assert fit.attrs["lost_points"] == 0 and not advice_in(fit)
+    modulus = fit.sel(parameter=E)
+    assert float(modulus["interval_low"]) < 0.5e9 < float(modulus["interval_high"])
+    assert float(modulus["error"]) < 0.05 * 0.5e9
 
 
 def test_lost_points_are_no_success() -> None:

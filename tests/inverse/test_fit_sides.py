@@ -8,7 +8,7 @@ from fitted_curves import ETA, E, H
 
 import dforce as df
 from dforce.inverse.fitting.model import CurveModel
-from dforce.inverse.fitting.points import checked_reading, measured
+from dforce.inverse.fitting.selection import checked_reading, measured
 from dforce.inverse.fitting.unknowns import make_unknowns, start_vector
 
 NUISANCE = ("zc_offset", "A0", "phase_offset")

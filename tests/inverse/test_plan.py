@@ -300,6 +300,29 @@ def test_a_plan_of_forces_with_memory_has_the_states_that_a_transient_settles_to
         assert float(settled.peak_force) == pytest.approx(float(here.peak_force), rel=1e-3, abs=1e-15)
 
 
+@pytest.fixture(scope="module")
+def larger():
+    """Return a plan over free amplitudes above that of its case."""
+    return df.plan(STIFF, {"drive.A0": ["40 nm", "45 nm", "50 nm", "55 nm", "60 nm"]}, [0.7, 0.75, 0.8, 0.85, 0.9])
+
+
+def test_the_advice_on_a_plan_is_about_its_recommended_settings_and_not_about_its_case(larger):
+    said = {piece.name: piece.text for piece in df.advice(larger)}
+    assert "amplitude_beyond_the_drive" not in said  # 60 nm are not beyond the drive of that setting
+    wanted = df.advice(df.run(df.Case.from_toml(larger.attrs["recommended_case"])))
+    assert said == {piece.name: f"At the recommended settings: {piece.text}" for piece in wanted}
+    assert "tabor_of_dmt" in said
+
+
+def test_the_answer_of_a_plan_counts_states_and_names_the_recommended_settings(larger):
+    point, fewer = larger.where(larger.recommended, drop=True).squeeze(), larger.copy(deep=True)
+    fewer["allowed"][0, 0], fewer["limit_hit"][0, 0] = False, "no state"
+    lines = {line.name: line.text for line in df.summary(fewer)}
+    assert lines["allowed"] == "24 of 24"
+    assert f"A0 {1e9 * float(point.A0):g} nm, set point {100.0 * float(point.set_point):g} %" in lines["recommended"]
+    assert f"Most room: {lines['recommended']}." in df.answer(fewer)
+
+
 def test_of_many_cases_a_plan_says_which_states_are_meant(monkeypatch):
     monkeypatch.setattr("dforce.inverse.planner.MOST_WALKED", 0)
     found = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], {"peak_force": "< 200 pN"})

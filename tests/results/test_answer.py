@@ -97,3 +97,21 @@ def test_am_fm_gives_no_modulus_for_a_tip_without_a_radius():
     case = df.example("am-fm").replace(tip=df.Tip(half_angle="20 deg"), forces=[df.forces.Sneddon()])
     said = df.answer(df.run(case.set("experiment.zc.points=5")), "90 %")
     assert said.startswith("Repulsive at 90 %") and "modulus" not in said
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "side"), [("48.4 kHz", "48.8 kHz", "above"), ("49 kHz", "49.4 kHz", "below")]
+)
+def test_a_resonance_outside_of_a_sweep_has_no_frequency(start, stop, side):
+    sweep = df.frequency_sweep(
+        df.example("figure-3-air"), {"start": start, "stop": stop, "points": 5}, "20 nm", direction="up"
+    )
+    end = stop if side == "above" else start
+    found = next(line for line in df.summary(sweep) if line.name == "resonance")
+    assert found.value is None and found.text.startswith(f"{side} {end} (") and found.text.endswith(" nm there)")
+    assert df.answer(sweep).startswith(f"Resonance: {side} {end} (")
+
+
+def test_numbers_of_advice_have_no_exponent_below_a_million():
+    soft = df.example("figure-3-air").replace("sample.youngs_modulus", "1 kPa")
+    assert any(piece.text.startswith("The Tabor parameter is 5200,") for piece in df.advice(soft))

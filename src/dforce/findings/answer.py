@@ -66,7 +66,8 @@ def answer_with(
     in_am = along == "zc" and measured(result) == ("amplitude", "phase")
     if not in_am or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
         return " ".join(
-            f"{line.label[0].upper()}{line.label[1:]}: {line.text}." for line in summary(result)[:MOST_LINES]
+            f"{line.label[0].upper()}{line.label[1:]}: {line.text.removesuffix('.')}."
+            for line in summary(result)[:MOST_LINES]
         )
     met = [state for state in states_at(result, share, states) if state.stable]
     if not met:

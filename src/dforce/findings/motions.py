@@ -155,8 +155,13 @@ def _peak(sweep: xr.Dataset, way: str) -> Finding:
         return Finding("resonance", "resonance", "-", None, "Hz", way)
     is_held = "amplitude" not in measured(sweep)
     index = int(np.nanargmin(sweep["drive_force"].isel(tone=0)) if is_held else np.nanargmax(amplitude))
-    more = f" ({number(float(amplitude[index]), 'm')})"
-    return finding("resonance", "resonance", float(sweep["frequency"][index]), "Hz", way, more)
+    at, ends = float(sweep["frequency"][index]), sweep["frequency"].values[np.isfinite(amplitude)][[0, -1]]
+    height = number(float(amplitude[index]), "m")
+    if at not in ends:
+        return finding("resonance", "resonance", at, "Hz", way, f" ({height})")
+    side = "above" if at == ends.max() else "below"  # the sweep ends before it
+    text = f"{side} {number(at, 'Hz', 'frequency')} ({height} there)"
+    return Finding("resonance", "resonance", text, None, "Hz", way)
 
 
 def sweep(dataset: xr.Dataset) -> Iterator[Finding]:

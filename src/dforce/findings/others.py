@@ -1,4 +1,4 @@
-"""What a reader looks for first in results of no experiment: plans, maps, measured curves, and spectra."""
+"""What a reader looks for first in results of no experiment: maps, measured curves, and spectra."""
 
 from __future__ import annotations
 
@@ -70,17 +70,6 @@ def reconstruction(dataset: xr.Dataset) -> Iterator[Finding]:
         yield _number("lowest_force", "lowest force", force[lowest], "N")
         yield _number("at", "its distance", dataset["distance"][lowest], "m")
     yield _count("gaps", "gaps", dataset.sizes.get("gap", 0))
-
-
-def plan(dataset: xr.Dataset) -> Iterator[Finding]:
-    """Give how many settings are allowed, by which limits, and what was found."""
-    allowed = dataset["allowed"].values
-    count = float(allowed.sum())
-    yield Finding("allowed", "allowed settings", f"{count:.0f} of {allowed.size}", count, "1")
-    yield Finding("limits", "limits", str(dataset.attrs.get("limits", "")), float("nan"), "1")
-    if "findings" in dataset.attrs:
-        found = " ".join(str(dataset.attrs["findings"]).splitlines())
-        yield Finding("findings", "findings", found, float("nan"), "1")
 
 
 def regimes(dataset: xr.Dataset) -> Iterator[Finding]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from dforce.maps.axes import Axis
 from dforce.results.dataset import describe
 from dforce.results.provenance import provenance
 from dforce.runs import run
+from dforce.validity import advice_in, attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -183,4 +185,6 @@ def _with_dwell(case: Case, axes: Sequence[Axis], judged: Judged, chosen: Any, d
     ):  # a fragile state may be left
         for name in TRACES:
             data[name] = dwell[name].reset_coords(drop=True)
+        pieces = [replace(piece, text=f"At the recommended settings: {piece.text}") for piece in advice_in(dwell)]
+        data.attrs |= attributes(pieces)
     return data

@@ -49,7 +49,7 @@ def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices
     """Return the advice on a case, on a case and its result, or on a result; the list may be empty.
 
     Without a result, advice on the motion is omitted or uses a bound. A result alone is enough, because it contains its case.
-    For a sweep, which has many cases, the advice in the result is returned (:func:`advice_in`).
+    For a sweep or a plan, which have many cases, the advice in the result is returned (:func:`advice_in`).
 
     Raises
     ------
@@ -59,7 +59,7 @@ def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices
     if not isinstance(case, Case):
         if result is not None:
             raise ParameterError("both arguments are results; pass a case and its result, or one result")
-        if "over" in case.attrs:
+        if {"over", "plan_over"} & case.attrs.keys():
             return advice_in(case)
         check_shape(case)
         seen = Evidence(case_of(case), case)

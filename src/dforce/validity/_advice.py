@@ -103,4 +103,9 @@ def amount(value: float, unit: str) -> str:
 def percent(share: float) -> str:
     """Return a share in percent: ``27 %``."""
     digits = ".2g" if abs(share) < 0.995 else ".0f" if abs(share) < 100.0 else ".0e"
-    return f"{100.0 * share:{digits}} %"
+    return f"{rounded(100.0 * share, digits)} %"
+
+
+def rounded(value: float, digits: str = ".2g") -> str:
+    """Return a number with few digits, below a million without an exponent: ``150``."""
+    return f"{float(f'{value:{digits}}'):g}"

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from dforce.forces import Force, Viscoelastic
 from dforce.forces.bottom_effect import SERIES_LIMIT, BottomEffect, coefficients, polynomial
 from dforce.forces.tatara import Tatara
-from dforce.validity._advice import Advice, percent, shown
+from dforce.validity._advice import Advice, percent, rounded, shown
 from dforce.validity._evidence import Evidence
 
 SAME_ADHESION = 0.01  # relative difference of two adhesions that is rounding of a printed value, not a choice
@@ -100,7 +100,7 @@ def tabor_of_dmt(seen: Evidence) -> Advice | None:
                 "tabor_of_dmt",
                 contact.tabor,
                 STIFF,
-                f"The Tabor parameter is {contact.tabor:.2g}, so adhesion deforms the sample. DMT neglects this: its "
+                f"The Tabor parameter is {rounded(contact.tabor)}, so adhesion deforms the sample. DMT neglects this: its "
                 f"adhesion is about {percent(error)} too large. If adhesion in contact matters, use maugis_dugdale.",
                 MAP,
                 tuple(seen.path(force) for force in contact.forces),
@@ -117,7 +117,7 @@ def tabor_of_jkr(seen: Evidence) -> Advice | None:
                 "tabor_of_jkr",
                 contact.tabor,
                 SOFT,
-                f"The Tabor parameter is {contact.tabor:.2g}, so the attraction reaches beyond the contact. JKR neglects "
+                f"The Tabor parameter is {rounded(contact.tabor)}, so the attraction reaches beyond the contact. JKR neglects "
                 f"this: its pull-off force is about {percent(error)} too small. Use maugis_dugdale, or dmt below {STIFF}.",
                 MAP,
                 (seen.path(contact.forces[0]),),

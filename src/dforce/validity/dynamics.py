@@ -11,7 +11,7 @@ from dforce.core.errors import ParameterError
 from dforce.forces import Force
 from dforce.forces.dlvo import BOLTZMANN
 from dforce.instrument import Beam, Medium, ModeNumbers, beam
-from dforce.validity._advice import Advice, percent, shown
+from dforce.validity._advice import Advice, percent, rounded, shown
 from dforce.validity._evidence import Evidence
 
 LINE_WIDTHS = 3.0
@@ -68,8 +68,8 @@ def mode_left_out(seen: Evidence) -> Advice | None:
     detuning = abs(order * first.frequency - mode.f0) / (mode.f0 / mode.Q)
     about = (seen.of_mode(len(seen.problem.modes) - 1, "f0"), seen.of_tone(0, "frequency"))
     where = (
-        f"Harmonic {order} of the drive is {detuning:.2g} line widths from mode {len(seen.problem.modes) + 1} of a rectangular "
-        "beam, and the case does not have this mode"
+        f"Harmonic {order} of the drive is {rounded(detuning)} line widths from mode {len(seen.problem.modes) + 1} of a "
+        "rectangular beam, and the case does not have this mode"
     )
     remedy = "Add the modes up to this one, as measured."
     if not seen.computed and detuning < LINE_WIDTHS and mode.Q >= SHARP:
@@ -132,7 +132,7 @@ def drive_off_resonance(seen: Evidence) -> Advice | None:
                 "drive_off_resonance",
                 widths,
                 1.0,
-                f"The drive is {widths:.2g} line widths off resonance, and A0 is the free amplitude there: at f0 the same "
+                f"The drive is {rounded(widths)} line widths off resonance, and A0 is the free amplitude there: at f0 the same "
                 f"drive would reach {shown(peak, 'm')}. If A0 was measured at resonance, enter a smaller A0.",
                 "the free response of the mode: F0 = k A0 sqrt((1 - r^2)^2 + (r/Q)^2)",
                 (seen.of_tone(number, "frequency"), seen.of_tone(number, "A0")),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dforce.core import units
-from dforce.validity._advice import Advice, percent, shown
+from dforce.validity._advice import Advice, percent, rounded, shown
 from dforce.validity._evidence import Evidence
 
 NEAR = 5.0  # times the noise along most of a curve
@@ -28,8 +28,8 @@ def noise_near_fold(seen: Evidence) -> Advice | None:
         "noise_near_fold",
         largest / usual,
         NEAR,
-        f"Toward the end of a state the noise of the phase grows to {largest:.2g}°, {largest / usual:.2g} times the usual "
-        "noise of the curve. It is no longer a small disturbance: thermal motion may switch the state before its end. "
+        f"Toward the end of a state the noise of the phase grows to {rounded(largest)}°, {rounded(largest / usual)} times the "
+        "usual noise of the curve. It is no longer a small disturbance: thermal motion may switch the state before its end. "
         "Compute the switching rate (df.switching_rate).",
         "linear noise grows as 1/(1 - |multiplier|)",
         ("noise.bandwidth",),
@@ -98,7 +98,7 @@ def thermal_switching(seen: Evidence) -> Advice | None:
         "thermal_switching",
         expected,
         OFTEN,
-        f"Thermal motion switches this state {rate:.2g} times a second (after {shown(1.0 / rate, 's')} on average). A "
+        f"Thermal motion switches this state {rounded(rate)} times a second (after {shown(1.0 / rate, 's')} on average). A "
         f"slow microscope cannot follow this state to its fold. At {units.show(seen.problem.noise.temperature, 'K', 4)} jumps "
         "are random, and their place depends on the speed.",
         "H. A. Kramers, Physica 7, 284 (1940)",

@@ -70,6 +70,7 @@ class FileMenu:
     def __init__(self, view: View, new: Callable[[], None]) -> None:
         self.view = view
         self.last = uploads.LastFiles(view.session.results.folder / uploads.LAST)
+        self._turn = asyncio.Lock()  # the file that comes last is the one that stays open, however long another takes
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (
@@ -108,8 +109,9 @@ class FileMenu:
             await self._open_and_keep(data, name)
 
     async def _open_and_keep(self, data: bytes, name: str) -> None:
-        await self.open(data, name)
-        await asyncio.to_thread(self.last.keep, data, name)
+        async with self._turn:
+            await self.open(data, name)
+            await asyncio.to_thread(self.last.keep, data, name)
 
     async def open_last(self, name: str) -> None:
         """Open one of the last files again, or say that it is gone."""

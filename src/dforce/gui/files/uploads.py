@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 import dforce as df
 from dforce.core.errors import shorten
-from dforce.core.files import in_quotes, read_input
+from dforce.core.files import in_quotes, read_input, write_whole
 from dforce.core.toml import LONGEST, read_toml
 from dforce.gui.curves import figures, setpoint
 from dforce.gui.curves.other_figures import basins
@@ -339,7 +339,7 @@ class LastFiles:
         """
         try:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            self._path(name).write_bytes(data)
+            write_whole(self._path(name), data)
             sizes = [path.stat().st_size for path in self._paths()]
             for number, path in enumerate(self._paths()):
                 if number and (number >= MOST_LAST or sum(sizes[: number + 1]) > MOST_LAST_BYTES):
