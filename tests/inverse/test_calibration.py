@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from importlib import resources
 
 import measured_curve
@@ -329,4 +330,37 @@ CURVE = measured_curve.dataset()
 )
 def test_a_dataset_made_by_hand_is_a_curve_or_a_sentence(data, sentence):
     with pytest.raises(df.DForceError, match=sentence):
+        df.calibrate(data)
+
+
+@pytest.mark.parametrize(("points", "place"), [(25, 3), (120, 4)])
+def test_a_spike_in_the_free_part_is_doubted_and_moves_nothing(points, place):
+    data = measured_curve.dataset(points=points)
+    height = float(data["height"][place])
+    plain = df.calibrate(data).attrs
+    data["amplitude"][place] += 5e-9
+    found = df.calibrate(data).attrs
+    assert abs(found["free_amplitude"] - measured_curve.A0) < 3.0 * plain["free_amplitude_error"]
+    assert found["amplitude_error"] < 1.5 * measured_curve.NOISE
+    assert any(f"a spike at {1e9 * height:.5g} nm" in line for line in doubts(found))
+
+
+def test_few_points_without_a_drift_are_left_as_they_are():
+    sets = []
+    for seed in range(SETS):
+        with suppress(df.ParameterError):  # the slopes of noise, too, may look like forces
+            sets.append(df.calibrate(measured_curve.dataset(points=25, seed=seed)).attrs["history"])
+    assert len(sets) > 0.9 * SETS
+    # by chance: beyond 3 errors, found in some 10 points, of either quantity
+    assert sum("is subtracted" in line for history in sets for line in history) <= 2
+    assert not any("a spike" in line for history in sets for line in history)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_first_points_of_a_force_are_no_noise(seed):
+    """One attracted point between free and repulsive ones, as on a stiff sample, made the noise 10 times larger."""
+    data = measured_curve.dataset(points=25, seed=seed)
+    data["phase"][8] += 6.0
+    data["amplitude"][10:] -= 1e-9
+    with pytest.raises(df.ParameterError, match="no 10 points at its far end are all alike"):
         df.calibrate(data)

@@ -14,6 +14,8 @@ WIDE = 3.0  # errors by which a point of the free part may be off its median
 FLAT = 2.0  # errors by which a slope may differ from zero
 STRAY = 100  # of so many points one may be farther off than that
 SIZES = 300  # stretches that are tried
+SPIKE = 8.0  # times the scatter of the others: a point so far off is a spike
+LAST = 2  # points of a stretch: where one of them is far off, no spike but a force begins
 MARGIN = 0.1  # of a stretch is left out at its near end, where a change may be too small to be seen
 
 
@@ -68,6 +70,23 @@ def stretch(height: Array, values: Array) -> FreeChannel:
     )
 
 
+def steady(values: Array) -> Bools:
+    """Return which points of a stretch are no spikes: few points, much farther off the median than all others scatter.
+
+    The last points do not count among these others: there a force may begin.
+    """
+    off = np.abs(values - np.median(values))
+    others = np.sort(off[:-LAST])[: -1 - len(values) // STRAY]
+    usual = np.sqrt((others**2).mean()) if len(others) else 0.0
+    return np.asarray((off <= SPIKE * usual) | (usual == 0.0))
+
+
+def steady_stretch(height: Array, values: Array) -> FreeChannel:
+    """Return what a channel does along a stretch, spikes left out."""
+    kept = steady(values)
+    return stretch(height[kept], values[kept])
+
+
 def fewest(points: int) -> int:
     """Return how many points the free part of a curve of so many points has at least."""
     return max(LEAST_POINTS, int(np.ceil(LEAST_SHARE * points)))
@@ -76,8 +95,8 @@ def fewest(points: int) -> int:
 def free_count(height: Array, channels: Iterable[Array], allowed: Iterable[float]) -> tuple[int, bool]:
     """Return how many points, from the far end on, are free, and whether a channel drifts along them.
 
-    The longest stretch in which no channel has a slope, or a point off its median by more than the noise explains; where
-    there is none, the longest that a straight line describes. Nothing is free where the count is 0.
+    The longest stretch in which no channel has a slope, or a point off its median by more than the noise explains, except
+    spikes; where there is none, the longest that a straight line describes. Nothing is free where the count is 0.
 
     Parameters
     ----------
@@ -94,7 +113,11 @@ def free_count(height: Array, channels: Iterable[Array], allowed: Iterable[float
     sizes = np.unique(np.linspace(least, len(height), min(SIZES, len(height) - least + 1)).astype(int))[::-1]
     for test in (_is_flat, _is_straight):
         for size in sizes:
-            if all(test(height[:size], channel[:size], most) for channel, most in every):
+            kept = [steady(channel[:size]) for channel, _ in every]
+            if all(
+                inner[-LAST:].all() and test(height[:size][inner], channel[:size][inner], most)
+                for inner, (channel, most) in zip(kept, every, strict=True)
+            ):
                 return max(least, int((1.0 - MARGIN) * size)), test is _is_straight
     return 0, False
 

@@ -12,7 +12,7 @@ import numpy as np
 from dforce.core import units
 from dforce.core.arrays import Array, Indices
 from dforce.core.errors import ParameterError
-from dforce.inverse.free_part import FLAT, WIDE, FreeChannel, fewest, free_count, stretch
+from dforce.inverse.free_part import FLAT, WIDE, FreeChannel, fewest, free_count, steady, steady_stretch
 from dforce.inverse.heights import WAYS
 from dforce.inverse.table import APPROACH
 from dforce.inverse.values import show as shown
@@ -119,10 +119,17 @@ def find_free_part(work: Work) -> None:
         if not count:
             continue
         work.free[word], work.tilted[word] = chosen, tilted
-        work.found[word] = {name: stretch(height[chosen], work.values(name)[chosen]) for name in work.channels}
+        work.found[word] = {name: steady_stretch(height[chosen], work.values(name)[chosen]) for name in work.channels}
         low, high = sorted((float(height[chosen[0]]), float(height[chosen[-1]])))
         how = ", as set" if work.given.free_part is not None else ", along a drift" if tilted else ""
         work.history.append(f"free part: {count} points of the {word}, from {units.show_range(low, high, 'm', 5)}{how}")
+        for name in work.channels:
+            if spikes := chosen[~steady(work.values(name)[chosen])].tolist():
+                told = ", ".join(units.show(float(height[place]), "m", 5) for place in spikes)
+                work.history.append(
+                    f"doubt: the free {name} of the {word} has a spike at {told}, which counts neither in its mean nor in the "
+                    "noise; remove this point"
+                )
     _refuse_no_free_part(work)
     mask = np.zeros(len(height), dtype=bool)
     for rows in work.free.values():
@@ -179,10 +186,12 @@ def level(work: Work) -> None:
                 why = FAR_FORCES if work.tilted[word] else "the free part was set"
                 work.history.append(f"doubt: {text}; nothing is subtracted, because {why}")
                 continue
+            if abs(part.slope) <= WIDE * part.slope_error:
+                continue  # a line through few points would add more noise than it takes away
             values = work.values(name)
             values[rows] -= part.slope * (height[rows] - height[work.free[word]].mean())
             work.data[name] = ("point", values)
-            found[name] = stretch(height[work.free[word]], values[work.free[word]])
+            found[name] = steady_stretch(height[work.free[word]], values[work.free[word]])
             work.history.append(f"drift: {text}; the line is subtracted")
 
 
