@@ -30,8 +30,7 @@ LONG, CONTRACTS = 0.3, 0.5  # of the free amplitude: longest Newton step; of the
 MOST_STEPS, MOST_PASSES = 10, 6
 BESIDE = 1e-4  # of the free amplitude, or of the parameter's unit: neighbors, where differences give derivatives
 FINE = 0.01  # times the errors of steps, for such neighbors
-ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
-LONGEST = 16  # periods in one call, for the same reason
+LONGEST = 16  # periods in one call, so that Ctrl-C and Stop answer at once
 FINER = 4.0  # errors of steps fall with this power of the samples that a finer block is asked for
 
 
