@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -117,7 +118,8 @@ def trace(
                 return False
             continue
         between = bifurcations(among, last, found)
-        closed = len(points) + len(between) >= LOOP and _passes(last, found, start, way)
+        along = way * float(start.tangent @ (found.u - last.u)) > 0.0
+        closed = along and len(points) + len(between) >= LOOP and passes(last.u, found.u, start.u)
         points += [*between, start if closed else found]
         if closed or step == reach:
             return closed
@@ -172,13 +174,12 @@ def _ending(among: ParameterRange, last: Orbit) -> str:
     return GRAZING if (np.abs(last.gaps) < dip).any() else END
 
 
-def _passes(last: Orbit, found: Orbit, start: Orbit, way: int) -> bool:
-    """Say whether the step from one orbit to the next passes the point where the curve started."""
-    chord, there = found.u - last.u, start.u - last.u
+def passes(a: Array, b: Array, u: Array) -> bool:
+    """Say whether the step from one point to the next passes a third one."""
+    chord, there = b - a, u - a
     share = float(there @ chord) / float(chord @ chord)
     aside = float(np.linalg.norm(there - share * chord))
-    along = way * float(start.tangent @ chord) > 0.0
-    return along and 0.0 < share <= 1.0 and aside < 0.1 * float(np.linalg.norm(chord))
+    return 0.0 < share <= 1.0 and aside < 0.1 * float(np.linalg.norm(chord))
 
 
 def bifurcations(among: ParameterRange, a: Orbit, b: Orbit) -> list[Orbit]:
@@ -208,9 +209,20 @@ def _test_functions(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit],
 
 
 def _located(among: ParameterRange, a: Orbit, b: Orbit, test: Callable[[Orbit], float]) -> Orbit:
-    """Return the fold, doubling or grazing between two neighbors, where a test function passes zero, by Brent's method.
+    """Return the fold, doubling or grazing between two neighbors, where a test function passes zero."""
 
-    Where Newton's method fails on the way it is the orbit found nearest to zero.
+    def find(u: Array, near: Orbit, normal: Array) -> Orbit | None:
+        return among.find(u, near.kept.branch, normal, near.repeats)
+
+    orbit: Orbit = located(find, a, b, test)
+    return orbit
+
+
+def located(find: Callable[..., Any], a: Any, b: Any, test: Callable[[Any], float]) -> Any:
+    """Return the point of a curve between two neighbors at which a test function passes zero, by Brent's method.
+
+    `find` gives the point near unknowns, and near a neighbor, in the plane across a vector. Where it fails on the way the point
+    found nearest to zero is returned.
     """
     from scipy.optimize import brentq
 
@@ -220,14 +232,13 @@ def _located(among: ParameterRange, a: Orbit, b: Orbit, test: Callable[[Orbit], 
 
     def at(share: float) -> float:
         if share not in found:
-            near = a if share < 0.5 else b
-            orbit = among.find(a.u + share * chord, near.kept.branch, normal, near.repeats)
-            if orbit is None:
+            point = find(a.u + share * chord, a if share < 0.5 else b, normal)
+            if point is None:
                 raise ArithmeticError
-            found[share] = orbit
+            found[share] = point
         return test(found[share])
 
     try:
         return found[brentq(at, 0.0, 1.0, xtol=SHARP)]
     except ArithmeticError:  # the way there is lost, where the map is rough
-        return min(found.values(), key=lambda orbit: abs(test(orbit)))
+        return min(found.values(), key=lambda point: abs(test(point)))
