@@ -36,7 +36,7 @@ def read_toml(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         lines, place = text.split("\n"), re.search(r"line (\d+)", str(error))
-        line = f" in '{shorten(lines[int(place[1]) - 1].strip(), 40)}'" if place else ""
-        raise ValueError(f"{error}{line}; {REMEDY}") from None
+        shown = f" in '{shorten(lines[int(place[1]) - 1].strip(), 40)}'" if place else ""
+        raise ValueError(f"{error}{shown}; {REMEDY}") from None
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
