@@ -128,6 +128,7 @@ def test_set_points_of_the_stable_branches_alone() -> None:
 
 CHANGED = {
     "a fit without its tones": lambda: df.plot.fit(fitted_curves.result().isel(tone=0)),
+    "forces without a direction": lambda: df.plot.force_curve(synthetic.force_curve().isel(direction=[])),
     "several fits": lambda: df.summary(xr.concat([fitted_curves.result()] * 2, "run")),
     "a curve in one dimension": lambda: df.write(curve().stack(all=["zc", "tone"]), "curve.nc"),
 }
