@@ -292,3 +292,20 @@ def test_a_curve_that_comes_to_repeat_as_another_one_does_takes_its_turn_once():
     both = df.sweep(case, {"drive.A0": ["0.5 nm", "4 nm"]})
     alone = df.sweep(case, {"drive.A0": ["4 nm"]})
     np.testing.assert_array_equal(both.amplitude.isel(A0=1), alone.amplitude.isel(A0=0))
+
+
+def test_a_case_with_memory_has_the_errors_that_it_has_alone():
+    solid = {"model": "sls", "instant_modulus": "1 GPa", "relaxed_modulus": "0.2 GPa", "relaxation_time": "3 us"}
+    distances = {"of": "drive.A0", "start": 1.2, "stop": 0.3, "points": 10}
+    case = df.Case(
+        cantilever={"f0": "70 kHz", "k": 2, "Q": 400},
+        drive={"A0": "20 nm"},
+        tip={"radius": "10 nm"},
+        forces=[solid],
+        experiment={"kind": "approach", "zc": distances, "direction": "both"},
+    )
+    several = df.sweep(case, over={"drive.A0": ["20 nm", "21 nm", "22 nm"]})
+    for number, A0 in enumerate(several.A0.values):
+        alone = df.run(case.replace("drive.A0", float(A0)))
+        np.testing.assert_allclose(several.error_estimate[number], alone.error_estimate, rtol=1e-6)
+        np.testing.assert_array_equal(several.status[number], alone.status)

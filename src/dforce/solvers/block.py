@@ -385,7 +385,7 @@ class Block(TipEquations):
             np.empty((count, size + 2, size)),
             np.empty((count, states)),
             np.empty((count, branches)),
-            np.zeros((count, size + 2, states)),
+            np.zeros((max(count, len(self.batch)), size + 2, states)),  # of each problem
             np.empty((count, periods, self.columns)),
             np.full(count, self.wanted),
         )
