@@ -28,7 +28,7 @@ from dforce.experiments.keywords import (
 )
 from dforce.results.dataset import describe, get_ready
 from dforce.results.files import read
-from dforce.results.provenance import provenance
+from dforce.results.provenance import OTHER_CASE, provenance
 from dforce.results.significance import with_scales
 from dforce.results.status import keep_promise
 from dforce.validity import advice, attributes
@@ -88,7 +88,7 @@ def run(
     if resume is not None and "over" in resume.attrs:
         raise ParameterError("this result is a sweep; df.sweep(case, over=..., resume=...) continues it")
     if resume is not None and resume.attrs.get("case") != text:
-        raise ParameterError("this result belongs to another case, so it cannot be continued with the present case")
+        raise ParameterError(f"this result belongs to another case; {OTHER_CASE}")
     usable = resume if resume is not None and MOTION in resume else None
     with late_stop_waits() as stop, watched(progress, case.title) as report_progress:
         get_ready()

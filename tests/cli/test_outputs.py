@@ -81,6 +81,12 @@ INSIDE = (RuntimeError("raster overflow"), 3, "dforce: an error inside dForce, p
     [
         *((command, *INSIDE) for command in COMMANDS if command != "material"),
         ("curve", df.ResultError("no space left"), 2, "dforce: no space left"),
+        (
+            "curve",
+            MemoryError("unable to allocate 5 TiB"),
+            2,
+            "dforce: not enough memory (unable to allocate 5 TiB); compute",
+        ),
         ("curve", KeyboardInterrupt(), 130, "dforce: stopped"),
     ],
 )

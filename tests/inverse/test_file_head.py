@@ -56,6 +56,7 @@ def test_a_head_counts_the_curves_that_a_reader_finds(tmp_path):
     ("heading", "told"),
     [
         ("Piezo Z / nm", ("Piezo Z", "nm")), ("phase/°", ("phase", "deg")), ("height_nm", ("height", "nm")),
+        ("z_\N{GREEK SMALL LETTER MU}m", ("z", "um")),
         ("sensitivity nm/V", ("sensitivity nm/V", None)), ("A/A0", ("A/A0", None)), ("trace/retrace", ("trace/retrace", None)),
     ],
 )  # fmt: skip

@@ -193,3 +193,18 @@ def test_curve_of_am_fm_goes_on_behind_a_fold_of_its_tori():
 def test_two_tones_with_a_lock_refuse_what_has_no_torus(change, sentence):
     with pytest.raises(df.ParameterError, match=sentence):
         df.dwell(AM_FM.replace(**change), 4e-9)
+
+
+def test_a_motion_that_only_trembles_by_the_errors_of_its_steps_has_settled():
+    case = df.Case(
+        cantilever={"modes": [{"f0": "70 kHz", "k": 2, "Q": 150}, {"f0": "437.3 kHz", "k": 80, "Q": 400}]},
+        drive={"tones": [{"A0": "20 nm"}, {"A0": "1 nm"}]},
+        tip={"radius": "10 nm"},
+        sample={"youngs_modulus": "1 GPa", "poisson_ratio": 0.3},
+        forces=[{"model": "dmt", "hamaker": "5e-20 J"}],
+        solver={"method": "transient", "max_periods": 20_000},
+    )
+    rough, fine = (df.dwell(case.set(f"solver.points_per_period={points}"), "18.5 nm") for points in (256, 1024))
+    assert int(rough.status) == int(fine.status) == df.Status.OK
+    assert 1e-6 < float(rough.drift) < 1e-4 and float(fine.drift) < 1e-6
+    np.testing.assert_allclose(rough.amplitude, fine.amplitude, rtol=2e-4)

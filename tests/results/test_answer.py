@@ -115,3 +115,21 @@ def test_a_resonance_outside_of_a_sweep_has_no_frequency(start, stop, side):
 def test_numbers_of_advice_have_no_exponent_below_a_million():
     soft = df.example("figure-3-air").replace("sample.youngs_modulus", "1 kPa")
     assert any(piece.text.startswith("The Tabor parameter is 5200,") for piece in df.advice(soft))
+
+
+def test_an_answer_keeps_the_letter_of_a_symbol():
+    over = {"contact.a0": ["0.15 nm", "0.165 nm"], "cantilever.k": ["1 N/m", "2 N/m"]}
+    sweep = df.sweep(df.example("table-1-am"), over=over)
+    assert df.answer(sweep).startswith("a0: 0.15 nm, 0.165 nm. k: 1 N/m, 2 N/m. Cases: 4.")
+
+
+def test_an_answer_names_the_direction_of_each_line_where_there_are_two():
+    sticky = df.example("table-1-am").replace("forces", [{"model": "jkr", "surface_energy": "20 mJ/m^2"}])
+    said = df.answer(df.force_curve(sticky))
+    assert said.count("Lowest force (approach): ") == said.count("Lowest force (retract): ") == 1
+
+
+def test_the_parameter_of_branches_has_a_short_name():
+    case = df.example("table-1-am")
+    states = df.branches(case, "4 nm", parameter="drive.A0", start="4.5 nm", stop="5 nm", search=1)
+    assert df.answer(states).startswith("Free amplitude: 4.5 nm to 5 nm. Average distance: 4 nm.")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from pathlib import Path
 
 import fitted_curves
 import measured_curve
@@ -52,6 +53,8 @@ CHOICES = {
                                    ".isel(distance=[0])"),
     "one parameter of a fit": (lambda: fitted_curves.result().isel(parameter=0), "such as .isel(parameter=[0])"),
     "one point of a measurement": (lambda: measured_curve.dataset().isel(point=0), "such as .isel(point=[0])"),
+    "a parameter twice": (lambda: fitted_curves.result().isel(parameter=[0, 0]), "a value twice along parameter"),
+    "no column of a map": (lambda: xr.Dataset(coords={"radius": []}, attrs={"map_over": "tip.radius"}), "along radius left"),
     "energies of a measurement": (
         lambda: df.energy(df.calibrate(measured_curve.dataset(), thermal={"k": 2.0, "Q": 100})), "no result of a known kind"
     ),
@@ -116,3 +119,19 @@ def test_set_points_of_the_stable_branches_alone() -> None:
     branches = df.branches(CASE, zc=("12 nm", "6 nm"))
     stable = df.at_set_point(branches.where(branches["stable"]))
     assert stable.sizes["crossing"] and bool(stable["stable"].all())
+
+
+CHANGED = {
+    "a fit without its tones": lambda: df.plot.fit(fitted_curves.result().isel(tone=0)),
+    "several fits": lambda: df.summary(xr.concat([fitted_curves.result()] * 2, "run")),
+    "a curve in one dimension": lambda: df.write(curve().stack(all=["zc", "tone"]), "curve.nc"),
+}
+
+
+@pytest.mark.parametrize("call", CHANGED)
+def test_a_result_that_is_changed_too_much_is_refused_with_the_reason_and_a_remedy(call: str, workdir: Path) -> None:
+    with pytest.raises(
+        df.ParameterError, match=r"Dataset \(.*; pass it as dForce returned it, or choose parts by lists"
+    ) as error:
+        CHANGED[call]()
+    assert error.value.__cause__ is not None and not list(workdir.iterdir())

@@ -51,6 +51,11 @@ def test_netcdf_keeps_awkward_attributes(tmp_path):
     xr.testing.assert_identical(read(write(back, tmp_path / "again.nc")), back)
 
 
+def test_netcdf_gives_back_states_that_have_no_version(tmp_path):
+    states = synthetic.approach().isel(zc=[3]).drop_attrs(deep=False)
+    xr.testing.assert_identical(read(write(states, tmp_path / "states.nc")), states)
+
+
 def test_netcdf_holds_booleans_text_and_no_value(tmp_path):
     dataset = synthetic.approach()
     dataset["tried"] = ("zc", np.arange(dataset.sizes["zc"]) % 2 == 0)
@@ -184,6 +189,7 @@ def test_a_file_is_not_replaced_when_overwriting_is_off(tmp_path):
     [
         ("out.xlsx", r"ends in '.xlsx'; use a name ending in .nc, .csv"),
         ("out", r"has no ending"),
+        ("", r"the name of the file to write is empty; use a name ending in .nc, .csv"),
         ("no/such/out.nc", r"there is no folder"),
         ("folder.nc", r"it is not a file"),
     ],
@@ -191,7 +197,7 @@ def test_a_file_is_not_replaced_when_overwriting_is_off(tmp_path):
 def test_a_place_that_cannot_be_written_is_one_sentence(tmp_path, name, sentence):
     (tmp_path / "folder.nc").mkdir()
     with pytest.raises(ResultError, match=sentence):
-        write(synthetic.dwell(), tmp_path / name)
+        write(synthetic.dwell(), name and tmp_path / name)
     assert names(tmp_path) == ["folder.nc"]
 
 

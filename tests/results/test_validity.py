@@ -652,3 +652,27 @@ def test_advice_takes_a_result_alone_which_tells_its_case():
 def test_advice_on_a_result_that_tells_no_case_is_refused_in_a_sentence(call, sentence):
     with pytest.raises(df.ParameterError, match=sentence):
         call(df.force_curve(df.example("figure-3-air")))
+
+
+def test_motions_that_a_fixed_number_of_periods_leaves_unsettled_need_more_of_these():
+    solver = {"method": "transient", "integrator": "rk4", "settle": "fixed", "periods": 50}
+    curve = df.approach(df.example("figure-3-air").replace(solver=solver), ["11 nm", "9 nm"])
+    said = next(piece for piece in df.advice(curve) if piece.name == "not_settled")
+    assert "after solver.periods, " in said.text and "Raise solver.periods," in said.text
+    assert said.about == ("solver.periods", "solver.settle_tolerance")
+    assert df.answer(curve).endswith("settled. Raise the number of periods to settle.")
+    longer = df.approach(df.example("figure-3-air").replace(solver=solver | {"periods": 5000}), ["11 nm", "9 nm"])
+    assert not (longer.status == df.Status.NOT_SETTLED).any()
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [(1.54e-8, 1.54e-8, "At 15.4 nm"), (1.5402e-8, 1.541e-8, "Between 15.402 nm and 15.41 nm")],
+)
+def test_a_narrow_range_of_two_states_has_two_ends_or_is_one_place(low, high, words):
+    zc = np.unique([1.7e-8, high, low, 1.4e-8])[::-1]
+    apart = (zc >= low) & (zc <= high)
+    curve = df.approach(CALM, zc, direction="both")
+    curve["amplitude"] *= 1.0 - 0.1 * xr.DataArray(apart, dims="zc") * xr.DataArray([0.0, 1.0], dims="direction")
+    said = next(piece.text for piece in df.advice(curve) if piece.name == "coexisting_states")
+    assert said.startswith(f"{words} approach and retract end in different states.")

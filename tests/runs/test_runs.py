@@ -249,7 +249,7 @@ def test_only_an_unfinished_run_of_the_same_case_goes_on():
     part, whole = df.run(case, stop_after(1)), df.run(case)
     with pytest.raises(df.ParameterError, match="complete"):
         df.run(case, resume=whole)
-    with pytest.raises(df.ParameterError, match="another case"):
+    with pytest.raises(df.ParameterError, match="another case; load its own by"):
         df.run(case.replace("cantilever.k", "1 N/m"), resume=part)
     with pytest.raises(df.ParameterError, match="experiment"):
         df.run(case.replace(experiment=None))

@@ -202,7 +202,7 @@ def test_only_an_unfinished_sweep_of_the_same_case_goes_on(stopped):
     over = {"drive.A0": ["15 nm", "17 nm"]}
     whole, part = df.sweep(case(), over), stopped(0, case(), over)
     assert df.sweep(case(), over, resume=whole) is whole
-    with pytest.raises(df.ParameterError, match="another case"):
+    with pytest.raises(df.ParameterError, match="another case; load its own by"):
         df.sweep(case().replace("cantilever.k", "2 N/m"), over, resume=part)
     with pytest.raises(df.ParameterError, match="not a sweep"):
         df.sweep(case(), over, resume=df.run(case()))

@@ -233,6 +233,8 @@ def test_a_wrong_argument_is_answered_with_one_sentence(name, workdir):
                                                    "df.load_case"),
         (lambda: df.advice(1), "case = 1 is neither a case nor a result; get a case from df.example or df.load_case; "
                                "get a result from df.run or df.read"),
+        (lambda: df.calibrate({}), "data = {} is not a result; df.read_measured reads a measured curve "
+         "from a file; pandas writes one by .to_csv('curve.csv', index=False)"),
         (lambda: df.write({}, "x.nc"), "dataset = {} is not a result; get a result from df.run or df.read"),
         (lambda: df.run(CASE, progress="yes"), "progress = 'yes' is neither a function nor True or False"),
         (lambda: CASE.set("drive.A0=9 nm", 2), "assignments = 2 is not text"),

@@ -91,7 +91,7 @@ class Outputs:
         """Return the exit code of a command from the one of its result."""
         if self._error is None or self._is_told_by(code):
             return code
-        if isinstance(self._error, df.DForceError):
+        if isinstance(self._error, df.DForceError | MemoryError):
             return BAD_INPUT
         return STOPPED if isinstance(self._error, KeyboardInterrupt) else INSIDE_ERROR
 

@@ -130,6 +130,9 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
             say(f"dforce: {error}")
             code = BAD_INPUT
             cause: Exception = error
+        except MemoryError as error:
+            say(f"dforce: not enough memory ({error}); compute fewer points, or choose a part of the result by .isel")
+            code, cause = BAD_INPUT, error
         except KeyboardInterrupt:
             heard()
             say("dforce: stopped")

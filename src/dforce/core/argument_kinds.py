@@ -27,6 +27,9 @@ CLASSES = {
 }
 """What is known by its class: module, name there, in words, and where one comes from."""
 
+OF_MEASURED = (
+    "df.read_measured reads a measured curve from a file; pandas writes one by .to_csv('curve.csv', index=False)"
+)
 PLAIN: dict[str, tuple[Callable[[Any], bool], str]] = {
     "None": (lambda given: given is None, ""),
     "str": (lambda given: isinstance(given, str), "text"),
@@ -95,6 +98,11 @@ def _is_one(module: str, name: str, as_class: bool, given: object) -> bool:
     if wanted is None:
         return False
     return isinstance(given, type) and issubclass(given, wanted) if as_class else isinstance(given, wanted)
+
+
+def is_dataset(given: object) -> bool:
+    """Say whether something is a Dataset of xarray."""
+    return _is_one("xarray", "Dataset", False, given)
 
 
 def _are_all(item: ArgumentKind | None, given: object) -> bool:
@@ -204,7 +212,8 @@ def misfit(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mappi
 def _sentence(name: str, allowed: tuple[ArgumentKind, ...], given: object) -> str:
     words = list(dict.fromkeys(kind.words for kind in allowed if kind.words))
     what = f"not {words[0]}" if len(words) == 1 else f"neither {' nor '.join(words)}"
-    sources = "; ".join(kind.source for kind in allowed if kind.source)
+    measured = [OF_MEASURED] if name == "data" else []
+    sources = "; ".join(measured or (kind.source for kind in allowed if kind.source))
     return f"{name} = {told(given)} is {what}{f'; {sources}' if sources else ''}"
 
 

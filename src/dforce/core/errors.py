@@ -9,7 +9,7 @@ import reprlib
 from collections.abc import Callable, Iterable
 from typing import ClassVar, Never, ParamSpec, TypeVar
 
-from dforce.core.argument_kinds import full_signature, miscall, misfit
+from dforce.core.argument_kinds import full_signature, is_dataset, miscall, misfit
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -18,6 +18,8 @@ T = TypeVar("T")
 SAYS_SOMETHING = 3  # letters; fewer begin too many names
 FEW = 3  # names of an answer
 LONGEST_LIST = 150  # characters of names that are listed all
+# in which NumPy and xarray end where a result lacks a variable or a dimension, or has others
+OF_CHANGED_RESULTS = (LookupError, TypeError, ValueError, AttributeError, NotImplementedError)
 
 
 class DForceError(Exception):
@@ -47,6 +49,8 @@ class ResultError(DForceError, OSError):
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Make a public function refuse arguments of a wrong kind, as its annotations tell it, with one sentence.
 
+    A function of a Dataset, as its first argument, also refuses one that is changed so much that NumPy or xarray fail on it.
+
     Raises
     ------
     ParameterError
@@ -61,7 +65,17 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         found = misfit(function, args, kwargs)
         if found is not None:
             raise ParameterError(found)
-        return function(*args, **kwargs)
+        try:
+            return function(*args, **kwargs)
+        except OF_CHANGED_RESULTS as error:
+            first = next(iter((*args, *kwargs.values())), None)
+            if isinstance(error, DForceError) or not is_dataset(first):
+                raise
+            reason = shorten(f"{type(error).__name__}: {error}".partition("\n")[0], 120)
+            raise ParameterError(
+                f"{function.__name__} cannot use this Dataset ({reason}); pass it as dForce returned it, or choose parts by "
+                "lists, such as .isel(tone=[0]). If it is unchanged, report this error"
+            ) from error
 
     if any(str(kind).startswith("Unpack[") for kind in function.__annotations__.values()):
         careful.__signature__ = full_signature(function)  # type: ignore[attr-defined]

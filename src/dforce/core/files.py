@@ -168,6 +168,8 @@ def check_target(
         that may not be replaced, such as one of the files to `spare`, from which the result is made.
     """
     target, name = Path(path), f"'{shorten(str(path))}'"
+    if target == Path():
+        raise ResultError(f"the name of the file to write is empty; use a name ending in {', '.join(suffixes)}")
     if target.suffix.lower() not in suffixes:
         ending = f"ends in '{shorten(target.suffix, 20)}'" if target.suffix else "has no ending"
         raise ResultError(f"{name} {ending}; use a name ending in {', '.join(suffixes)}")

@@ -225,12 +225,14 @@ def parse(given: object, unit: str) -> float:
         raise UnitError(f"is {found}, which is neither a number nor text with a unit{_example(unit)}")
     if not isinstance(given, str):
         return _finite(float(given) if abs(given) < 1e308 else math.inf, given)
-    match = NUMBER.fullmatch(given) if len(given) <= 100 else None
+    match = _number(given)
     if match is None:
         raise UnitError(f"is '{shorten(given)}', which is not a number{_example(unit, ' with a unit')}")
     number, written = match[1], match[2]
     if not written:
         return _finite(float(number), given)
+    if re.match(r",\d", written):
+        raise UnitError(f"is '{shorten(given)}', a decimal comma; write a point: '{number}.{written[1:]}'")
     stored, _ = unit_scale(unit)
     try:
         scale, offset = unit_scale(written)
@@ -305,8 +307,13 @@ def _finite(value: float, given: object) -> float:
 @checked
 def split_unit(text: str) -> tuple[str, str] | None:
     """Return number and unit of a text, both as written; None for a text that does not start with a number."""
-    match = NUMBER.fullmatch(text) if len(text) <= 100 else None
+    match = _number(text)
     return (match[1], match[2]) if match else None
+
+
+def _number(text: str) -> re.Match[str] | None:
+    """Return number and unit in a text, whose minus may be a typeset one; None for a text that does not start with a number."""
+    return NUMBER.fullmatch(text.replace("\N{MINUS SIGN}", "-")) if len(text) <= 100 else None
 
 
 @checked

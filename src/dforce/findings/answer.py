@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING
 
 from dforce.core.errors import ParameterError, checked
@@ -22,8 +23,11 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+    from dforce.findings.finding import Finding
+
 DIGITS = 3
 MOST_LINES = 3  # of a summary
+SYMBOL = r"\w{1,2}\b|\w*\d"  # k, a0, zc
 
 
 @checked
@@ -65,10 +69,9 @@ def answer_with(
     row = row_of(result, along) if along else ""
     in_am = along == "zc" and measured(result) == ("amplitude", "phase")
     if not in_am or swept(result, along) or RATIO not in result or row_of(result, RATIO) != row:
-        return " ".join(
-            f"{line.label[0].upper()}{line.label[1:]}: {line.text.removesuffix('.')}."
-            for line in summary(result)[:MOST_LINES]
-        )
+        lines = summary(result)
+        ways = len({line.direction for line in lines if line.direction}) > 1
+        return " ".join(_in_words(line, ways) for line in lines[:MOST_LINES])
     met = [state for state in states_at(result, share, states) if state.stable]
     if not met:
         return why_none(result, share)
@@ -83,6 +86,13 @@ def answer_with(
     if rest:
         sentences.append(f"{'Another state exists' if len(rest) == 1 else 'Other states exist'}: {'; '.join(rest)}.")
     return " ".join([*sentences, *_modulus(result, share)])
+
+
+def _in_words(line: Finding, ways: bool) -> str:
+    """Return a line of a summary as a sentence; symbols keep their letter, because A0 is not a0."""
+    label = f"{line.label} ({line.direction})" if ways and line.direction else line.label
+    start = label if re.match(SYMBOL, label) else f"{label[0].upper()}{label[1:]}"
+    return f"{start}: {line.text.removesuffix('.')}."
 
 
 def _modulus(curve: xr.Dataset, share: float) -> Iterator[str]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from dforce.case import case_of
 from dforce.core.errors import DForceError
+from dforce.core.notation import first_phrase
 from dforce.experiments.base import SET_POINT
 from dforce.findings.crossings import RATIO
 from dforce.findings.finding import Finding, finding, number
@@ -295,7 +296,7 @@ def branches(dataset: xr.Dataset) -> Iterator[Finding]:
     """Give the range of all states, their special points, and whether any is missing."""
     dataset = _with_scales(dataset)
     along = dataset[str(dataset.attrs["along"])]
-    yield _range(along, str(along.name), _label(along), "")
+    yield _range(along, str(along.name), first_phrase(_label(along)), "")
     if dataset["zc"].ndim == 0:
         yield finding("zc", "average distance", float(dataset["zc"]), "m")
     curves = len(np.unique(dataset["branch"].values))

@@ -302,7 +302,9 @@ def why_none(curve: xr.Dataset, set_point: float) -> str:
             "set point, a larger A0 or a stiffer lever."
         )
     if low > high:
-        return f"No state at {share}: no motion on this curve settled. Widen experiment.zc."
+        slow = (status == Status.NOT_SETTLED).any()
+        change = "Raise the number of periods to settle" if slow else "Widen experiment.zc"
+        return f"No state at {share}: no motion on this curve settled. {change}."
     if low < set_point < high:
         return (
             f"No state at {share}: the amplitude jumps across this set point. Choose another set point, or draw all states "

@@ -61,8 +61,8 @@ ABOVE_THE_SAMPLE = ("zc", "heightabovesample")  # heights whose name says that l
 OF_A_NAME = {name: quantity for quantity, meaning in MEANINGS.items() for name in meaning.names}
 # units that may end a name behind an underscore or a slash; any other word there belongs to the name
 ENDINGS = (
-    "m", "mm", "um", "µm", "nm", "pm", "A", "Å", "V", "mV", "uV", "µV", "deg", "degree", "degrees", "°", "rad", "mrad", "Hz",
-    "kHz", "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
+    "m", "mm", "um", "µm", "μm", "nm", "pm", "A", "Å", "V", "mV", "uV", "µV", "μV", "deg", "degree", "degrees", "°", "rad",
+    "mrad", "Hz", "kHz", "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
 )  # fmt: skip
 SPELLED = {"°": "deg", "º": "deg", "degrees": "deg", "A": "angstrom", "Å": "angstrom", "arb": "", "none": "", "-": ""}
 LONGEST_HEADING = 200  # characters; a longer text is a name without a unit

@@ -254,7 +254,10 @@ def _code(text: str, path: Path) -> CodeType:
 
 @functools.lru_cache(maxsize=16)  # said once
 def _say_not_kept(folder: Path, why: str) -> None:
-    log.announce(f"Compiled code cannot be kept in '{shorten(str(folder))}' ({why}), so each start compiles it again.")
+    log.announce(
+        f"Compiled code cannot be kept in '{shorten(str(folder))}' ({why}), so each start compiles it again; "
+        "set DFORCE_CACHE_DIR to a folder that you can write to."
+    )
 
 
 @contextlib.contextmanager

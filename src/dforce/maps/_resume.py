@@ -9,6 +9,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.core.errors import ParameterError
 from dforce.maps._result import SweepLayout
+from dforce.results.provenance import OTHER_CASE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +30,7 @@ def check_same(case: Case, layout: SweepLayout, resume: xr.Dataset, set_point: f
             "this sweep does not contain the states at this set point, so it cannot be continued with them"
         )
     if resume.attrs.get("case") != case.to_toml(complete=True):
-        raise ParameterError("this sweep belongs to another case, so it cannot be continued with the present case")
+        raise ParameterError(f"this sweep belongs to another case; {OTHER_CASE}")
     paths = [axis.path for axis in layout.axes]
     before = resume.attrs["over"].split()
     if paths != before:

@@ -29,6 +29,7 @@ from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
 from dforce.problem import Problem
 from dforce.solvers.blocks import side_by_side
+from dforce.solvers.continuation import located
 from dforce.solvers.period_map import FD_STEP
 from dforce.solvers.stability import stability
 from dforce.solvers.states import States
@@ -42,8 +43,6 @@ MOST_STEPS, EASY = 8, 4  # Newton steps of a point, at most; with fewer the next
 FIRST, LARGEST, SMALLEST = 0.01, 0.03, 1e-7  # scaled: steps along a line; with 0.06 a line was lost
 GROWTH = 1.5
 STRAIGHT = 0.9  # cosine of the largest turn of the tangent in a step
-SHARP = 1e-4  # of a step: how well a turning point is located
-MOST_LOOKS = 14  # at points between two, to locate one
 MOST_POINTS = 400  # of a line, each way
 JUMP = 0.1  # of the neighbors' distance: bend of the map between them at which a force switches there
 
@@ -247,7 +246,7 @@ class Lines:
             place, steps = found
             tangent = place.tangent * np.sign(place.tangent @ ahead)
             if tangent[-1] * ahead[-1] < 0.0:
-                points.append(self._turn(last, ahead, step, float(tangent[-1])))
+                points.append(self._turn(last, place))
             points.append(place)
             if is_end or not inside(place) or _is_closed(points, start):
                 break
@@ -261,43 +260,23 @@ class Lines:
 
     def between(self, a: LinePoint, b: LinePoint, test: Callable[[LinePoint], float]) -> LinePoint:
         """Return the point between two neighbors at which a function passes zero, as near as it was found."""
-        chord, low, high = b.u - a.u, 0.0, 1.0
-        at_low, at_high, best = test(a), test(b), a
-        normal = chord / np.linalg.norm(chord)
-        for number in range(MOST_LOOKS):
-            share = low + (high - low) * (at_low / (at_low - at_high) if number % 3 else 0.5)
-            found = self.correct(a.u + share * chord, a.branch, normal)
-            if found is None:
-                break
-            best, value = found[0], test(found[0])
-            if value * at_low > 0.0:
-                low, at_low = share, value
-            else:
-                high, at_high = share, value
-            if high - low < SHARP or value == 0.0 or abs(value) < SHARP * abs(test(b) - test(a)) * SHARP:
-                break
-        return best
+
+        def find(u: Array, near: LinePoint, normal: Array) -> LinePoint | None:
+            found = self.correct(u, near.branch, normal)
+            return None if found is None else found[0]
+
+        point: LinePoint = located(find, a, b, test)
+        return point
+
+    def _turn(self, a: LinePoint, b: LinePoint) -> LinePoint:
+        """Return the point between two neighbors at which the line turns back along the parameter."""
+        chord = b.u - a.u
+        turn = self.between(a, b, lambda point: float(point.tangent[-1] * np.sign(point.tangent @ chord)))
+        return replace(turn, is_turn=True)
 
     def _follows(self, last: LinePoint, place: LinePoint, ahead: Array, step: float) -> bool:
         turn = abs(float(place.tangent @ ahead))
         return turn > STRAIGHT and float(np.linalg.norm(place.u - last.u - step * ahead)) < 0.5 * step
-
-    def _turn(self, last: LinePoint, ahead: Array, step: float, behind: float) -> LinePoint:
-        """Return the point between two at which the line turns back along the parameter."""
-        low, high = 0.0, step
-        slow, fast, best = float(ahead[-1]), behind, last
-        while high - low > SHARP * step:
-            share = low + (high - low) * min(0.9, max(0.1, slow / (slow - fast)))
-            found = self.correct(last.u + share * ahead, last.branch, ahead)
-            if found is None:
-                break
-            best = found[0]
-            slope = float(best.tangent[-1] * np.sign(best.tangent @ ahead))
-            if slope * slow > 0.0:
-                low, slow = share, slope
-            else:
-                high, fast = share, slope
-        return replace(best, is_turn=True)
 
 
 def _room(scaled: float, way: float) -> float:

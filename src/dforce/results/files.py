@@ -155,7 +155,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
     dataset = _dataset(content) if is_whole(content) else None
     if dataset is None:
         raise ResultError(f"{name} is damaged or was cut short")
-    if "dforce_version" not in dataset.attrs:
+    if not ("dforce_version" in dataset.attrs or is_sealed(content)):  # states at a set point have no version
         raise ResultError(f"{name} is not a file of dForce")
     dataset.attrs = _python_attributes(dataset.attrs)
     for key in list(dataset.variables):
@@ -176,7 +176,7 @@ def _dataset(content: bytes) -> xr.Dataset | None:
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
             # h5netcdf prints a traceback when it cannot read these
-            if "dforce_version" not in dict(file.attrs):
+            if not ("dforce_version" in dict(file.attrs) or is_sealed(content)):
                 return xr.Dataset()
         with h5netcdf.File(io.BytesIO(content), "r", decode_vlen_strings=True) as file:
             return xr.load_dataset(H5NetCDFStore(file), decode_times=False).drop_encoding()

@@ -24,6 +24,7 @@ OF_MOTIONS = frozenset(
 )  # dimensions beside those of a sweep
 # along these a result has a value at least
 NEEDED = ("zc", "frequency", "point", "distance", "direction", "tone", "mode", "component")
+MAPS = {"plan_over", "map_over"}  # attributes of results over parameters of any name
 
 Own = dict[tuple[str, ...], str]  # functions by the quantities that they draw
 
@@ -180,20 +181,21 @@ def check_shape(result: xr.Dataset) -> None:
         When a selection left nothing or took a dimension of columns away, and when results were joined along a dimension of
         another program, or twice along the same labels. The message tells the right choice.
     """
-    for dim in (dim for dim in (*NEEDED, *swept(result)) if result.sizes.get(dim) == 0):
+    mapped = [path.split(".")[-1] for over in MAPS & result.attrs.keys() for path in str(result.attrs[over]).split()]
+    for dim in (dim for dim in (*NEEDED, *swept(result), *mapped) if result.sizes.get(dim) == 0):
         order = " and zc goes from far to near" if dim == "zc" else ""
         raise ParameterError(
             f"this result has no value along {dim} left: a slice in .sel starts at the value that comes first{order}"
         )
-    if not {"status", "amplitude"} <= result.variables.keys() or {"plan_over", "map_over"} & result.attrs.keys():
+    for dim in ("direction", "component", "parameter", *COLUMN_DIMS):
+        if dim in result.indexes and not result.indexes[dim].is_unique:
+            raise ParameterError(f"this result has a value twice along {dim}; choose one of each with .isel({dim}=...)")
+    if not {"status", "amplitude"} <= result.variables.keys() or MAPS & result.attrs.keys():
         return  # no motions, or over parameters of any name
     for dim in (str(dim) for dim in result.dims if dim not in OF_MOTIONS and dim not in swept(result)):
         raise ParameterError(f"no result of dForce has the dimension {dim}; choose one result with .isel({dim}=0)")
     if "direction" in result.dims and "direction" not in result.coords:
         raise ParameterError("this result has lost the names of its directions; keep the coordinate direction")
-    for dim in ("direction", *COLUMN_DIMS):
-        if dim in result.indexes and not result.indexes[dim].is_unique:
-            raise ParameterError(f"this result has a value twice along {dim}; choose one of each with .isel({dim}=...)")
     for name, variable in result.variables.items():
         row = OF_RESULTS.get(str(name))
         for dim in () if row is None else (dim for dim in row.dims if dim in NEEDED and dim not in variable.dims):

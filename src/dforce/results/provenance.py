@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     pass
 
+# ends the sentence on a result that is to be continued with another case
+OTHER_CASE = "load its own by df.load_case(FILE), or write to another file without resume"
+
 
 def provenance(case: str, title: str = "") -> dict[str, str]:
     """Return the attributes that say where a result comes from.

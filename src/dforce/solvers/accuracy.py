@@ -365,4 +365,4 @@ def assure_in_grace(block: Block, values: Array, points: Points) -> int:
 def _at_once(block: Block) -> bool:
     """Say whether errors can be estimated before anything is compiled."""
     _, solvers = load_kernels(block.batch.example)
-    return all(solvers.is_ready(name) for name in ("remeasure", "follow"))
+    return all(solvers.is_ready(name) for name in ("march", "follow"))

@@ -17,19 +17,18 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS, Integrator, sample_count
 from dforce.solvers.model import DISTANCE, FREQUENCY, Marching, Model
-from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits
-from dforce.solvers.period_map import ALL, NOTHING, Slots
+from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits, solve_each
+from dforce.solvers.period_map import ALL, FD_STEP, NOTHING, Slots
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.quasi_static import COLUMNS, FOLLOWED, Path, Stretch, set_out
 from dforce.solvers.quasi_static_steps import PREDICTED
-from dforce.solvers.relaxation import GOING, LOST, MOST_LOOKS, SETTLED, Leaps
+from dforce.solvers.relaxation import GOING, LOOKS, LOST, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.states import States
 from dforce.solvers.tip_equations import TipEquations
 from dforce.solvers.transient import DECAY_TIMES, LATE, LEAST_MOST, CancelCheck, chunks, never_cancelled
 
 ABREAST = 64  # problems solved in one call: their samples stay in the cache; with memory, which takes long, one
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
-LOOKS = 64  # leaps in one call, for the same reason
 FIRST = 500_000  # samples, times one more than numbers of memory, that the first call of `follow` marches: milliseconds
 LEAPT = 20  # times the periods after which motions are given up that leaps may lead over: each costs three or four
 
@@ -306,30 +305,29 @@ class Block(TipEquations):
 
         Of forces that are functions of the motion; see ``relaxation``.
         """
-        out, settled, periods = states.copy(), np.zeros(len(which), dtype=bool), np.zeros(len(which))
-        relax = self._solvers.entry("relax")
-        for part in self._parts(len(which)):
-            count, size, looks = len(which[part]), self.size, 0
-            slots = self._slots(count, 1)
-            slots.case[:], slots.value[:], slots.x[:] = np.arange(count), at[part], out.x[part]
-            leaps = Leaps(
-                np.empty((count, size)),
-                np.empty((count, size)),
-                np.empty((count, size, size)),
-                np.zeros(count, np.int64),
-                np.zeros(count, np.int64),
-                self.most_periods(which[part]) * (1 if self.settings.max_periods else LEAPT),
-                np.full(count, GOING, np.int64),
-            )
-            marching = self.marching(which[part], count, size + 1)
-            late = np.maximum(LEAST_MOST // self.common, LATE * self.decay(which[part]))
-            while relax(slots, LOOKS, leaps, marching) and (looks := looks + LOOKS) < MOST_LOOKS:
+        leaps = Leaps.begun(states.x, self.most_periods(which) * (1 if self.settings.max_periods else LEAPT))
+        late, take = np.maximum(LEAST_MOST // self.common, LATE * self.decay(which)), self._solvers.entry("take_leaps")
+        for look in range(1, MOST_LOOKS + 1):
+            going = np.flatnonzero(leaps.outcome == GOING)
+            if not len(going):
+                break
+            self.check_cancelled()
+            here = States(leaps.tried[going], states.memory[going], states.branch[going])
+            take(going, *self.derivatives(which[going], here, at[going]), leaps)
+            if look % LOOKS == 0:
                 # after so long a motion is on no way to a state that is held at less than a period a leap
-                leaps.outcome[(leaps.outcome == GOING) & (looks >= late) & (leaps.periods < looks)] = LOST
-                self.check_cancelled()
-            out.x[part], settled[part] = leaps.x, leaps.outcome == SETTLED
-            periods[part] = leaps.periods * self.common
-        return out, settled, periods
+                leaps.outcome[(leaps.outcome == GOING) & (look >= late) & (leaps.periods < look)] = LOST
+        settled = leaps.outcome == SETTLED
+        return States(leaps.x, states.memory.copy(), states.branch.copy()), settled, leaps.periods * float(self.common)
+
+    def derivatives(self, which: Indices, states: States, at: Array) -> tuple[Array, Array]:
+        """Return where motions end one common period later, and the map's derivatives there; without a memory."""
+        slots, count, columns = self.slots(states, at), len(which), 1 + self.size
+        marching = self.marching(which, count, columns)
+        self._solvers.entry("march")(slots, np.arange(count), count, columns, False, marching)
+        ends = slots.ends[:, :columns]
+        slopes = (ends[:, 1:] - ends[:, :1]).swapaxes(1, 2) / FD_STEP
+        return ends[:, 0].copy(), np.ascontiguousarray(slopes)
 
     def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> tuple[Array, States, Array]:
         """Return what is measured, (problems, periods, columns), on the orbits that one Newton step from some states leads to.
@@ -338,11 +336,16 @@ class Block(TipEquations):
         elsewhere: of the same orbits with other samples.
         """
         rows, out, steps = np.empty((len(which), self.common, self.columns)), states.copy(), np.empty(len(which))
-        remeasure = self._solvers.entry("remeasure")
         for part in self._parts(len(which)):
-            slots = self.slots(states.take(part), at[part])
-            given = np.ascontiguousarray(monodromy[part]), steps[part], self.marching(which[part], len(slots.case), 1)
-            remeasure(slots, *given)
+            slots, matrix = self.slots(states.take(part), at[part]), np.eye(self.size) - monodromy[part]
+            slots.case[:] = which[part]
+            for measured in (False, True):
+                self.march(slots, 1, measured)
+                step = solve_each(matrix, (slots.ends[:, 0] - slots.x)[:, :, None])[:, :, 0]
+                if not measured:
+                    slots.x[:] += step
+                    slots.memory[:], slots.branch[:] = slots.memory_after, slots.branch_after
+            steps[part] = np.nan_to_num(np.abs(step).max(axis=1), nan=np.inf)
             rows[part] = slots.rows
             out.put(part, States(slots.x, slots.memory, slots.branch))
             self.check_cancelled()

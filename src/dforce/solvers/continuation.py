@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -208,9 +209,20 @@ def _test_functions(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit],
 
 
 def _located(among: ParameterRange, a: Orbit, b: Orbit, test: Callable[[Orbit], float]) -> Orbit:
-    """Return the fold, doubling or grazing between two neighbors, where a test function passes zero, by Brent's method.
+    """Return the fold, doubling or grazing between two neighbors, where a test function passes zero."""
 
-    Where Newton's method fails on the way it is the orbit found nearest to zero.
+    def find(u: Array, near: Orbit, normal: Array) -> Orbit | None:
+        return among.find(u, near.kept.branch, normal, near.repeats)
+
+    orbit: Orbit = located(find, a, b, test)
+    return orbit
+
+
+def located(find: Callable[..., Any], a: Any, b: Any, test: Callable[[Any], float]) -> Any:
+    """Return the point of a curve between two neighbors at which a test function passes zero, by Brent's method.
+
+    `find` gives the point near unknowns, and near a neighbor, in the plane across a vector. Where it fails on the way the point
+    found nearest to zero is returned.
     """
     from scipy.optimize import brentq
 
@@ -220,14 +232,13 @@ def _located(among: ParameterRange, a: Orbit, b: Orbit, test: Callable[[Orbit], 
 
     def at(share: float) -> float:
         if share not in found:
-            near = a if share < 0.5 else b
-            orbit = among.find(a.u + share * chord, near.kept.branch, normal, near.repeats)
-            if orbit is None:
+            point = find(a.u + share * chord, a if share < 0.5 else b, normal)
+            if point is None:
                 raise ArithmeticError
-            found[share] = orbit
+            found[share] = point
         return test(found[share])
 
     try:
         return found[brentq(at, 0.0, 1.0, xtol=SHARP)]
     except ArithmeticError:  # the way there is lost, where the map is rough
-        return min(found.values(), key=lambda orbit: abs(test(orbit)))
+        return min(found.values(), key=lambda point: abs(test(point)))

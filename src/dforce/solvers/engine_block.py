@@ -14,7 +14,6 @@ from dforce.kernel import modes_of
 from dforce.kernel.codegen import CONTACT
 from dforce.solvers.block import Block
 from dforce.solvers.engine_follow import Follower
-from dforce.solvers.engine_relax import relaxed
 from dforce.solvers.model import DISTANCE
 from dforce.solvers.newton import CONVERGED, FAILED, Orbits, solve_each
 from dforce.solvers.period_map import NOTHING, Slots
@@ -31,8 +30,7 @@ LONG, CONTRACTS = 0.3, 0.5  # of the free amplitude: longest Newton step; of the
 MOST_STEPS, MOST_PASSES = 10, 6
 BESIDE = 1e-4  # of the free amplitude, or of the parameter's unit: neighbors, where differences give derivatives
 FINE = 0.01  # times the errors of steps, for such neighbors
-ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
-LONGEST = 16  # periods in one call, for the same reason
+LONGEST = 16  # periods in one call, so that Ctrl-C and Stop answer at once
 FINER = 4.0  # errors of steps fall with this power of the samples that a finer block is asked for
 
 
@@ -268,35 +266,10 @@ class EngineBlock(Block):
         slots.rows[:], orbits.residual[:], orbits.steps[:] = found[7:10]
         orbits.outcome[:] = np.where(found.good, CONVERGED, FAILED)
 
-    def relax(self, which: Indices, states: States, at: Array) -> tuple[States, Any, Array]:
-        """Return where motions come to, which of them are near a stable orbit there, and the periods that it took them.
-
-        Of forces that are functions of the motion; see ``relaxation``.
-        """
-        x, settled, periods = relaxed(self, which, states, at, self.most_periods(which))
-        return States(x, states.memory.copy(), states.branch.copy()), settled, periods * self.common
-
-    def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> tuple[Array, States, Array]:
-        """Return what is measured on the orbits that one Newton step from some states leads to; see :meth:`Block.remeasure`.
-
-        `monodromy` are matrices known from elsewhere: of the same orbits with other errors of steps.
-        """
-        rows, there, steps = np.empty((len(which), self.common, self.columns)), states.copy(), np.empty(len(which))
-        for start in range(0, len(which), ABREAST):
-            some = slice(start, start + ABREAST)
-            here = states.take(some)
-            by = np.concatenate([monodromy[some], np.zeros((len(here), self.size, 1))], axis=2)
-            normal = np.zeros((len(here), self.size + 1))
-            normal[:, -1] = 1.0
-            out = self.marched(which[some], here, at[some], self.common)
-            step, _ = bordered(by, normal, out.path[:, -1] - here.x)
-            here = States(here.x + step[:, :-1], out.memory, out.branch)
-            out = self.marched(which[some], here, at[some], self.common, harmonics=self.harmonics)
-            step, _ = bordered(by, normal, out.path[:, -1] - here.x)
-            rows[some], steps[some] = out.rows, np.nan_to_num(np.abs(step).max(axis=1), nan=np.inf)
-            there.put(some, here)
-            self.check_cancelled()
-        return rows, there, steps
+    def derivatives(self, which: Indices, states: States, at: Array) -> tuple[Array, Array]:
+        """Return where motions end one common period later, and the map's derivatives there."""
+        out = self.derived(which, states, at, 1)
+        return out.path[:, -1].copy(), out.columns[:, :, : self.size].copy()
 
 
 def bordered(by: Array, normal: Array, miss: Array) -> tuple[Array, Array]:

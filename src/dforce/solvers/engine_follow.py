@@ -12,9 +12,19 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
-from dforce.engine.marching import Marched
 from dforce.solvers.quasi_static import ENDED, FIRST, FOLLOWED, SMALLEST, Stretch
-from dforce.solvers.quasi_static_steps import BENT, CHORD, EXACT, FARTHEST, GROWTH, LARGEST, SHRINK, TURNED, fold_ahead
+from dforce.solvers.quasi_static_steps import (
+    BENT,
+    CHORD,
+    EXACT,
+    FARTHEST,
+    GROWTH,
+    LARGEST,
+    SHRINK,
+    TURNED,
+    fold_ahead,
+    hermite,
+)
 from dforce.solvers.stability import is_stable
 from dforce.solvers.states import States
 
@@ -35,9 +45,6 @@ class OrbitFinder(Protocol):
         self, which: Indices, states: States, at: Array, wanted: Bools, repeats: int = 1, *, at_once: bool = False
     ) -> Any:
         """Find orbits near states, and measure those that are wanted."""
-
-    def derived(self, which: Indices, states: States, at: Array, repeats: int) -> Marched:
-        """March over so many common periods, with the map's derivatives, (motions, size, size + 1)."""
 
     def check_cancelled(self) -> Any:
         """Raise when the run is to stop."""
@@ -67,11 +74,9 @@ class Follower:
         cases = len(values)
         self.block, self.which, self.values, self.counts = block, which, values, counts
         self.repeats, self.found, self.unit = repeats, found, block.unit[which]
-        self.reach, self.fresh, self.going = np.full(cases, FIRST), np.ones(cases, bool), np.ones(cases, bool)
+        self.reach, self.going = np.full(cases, FIRST), np.ones(cases, bool)
         self.most = np.full(cases, values.shape[1])  # values up to which a step may lead
         self.way = np.where(values[np.arange(cases), np.maximum(counts - 1, 0)] < found.last_value, -1.0, 1.0)
-        self.before_value = found.last_value.copy()
-        self.before_x, self.before_slope = found.last_x.copy(), found.last_slope.copy()
         self.anchors: list[list[Anchor]] = [[] for _ in range(cases)]
         self.place = np.full(cases, -1)  # the last value of the path that the anchors have come to
 
@@ -93,13 +98,13 @@ class Follower:
         open_to = (index > self.place[going, None]) & (index < self.counts[going, None])
         open_to &= index <= (self.place + self.most)[going, None]
         within = open_to & (ahead <= self.reach[going, None])
-        fresh = self.fresh[going]
+        fresh = np.array([not self.anchors[case] for case in going.tolist()])
         at_start = open_to & (ahead == 0.0) & (index == 0)
         place = np.where(within.any(axis=1), within.shape[1] - 1 - within[:, ::-1].argmax(axis=1), -1)
         place = np.where(fresh, np.where(at_start.any(axis=1), 0, -1), place)
         value = np.where(place >= 0, self.values[going, place], last + self.way[going] * self.reach[going] * unit)
         value = np.where(fresh & (place < 0), last, value)
-        guess = np.where(fresh[:, None], found.last_x[going], self._foretold(going, value))
+        guess = np.array([self._foretold(*one) for one in zip(going.tolist(), value.tolist(), strict=True)])
         states = States(guess, found.last_memory[going], found.last_branch[going])
         orbits = self.block.newton(self.which[going], states, value, place >= 0, self.repeats)
         fits = orbits.good.copy()
@@ -113,19 +118,18 @@ class Follower:
         self.going[going] &= self.found.outcome[going] == FOLLOWED
         self.going[going] &= self.place[going] < self.counts[going] - 1
 
-    def _foretold(self, going: Indices, value: Array) -> Array:
-        """Return the states at values by the cubics through the last two anchors, or by lines where there is only one."""
-        unit, found = self.unit[going], self.found
-        last, x, slope = found.last_value[going], found.last_x[going], found.last_slope[going]
-        reach, span = (value - last) / unit, (last - self.before_value[going]) / unit
-        line = x + slope * reach[:, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            s = (reach / span)[:, None]  # 0 at the last anchor, -1 at the one before
-        rise, a = x - self.before_x[going], span[:, None] * slope
-        b = span[:, None] * self.before_slope[going]
-        with np.errstate(invalid="ignore"):
-            cubic = x + s * (a + s * ((2.0 * a + b - 3.0 * rise) + s * (a + b - 2.0 * rise)))
-        return np.asarray(np.where((np.abs(reach) > FARTHEST * np.abs(span))[:, None], line, cubic))
+    def _foretold(self, case: int, value: float) -> Array:
+        """Return the state at a value by the cubic through the last two anchors, or by a line where only one is near."""
+        last = self.anchors[case][-2:]
+        if not last:
+            return np.asarray(self.found.last_x[case])
+        is_far = abs(value - last[-1].value) > FARTHEST * abs(last[-1].value - last[0].value)
+        return self._through(last[-1:] if is_far else last, case, value)
+
+    def _through(self, anchors: list[Anchor], case: int, value: float) -> Array:
+        """Return the state at a value by the polynomial through anchors and their slopes."""
+        away = np.array([(one.value - value) / self.unit[case] for one in anchors])
+        return hermite(away, np.array([one.x for one in anchors]), np.array([one.slope for one in anchors]))
 
     def _continues(self, going: Indices, value: Array, orbits: Any, guess: Array) -> Bools:
         """Say which orbits continue the last ones of their problems: value, state and slope."""
@@ -147,7 +151,7 @@ class Follower:
 
     def _refuse(self, cases: Indices, value: Array, astray: Array) -> None:
         """Shorten the steps of problems whose orbits do not continue the last ones; end their states where there are none."""
-        ended = self.fresh[cases]
+        ended = np.array([not self.anchors[case] for case in cases.tolist()], dtype=bool)
         shorter = np.clip(self._fitting(astray), SHRINK, SHORTER)
         self.reach[cases] = shorter * np.abs(value - self.found.last_value[cases]) / self.unit[cases]
         ended |= self.reach[cases] < SMALLEST
@@ -158,18 +162,13 @@ class Follower:
         found, begun = self.found, float(self.found.last_value[case])
         slopes = float(np.abs(orbits.slope[i]).max()), float(np.abs(found.last_slope[case]).max())
         found.fold[case] = fold_ahead(float(orbits.value[i]), slopes[0], begun, slopes[1])
-        self.before_value[case], self.before_x[case] = begun, found.last_x[case]
-        self.before_slope[case] = found.last_slope[case]
         found.last_value[case], found.last_x[case] = orbits.value[i], orbits.x[i]
         found.last_memory[case], found.last_branch[case] = orbits.memory[i], orbits.branch[i]
         found.last_slope[case], found.last_monodromy[case] = orbits.slope[i], orbits.monodromy[i]
         if place >= 0:
             self.keep(case, place, i, orbits)
             self.place[case] = place
-        if self.fresh[case]:
-            self.before_value[case], self.before_x[case] = orbits.value[i], orbits.x[i]
-            self.before_slope[case], self.fresh[case] = orbits.slope[i], False
-        else:
+        if self.anchors[case]:
             step = abs(orbits.value[i] - begun) / self.unit[case]
             longer = step * min(GROWTH, max(1.0, self._fitting(astray)))
             self.reach[case] = max(longer, self.reach[case]) if astray < EXACT else min(LARGEST, longer)
@@ -215,15 +214,10 @@ class Follower:
 
     def _between(self, case: int, place: int) -> tuple[Array, Array, Array]:
         """Return the state at a value between two anchors: by a polynomial through the nearest, with memory and branches."""
-        anchors, value, unit = self.anchors[case], float(self.values[case, place]), float(self.unit[case])
+        anchors = self.anchors[case]
         after = next(k for k, anchor in enumerate(anchors) if anchor.place >= place)
         first = max(0, min(after - ANCHORS // 2, len(anchors) - ANCHORS))
-        some = anchors[first : first + ANCHORS]
-        x = hermite(
-            np.array([(one.value - value) / unit for one in some]),
-            np.array([one.x for one in some]),
-            np.array([one.slope for one in some]),
-        )
+        x = self._through(anchors[first : first + ANCHORS], case, float(self.values[case, place]))
         before = anchors[max(after - 1, 0)]
         return x, before.memory, before.branch
 
@@ -238,23 +232,5 @@ class Follower:
         found.residual[case, last.place + 1 :] = np.nan
         found.last_value[case], found.last_x[case], found.last_slope[case] = last.value, last.x, last.slope
         found.last_memory[case], found.last_branch[case] = last.memory, last.branch
-        earlier = anchors[-2] if len(anchors) > 1 else last
-        self.before_value[case], self.before_x[case], self.before_slope[case] = earlier.value, earlier.x, earlier.slope
         found.outcome[case], self.going[case] = FOLLOWED, True
         self.reach[case] = min(self.reach[case], LARGEST)
-
-
-def hermite(at: Array, x: Array, slope: Array) -> Array:
-    """Return the value at 0 of the polynomial that has values x and slopes at some places, (places, size)."""
-    count = len(at)
-    nodes, table = np.repeat(at, 2), np.repeat(x, 2, axis=0)
-    out, factor = table[0].copy(), 1.0
-    for order in range(1, 2 * count):
-        rise = np.diff(table, axis=0)
-        run = nodes[order:] - nodes[:-order]
-        table = np.where(run[:, None] == 0.0, 0.0, rise / np.where(run == 0.0, 1.0, run)[:, None])
-        if order == 1:
-            table[::2] = slope
-        factor *= -nodes[order - 1]
-        out = out + factor * table[0]
-    return np.asarray(out)

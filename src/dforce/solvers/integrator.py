@@ -43,10 +43,9 @@ SOLVERS: dict[str, Callable[..., Any]] = {
     "march": period_map.march,
     "find_orbits": newton.find_orbits,
     "take_steps": newton.take_steps,
-    "relax": relaxation.relax,
-    "remeasure": newton.remeasure,
+    "take_leaps": relaxation.take_leaps,
 }
-USUAL = ("follow", "relax", "remeasure")  # what a curve compiles of them
+USUAL = ("follow", "march", "take_leaps")  # what a curve compiles of them
 ENTRIES: dict[str, Callable[..., Any]] = OWN | {
     "derivative": lsoda.derivative,
     "sample": lsoda.sample,

@@ -24,6 +24,7 @@ from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import with_amplitudes
 from dforce.solvers.newton import solve_each
 from dforce.solvers.period_map import ALL, MOTION
+from dforce.solvers.quasi_static_steps import hermite
 from dforce.solvers.settings import SolverSettings
 from dforce.solvers.states import States
 from dforce.solvers.transient import CancelCheck
@@ -299,11 +300,9 @@ class Locked:
             left = abs(stop - last.at)
             length = left if step > 0.7 * left else step
             to = stop if length == left else last.at + math.copysign(length, stop - last.at)
-            predicted = last.unknowns + (to - last.at) * last.slope
-            if len(anchors) > 1:
-                known = zip(*anchors[-2:], strict=True)
-                unknowns, _, _, slope = (np.array(part)[:, None] for part in known)
-                [predicted] = cubic(unknowns, slope, np.array([to]))
+            unknowns, _, _, slope = (np.array(part) for part in zip(*anchors[-2:], strict=True))
+            predicted = hermite(unknowns[:, -1] - to, unknowns, slope)
+            predicted[-1] = to
             found = self.newton(predicted[None], last.branch[None], enough=ROUGH)
             astray = float(np.abs((found.unknowns[0] - predicted) * self.weights).max())
             if not (found.good[0] and astray < ASTRAY and self.is_stable(found)[0]):
@@ -323,7 +322,8 @@ class Locked:
         sign = math.copysign(1.0, anchors[-1].at - anchors[0].at)
         after = np.clip(np.searchsorted(sign * unknowns[:, -1], sign * at), 1, len(anchors) - 1)
         pair = np.stack([after - 1, after])
-        guess = cubic(unknowns[pair], slope[pair], at)
+        guess = hermite(unknowns[pair, -1] - at, unknowns[pair], slope[pair])
+        guess[:, -1] = at
         share = ((at - unknowns[after - 1, -1]) / (unknowns[after, -1] - unknowns[after - 1, -1]))[:, None, None]
         mean = (1.0 - share) * matrix[after - 1] + share * matrix[after]
         found = self.newton(guess, branch[after - 1], mean, enough=self.near)
@@ -347,17 +347,6 @@ class Locked:
             step = np.nan_to_num(steps(found.matrix, missed))
             found.unknowns[:] += step
         return self.march(found.unknowns, found.branch, times, ALL)[2]
-
-
-def cubic(unknowns: Array, slope: Array, at: Array) -> Array:
-    """Return the unknowns at values, on the cubics with the values and the slopes of two states each, (2, values, size)."""
-    first, second = unknowns
-    span = second[:, -1:] - first[:, -1:]
-    t = (at[:, None] - first[:, -1:]) / span
-    out = first + t * t * (3.0 - 2.0 * t) * (second - first)
-    out += span * t * (1.0 - t) * ((1.0 - t) * slope[0] - t * slope[1])
-    out[:, -1] = at
-    return np.asarray(out)
 
 
 def steps(matrix: Array, missed: Array) -> Array:

@@ -242,28 +242,6 @@ def newton_step(slots: Any, s: int, orbits: Any, first: Any, second: Any, matrix
         orbits.outcome[s] = FAILED
 
 
-def remeasure(slots: Any, monodromy: Any, steps: Any, marching: Any) -> None:
-    """Take one Newton step in every slot, with the given monodromy matrix, and measure the orbit there.
-
-    `steps` takes the length of the next one of each slot.
-    """
-    size, count = motion_size(), slots.case.shape[0]
-    which, first, second, matrix = np.empty(count, np.int64), np.empty(size), np.zeros(size), np.empty((size, size))
-    for s in range(count):
-        which[s] = s
-    for measured in range(2):
-        march(slots, which, count, 1, measured == 1, marching)
-        for s in range(count):
-            for k in range(size):
-                first[k] = slots.ends[s, 0, k] - slots.x[s, k]
-            subtract_from_one(monodromy[s], matrix)
-            steps[s] = longest(first) if solve_both(matrix, first, second) else np.inf
-            if measured == 0:
-                for k in range(size):
-                    slots.x[s, k] += first[k]
-                go_on(slots, s)
-
-
 def central_differences(slots: Any, which: Any, count: int, orbits: Any, marching: Any) -> None:
     """Replace forward by central differences in the monodromy matrices: an error of second order."""
     size = motion_size()

@@ -163,13 +163,11 @@ class ParameterRange:
         at = np.full(count, self.distance(value))
         return self.block(value).advance(np.zeros(count, np.int64), states, at, periods)
 
-    def with_neighbors(self, x: Array, scaled: float) -> tuple[Array, Array]:
-        """Return where motions end one common period later, (states, size), and the map's derivatives by them."""
-        beside = np.concatenate([np.zeros((1, self.size)), FD_STEP * np.eye(self.size)])
-        starts = (x[:, None] + beside).reshape(-1, self.size)
-        ends, _ = self._march(starts, self.value_of(scaled), np.zeros((1, 0)), 1)
-        ends = ends.reshape(len(x), -1, self.size)
-        return ends[:, 0], (ends[:, 1:] - ends[:, :1]).transpose(0, 2, 1) / FD_STEP
+    def derivatives(self, x: Array, scaled: float) -> tuple[Array, Array]:
+        """Return where motions without memory end one common period later, and the map's derivatives there."""
+        value, which = self.value_of(scaled), np.zeros(len(x), np.int64)
+        at = np.full(len(x), self.distance(value))
+        return self.block(value).derivatives(which, self.states(x, np.zeros((1, 0))), at)
 
     def find(self, guess: Array, branch: Array, normal: Array | None = None, repeats: int = 1) -> Orbit | None:
         """Return the orbit of so many common periods that Newton's method finds from a guess; None where it finds none.

@@ -17,20 +17,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dforce.core.arrays import Array, Indices
 from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.newton import longest, multiply, solve_both, subtract_from_one
-from dforce.solvers.period_map import FD_STEP, march, put_numbers, put_rows
+from dforce.solvers.period_map import put_numbers, put_rows
 from dforce.solvers.stability import is_stable
 
 CORRECTED = 1e-3  # of the free amplitude: correction of a leap
 ARRIVED = 3e-4  # of the free amplitude: Newton step from which an orbit is near
-GROWTH, SHRINK, SAFETY = (
-    3.0,
-    0.1,
-    0.7,
-)  # of the next leap; of the cube root of the correction allowed over the correction
+GROWTH, SHRINK = 3.0, 0.1  # of the next leap, at most and at least
+SAFETY = 0.7  # of the cube root of the correction allowed over the correction
 LONGEST = 1 << 20  # periods in a leap
 MOST_LOOKS = 16_384  # leaps: where so many lead to no state they are so short that plain integration is quicker
+LOOKS = 64  # leaps after which motions are asked whether they still leap
 GOING, SETTLED, LOST = 0, 1, 2  # what became of a motion
 
 
@@ -41,6 +40,8 @@ class Leaps(NamedTuple):
     ----------
     x, change, monodromy
         Where each stands, its change over the next common period, and the map's derivative there; (motions, size, ...).
+    tried
+        Where the leap under way leads.
     span
         Common periods of the leap under way; 0 where there is none yet.
     periods, most
@@ -52,10 +53,19 @@ class Leaps(NamedTuple):
     x: Any
     change: Any
     monodromy: Any
+    tried: Any
     span: Any
     periods: Any
     most: Any
     outcome: Any
+
+    @classmethod
+    def begun(cls, x: Array, most: Indices) -> Leaps:
+        """Return motions before their first period."""
+        count, size = x.shape
+        periods = np.zeros(count, np.int64)
+        motions = x.copy(), np.zeros((count, size)), np.zeros((count, size, size)), x.copy()
+        return cls(*motions, periods, periods.copy(), most, np.full(count, GOING, np.int64))
 
 
 def leap(change: Any, monodromy: Any, span: int, way: Any, change_after: Any) -> None:
@@ -88,64 +98,53 @@ def leap(change: Any, monodromy: Any, span: int, way: Any, change_after: Any) ->
             change_after[i] += power[i, j] * change[j]
 
 
-def relax(slots: Any, looks: int, leaps: Any, marching: Any) -> int:
-    """Take the motions of all slots on, in so many leaps at most, until each is near a stable orbit; return how many go on."""
-    size, count = motion_size(), slots.case.shape[0]
-    which, matrix = np.empty(count, np.int64), np.empty((size, size))
-    change, way, predicted, monodromy = np.empty(size), np.empty(size), np.empty(size), np.empty((size, size))
-    going = 0
-    for look in range(looks + 1):
-        going = 0
-        for s in range(count):
-            if leaps.outcome[s] == GOING:
-                which[going] = s
-                going += 1
-        if going == 0 or look == looks:
-            break
-        march(slots, which, going, size + 1, False, marching)
-        for g in range(going):
-            s = which[g]
+def take_leaps(going: Any, ends: Any, slopes: Any, leaps: Any) -> None:
+    """Judge the leaps under way of some motions by where they end one common period later, and begin the next ones.
+
+    `slopes` are the map's derivatives where the leaps have led, (motions, size, size).
+    """
+    size = motion_size()
+    matrix, change, way, predicted = np.empty((size, size)), np.empty(size), np.empty(size), np.empty(size)
+    for g in range(going.shape[0]):
+        s, monodromy = going[g], slopes[g]
+        for k in range(size):
+            change[k] = ends[g, k] - leaps.tried[s, k]
+        span, ahead = leaps.span[s], 1.0
+        if not longest(change) < np.inf:
+            if span <= 1:
+                leaps.outcome[s] = LOST
+                continue
+            ahead = SHRINK
+        elif span > 0:
+            leap(leaps.change[s], leaps.monodromy[s], span, way, predicted)
+            missed = (span - 1.0) * (2.0 * span - 1.0) / (6.0 * span)
             for k in range(size):
-                change[k] = slots.ends[s, 0, k] - slots.x[s, k]
+                predicted[k] = missed * (change[k] - predicted[k])
+            ahead = SAFETY * (CORRECTED / max(longest(predicted), 1e-300)) ** (1.0 / 3.0) if span > 1 else GROWTH
+        if span > 1 and ahead < SAFETY:  # refused
+            leaps.span[s] = max(1, int(span * max(ahead, SHRINK)))
+        else:
+            leaps.periods[s] += span
+            put_numbers(leaps.x[s], leaps.tried[s])
+            put_numbers(leaps.change[s], change)
+            put_rows(leaps.monodromy[s], monodromy)
+            for k in range(size if span > 1 else 0):
+                leaps.x[s, k] += predicted[k]
+                leaps.change[s, k] -= predicted[k]
                 for j in range(size):
-                    monodromy[k, j] = (slots.ends[s, 1 + j, k] - slots.ends[s, 0, k]) / FD_STEP
-            span, ahead = leaps.span[s], 1.0
-            if not longest(change) < np.inf:
-                if span <= 1:
-                    leaps.outcome[s] = LOST
-                    continue
-                ahead = SHRINK
-            elif span > 0:
-                leap(leaps.change[s], leaps.monodromy[s], span, way, predicted)
-                missed = (span - 1.0) * (2.0 * span - 1.0) / (6.0 * span)
-                for k in range(size):
-                    predicted[k] = missed * (change[k] - predicted[k])
-                ahead = SAFETY * (CORRECTED / max(longest(predicted), 1e-300)) ** (1.0 / 3.0) if span > 1 else GROWTH
-            if span > 1 and ahead < SAFETY:  # refused
-                leaps.span[s] = max(1, int(span * max(ahead, SHRINK)))
-            else:
-                leaps.periods[s] += span
-                put_numbers(leaps.x[s], slots.x[s])
-                put_numbers(leaps.change[s], change)
-                put_rows(leaps.monodromy[s], monodromy)
-                for k in range(size if span > 1 else 0):
-                    leaps.x[s, k] += predicted[k]
-                    leaps.change[s, k] -= predicted[k]
-                    for j in range(size):
-                        leaps.change[s, k] += monodromy[k, j] * predicted[j]
-                for k in range(size):
-                    change[k], predicted[k] = leaps.change[s, k], 0.0
-                subtract_from_one(monodromy, matrix)
-                near = solve_both(matrix, change, predicted) and longest(change) < ARRIVED
-                if near and is_stable(monodromy):
-                    leaps.outcome[s] = SETTLED
-                    continue
-                if leaps.periods[s] >= leaps.most[s]:
-                    leaps.outcome[s] = LOST
-                    continue
-                longer = int(max(span, 1) * min(ahead, GROWTH)) if span > 0 else 1
-                leaps.span[s] = max(1, min(longer, LONGEST, leaps.most[s] - leaps.periods[s]))
-            leap(leaps.change[s], leaps.monodromy[s], leaps.span[s], way, predicted)
+                    leaps.change[s, k] += monodromy[k, j] * predicted[j]
             for k in range(size):
-                slots.x[s, k] = leaps.x[s, k] + way[k]
-    return going
+                change[k], predicted[k] = leaps.change[s, k], 0.0
+            subtract_from_one(monodromy, matrix)
+            near = solve_both(matrix, change, predicted) and longest(change) < ARRIVED
+            if near and is_stable(monodromy):
+                leaps.outcome[s] = SETTLED
+                continue
+            if leaps.periods[s] >= leaps.most[s]:
+                leaps.outcome[s] = LOST
+                continue
+            longer = int(max(span, 1) * min(ahead, GROWTH)) if span > 0 else 1
+            leaps.span[s] = max(1, min(longer, LONGEST, leaps.most[s] - leaps.periods[s]))
+        leap(leaps.change[s], leaps.monodromy[s], leaps.span[s], way, predicted)
+        for k in range(size):
+            leaps.tried[s, k] = leaps.x[s, k] + way[k]

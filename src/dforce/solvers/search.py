@@ -378,7 +378,7 @@ def _deflated(among: ParameterRange, value: float, starts: Array, known: list[Ar
     x, going = starts.copy(), np.arange(len(starts))
     close: list[int] = []
     for _ in range(STEPS):
-        after, monodromy = among.with_neighbors(x[going], value)
+        after, monodromy = among.derivatives(x[going], value)
         matrix = monodromy - np.eye(among.size)
         with np.errstate(invalid="ignore"):
             good = np.isfinite(after).all(axis=1) & (np.abs(np.linalg.det(matrix)) > 0.0)

@@ -122,7 +122,8 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
     -------
     motion, settled, drift
         The state; whether the estimated rest of the way is within the tolerance; this estimate, relative to the free
-        amplitude, infinite for a motion that wanders.
+        amplitude, infinite for a motion that wanders. One that wanders by less than counts as a change of a settled motion
+        does so by errors of its steps: it has settled, within this range.
     """
     problem, settings = integrator.problem, integrator.settings
     frequencies = [tone.frequency for tone in problem.tones]
@@ -132,7 +133,7 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
     most = settings.max_periods or max(LEAST_MOST, DECAY_TIMES * decay, LEAST_SPANS * span)
     size = np.array([tone.A0 for tone in problem.tones]) / integrator.scales.length
     mean = weights(frequencies, window)
-    before, change_before, drift, first = None, math.inf, math.inf, list[complex]()
+    before, change_before, drift, path = None, math.inf, math.inf, list[AnyArray]()
     start = motion.period
     while motion.period - start < most:
         motion, c = march(integrator, motion, min(span, most - (motion.period - start)), check_cancelled, window)
@@ -141,7 +142,7 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
         if len(c) < window:
             break
         now = mean @ c
-        first.append(now[0])
+        path.append(now / size)
         if before is not None:
             change = float(np.max(np.abs(now - before) / size))
             ratio = min(change / change_before, 0.999) if change_before > 0.0 else 0.0
@@ -150,8 +151,11 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
                 return motion, True, drift
             change_before = change
         before = now
-        if _wanders(np.array(first[-LATE:])):
-            return motion, False, math.inf
+        late = np.array(path[-LATE:])
+        if _wanders(late[:, 0]):
+            reach = max(_range(c) for c in late.T)
+            is_small = reach < REPEATS * settings.settle_tolerance
+            return motion, is_small, reach if is_small else math.inf
     return motion, False, drift
 
 

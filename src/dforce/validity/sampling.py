@@ -226,14 +226,16 @@ def not_settled(seen: Evidence) -> Advice | None:
     moving = 0 if status is None else int(np.count_nonzero(status == Status.NOT_SETTLED))
     if status is None or moving == 0:
         return None
+    is_fixed = seen.case.solver.settle == "fixed"
+    after, key = ("solver.periods", "periods") if is_fixed else ("the largest number of periods", "max_periods")
     return Advice(
         "not_settled",
         moving,
         0,
-        f"{moving} of {status.size} points had not settled after the largest number of periods, so their values "
-        "still depend on the start. Raise solver.max_periods, or look at one of them with a dwell.",
+        f"{moving} of {status.size} points had not settled after {after}, so their values still depend on the start. Raise "
+        f"solver.{key}, or look at one of them with a dwell.",
         "solver.settle_tolerance",
-        ("solver.max_periods", "solver.settle_tolerance"),
+        (f"solver.{key}", "solver.settle_tolerance"),
     )
 
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from dforce.core.units import show_range
+from dforce.core.units import show, show_range
 from dforce.experiments import Approach
 from dforce.validity._advice import Advice, shown
 from dforce.validity._evidence import Evidence
@@ -52,7 +52,7 @@ def _runs_that_overlap(seen: Evidence) -> str | None:
         return None
     unit = str(seen.result.variables[str(along)].attrs.get("units", "1"))
     low, high = min(pair[0] for pair in common), max(pair[1] for pair in common)
-    return f"Between {show_range(low, high, unit, 3, 'and')} two stable states exist"
+    return f"{_where(low, high, unit)} two stable states exist"
 
 
 def _ways_that_differ(seen: Evidence) -> str | None:
@@ -63,8 +63,15 @@ def _ways_that_differ(seen: Evidence) -> str | None:
     if not apart.any():
         return None
     ways, unit = ("approach and retract", "m") if seen.along == "zc" else ("the sweeps up and down", "Hz")
-    where = f"Between {show_range(float(x[apart].min()), float(x[apart].max()), unit, 3, 'and')}"
-    return f"{where} {ways} end in different states"
+    return f"{_where(float(x[apart].min()), float(x[apart].max()), unit)} {ways} end in different states"
+
+
+def _where(low: float, high: float, unit: str) -> str:
+    """Return one place, or a range with the digits that show its width."""
+    if low == high:
+        return f"At {show(low, unit, 5)}"
+    digits = max(3, 1 + math.ceil(math.log10(max(abs(low), abs(high)) / (high - low))))
+    return f"Between {show_range(low, high, unit, digits, 'and')}"
 
 
 def _jumps(seen: Evidence) -> str | None:

@@ -102,8 +102,11 @@ def read_text(
 
 def decoded(content: bytes) -> str | None:
     """Return the text of a file, whatever program wrote it; None for what is no text."""
+    zeros = [set(content[start:200:2]) == {0} for start in (0, 1)]  # in UTF-16 every other byte of Latin letters
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings: tuple[str, ...] = ("utf-16",)
+    elif any(zeros):
+        encodings = ("utf-16-be" if zeros[0] else "utf-16-le",)
     else:
         encodings = ("utf-8-sig", "cp1252")
     for encoding in encodings:
@@ -198,10 +201,11 @@ def _refuse_broken(lines: Sequence[TextLine], place: int, last: int, width: int,
     if place == last and len(cells) <= width:
         raise _cut(line, name)
     words = [cell for cell in cells if style.value(cell) is None and segment_of(cell) is None]
+    remedy = "remove this line, or the lines above it"
     if len(cells) != width:
-        raise ResultError(f"{name} has {len(cells)} cells in line {line.number} and {width} in the others")
+        raise ResultError(f"{name} has {len(cells)} cells in line {line.number} and {width} in the others; {remedy}")
     raise ResultError(
-        f"{name} has '{shorten(words[0] if words else line.text, 30)}' in line {line.number}, which is not a number"
+        f"{name} has '{shorten(words[0] if words else line.text, 30)}' in line {line.number}, which is not a number; {remedy}"
     )
 
 
@@ -253,12 +257,21 @@ def _trimmed(cells: list[str]) -> list[str]:
 
 
 def _with_units(cells: list[str], above: Sequence[TextLine], style: Style) -> list[str]:
-    """Return headings with their units, where the names stand in a line of their own above the line of units."""
-    if all(known_unit(cell.strip("[]()")) is not None for cell in cells) and above:
-        names = _trimmed(style.cells(above[0].text))
-        if len(names) == len(cells) and not above[0].comment:
-            return [f"{name} [{unit.strip('[]()')}]" for name, unit in zip(names, cells, strict=True)]
-    return cells
+    """Return headings with their units, where the names stand in a line of their own above the line of units.
+
+    Below the units there may be a line of remarks.
+    """
+    names = _trimmed(style.cells(above[0].text)) if above and not above[0].comment else []
+    if len(names) != len(cells):
+        return cells
+    if _are_units(cells):
+        return [f"{name} [{unit.strip('[]()')}]" for name, unit in zip(names, cells, strict=True)]
+    found = _with_units(names, above[1:], style) if _are_units(names) else names
+    return cells if found is names else found
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    return all(known_unit(cell.strip("[]()")) is not None for cell in cells)
 
 
 def _columns(headings: Sequence[str], lines: Sequence[TextLine], rows: Sequence[int], style: Style) -> MeasuredTable:

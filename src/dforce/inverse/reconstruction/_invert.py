@@ -29,7 +29,6 @@ SMALLEST_DOUBT = 1e-5  # of the largest virial: by nodes and instants
 PLAIN_DOUBT = 1e-3  # of a virial, by sinusoids for paths
 LEAST_SIZE = 0.1  # of the largest virial
 WIDTH_ROUND = 2
-SETTLED = 1e-4  # change of the force from round to round, as a share of its range
 FAR = 0.25  # share of the nodes, from the last one, that tell how the force falls beyond
 LONGER = 1.5  # times its length: an error of how the force falls beyond the last node
 BESIDE = 5  # points that share the error of computation
