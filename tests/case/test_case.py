@@ -351,6 +351,15 @@ def test_text_that_needs_escapes_survives():
         ("", "the case is empty"),
         ("# nothing", "the case is empty"),
         ("a =", "the case is not TOML"),
+        (
+            "[drive]\nA0 = 10 nm",
+            "(at line 2, column 9) in 'A0 = 10 nm'; write numbers as 5.0, units as \"10 nm\" in plain quotes",
+        ),
+        (
+            "[drive]\nA0 = \N{LEFT DOUBLE QUOTATION MARK}10 nm\N{RIGHT DOUBLE QUOTATION MARK}",
+            "in plain quotes, and each name once",
+        ),
+        ("[tip]\n[tip]", "in '[tip]'; write numbers as 5.0"),
         ("\0\1\2", "the case is not TOML"),
         ("a = " + "[" * 100_000, "the case is not TOML: it is nested too deeply"),
         ("x." * 5000 + "y = 1", "the case is not TOML: line 1 has a key of more than 12 parts"),

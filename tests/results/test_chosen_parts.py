@@ -90,6 +90,11 @@ def test_states_at_a_set_point_have_no_set_points_again() -> None:
         df.at_set_point(states())
 
 
+def test_a_force_curve_has_no_set_points_and_never_had_a_status() -> None:
+    with pytest.raises(df.ParameterError, match="not a curve of amplitudes"):
+        df.at_set_point(synthetic.force_curve())
+
+
 def test_no_point_is_used_without_its_status() -> None:
     for read in (df.at_set_point, df.answer):
         with pytest.raises(df.ParameterError, match="lost its status"):
@@ -123,6 +128,7 @@ def test_set_points_of_the_stable_branches_alone() -> None:
 
 CHANGED = {
     "a fit without its tones": lambda: df.plot.fit(fitted_curves.result().isel(tone=0)),
+    "forces without a direction": lambda: df.plot.force_curve(synthetic.force_curve().isel(direction=[])),
     "several fits": lambda: df.summary(xr.concat([fitted_curves.result()] * 2, "run")),
     "a curve in one dimension": lambda: df.write(curve().stack(all=["zc", "tone"]), "curve.nc"),
 }

@@ -335,7 +335,7 @@ class Case(Parameters):
         try:
             table = read_toml(text)
         except ValueError as error:  # TOMLDecodeError, and integers of thousands of digits
-            raise CaseError(f"{NOT_TOML}: {shorten(str(error), 200)}") from None
+            raise CaseError(f"{NOT_TOML}: {shorten(str(error), 250)}") from None
         if not table:
             raise CaseError("the case is empty; it needs at least [cantilever] and [drive]")
         return cls(**table)

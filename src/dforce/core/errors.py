@@ -19,7 +19,7 @@ SAYS_SOMETHING = 3  # letters; fewer begin too many names
 FEW = 3  # names of an answer
 LONGEST_LIST = 150  # characters of names that are listed all
 # in which NumPy and xarray end where a result lacks a variable or a dimension, or has others
-OF_CHANGED_RESULTS = (LookupError, TypeError, ValueError, AttributeError, NotImplementedError)
+OF_CHANGED_RESULTS = (LookupError, StopIteration, TypeError, ValueError, AttributeError, NotImplementedError)
 
 
 class DForceError(Exception):

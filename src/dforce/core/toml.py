@@ -10,6 +10,9 @@ import re
 import tomllib
 from typing import Any
 
+from dforce.core.errors import shorten
+
+REMEDY = 'write numbers as 5.0, units as "10 nm" in plain quotes, and each name once'
 LONGEST = 1_000_000  # characters; a longer text is no case
 MOST_PARTS = 12  # of a key
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -31,5 +34,9 @@ def read_toml(text: str) -> dict[str, Any]:
         raise ValueError(f"line {line} has a key of more than {MOST_PARTS} parts")
     try:
         return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        lines, place = text.split("\n"), re.search(r"line (\d+)", str(error))
+        shown = f" in '{shorten(lines[int(place[1]) - 1].strip(), 40)}'" if place else ""
+        raise ValueError(f"{error}{shown}; {REMEDY}") from None
     except RecursionError:
         raise ValueError("it is nested too deeply") from None

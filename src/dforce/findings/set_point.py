@@ -116,8 +116,6 @@ def _states(
     check_shape(result)
     if "crossing" in result.dims:
         raise ParameterError("this result lists the states at a set point already; choose the curve itself")
-    if "status" not in result.variables:
-        raise ParameterError("this result has lost its status, without which no point is used; keep it")
     along = goes_along(result)
     over = swept(result, along)
     first = result.isel(dict.fromkeys(over, 0)) if over else result
@@ -126,6 +124,8 @@ def _states(
         raise ParameterError(f"this result has no '{RATIO}'; add it to the quantities of the sweep")
     if not row or RATIO not in result or row_of(first, RATIO) != row:
         raise ParameterError("this result is not a curve of amplitudes, so it has no set points")
+    if "status" not in result.variables:
+        raise ParameterError("this result has lost its status, without which no point is used; keep it")
     known = [name for name in drawable(first, along) if name != "stable"]  # a number once .where was applied
     always = [along, *(name for name in ("zc", "virial") if name in known)]
     wanted = dict.fromkeys([*always, *(known if names is None else names)])

@@ -29,7 +29,7 @@ from dforce.observables.averaging import weights
 from dforce.observables.finish import finish_each
 from dforce.problem import Problem
 from dforce.solvers.blocks import side_by_side
-from dforce.solvers.continuation import located
+from dforce.solvers.continuation import LOOP, located, passes
 from dforce.solvers.period_map import FD_STEP
 from dforce.solvers.stability import stability
 from dforce.solvers.states import States
@@ -248,7 +248,7 @@ class Lines:
             if tangent[-1] * ahead[-1] < 0.0:
                 points.append(self._turn(last, place))
             points.append(place)
-            if is_end or not inside(place) or _is_closed(points, start):
+            if is_end or not inside(place) or (len(points) >= LOOP and passes(last.u, place.u, start.u)):
                 break
             last, ahead = place, tangent
             step = min(LARGEST, step * (GROWTH if steps <= EASY else 1.0))
@@ -282,12 +282,3 @@ class Lines:
 def _room(scaled: float, way: float) -> float:
     """Return how far it is along a direction to the end of the parameter's range."""
     return max(0.0, ((1.0 if way > 0.0 else 0.0) - scaled) / way) if way else np.inf
-
-
-def _is_closed(points: list[LinePoint], start: LinePoint) -> bool:
-    """Say whether a line has come back to where it was begun."""
-    if len(points) < 4:
-        return False
-    chord, there = points[-1].u - points[-2].u, start.u - points[-2].u
-    share = float(there @ chord) / float(chord @ chord)
-    return 0.0 < share <= 1.0 and float(np.linalg.norm(there - share * chord)) < 0.1 * float(np.linalg.norm(chord))

@@ -148,7 +148,7 @@ def at_value(
         offset, unit = locked.scales[one]
         unknowns[:, place] = (at[one] - offset) / unit
     start = states_of(near[MOTION], locked.block.batch.example, *_units(locked, unknowns))
-    unknowns[:, : locked.motion] = np.concatenate([start.x, start.memory / locked.block.memory_scale], axis=1)
+    unknowns[:, : locked.motion] = start.vectors(locked.block.memory_scale)
     across = np.zeros(unknowns.shape)
     across[:, locked.motion if level is None else -1] = 1.0
     found = locked.newton(unknowns, np.round(start.branch), across=across)

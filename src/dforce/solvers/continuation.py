@@ -118,7 +118,8 @@ def trace(
                 return False
             continue
         between = bifurcations(among, last, found)
-        closed = len(points) + len(between) >= LOOP and _passes(last, found, start, way)
+        along = way * float(start.tangent @ (found.u - last.u)) > 0.0
+        closed = along and len(points) + len(between) >= LOOP and passes(last.u, found.u, start.u)
         points += [*between, start if closed else found]
         if closed or step == reach:
             return closed
@@ -173,13 +174,12 @@ def _ending(among: ParameterRange, last: Orbit) -> str:
     return GRAZING if (np.abs(last.gaps) < dip).any() else END
 
 
-def _passes(last: Orbit, found: Orbit, start: Orbit, way: int) -> bool:
-    """Say whether the step from one orbit to the next passes the point where the curve started."""
-    chord, there = found.u - last.u, start.u - last.u
+def passes(a: Array, b: Array, u: Array) -> bool:
+    """Say whether the step from one point to the next passes a third one."""
+    chord, there = b - a, u - a
     share = float(there @ chord) / float(chord @ chord)
     aside = float(np.linalg.norm(there - share * chord))
-    along = way * float(start.tangent @ chord) > 0.0
-    return along and 0.0 < share <= 1.0 and aside < 0.1 * float(np.linalg.norm(chord))
+    return 0.0 < share <= 1.0 and aside < 0.1 * float(np.linalg.norm(chord))
 
 
 def bifurcations(among: ParameterRange, a: Orbit, b: Orbit) -> list[Orbit]:

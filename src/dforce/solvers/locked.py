@@ -267,7 +267,7 @@ class Locked:
     def begin(self, at: float) -> LockedAnchor | None:
         """Return the state at a distance (scaled) or far above it, from motion without forces; None where there is none."""
         guess, start = np.zeros((1, len(self.weights))), self.free_motion
-        guess[:, : self.motion] = np.concatenate([start.x, start.memory / self.block.memory_scale], axis=1)
+        guess[:, : self.motion] = start.vectors(self.block.memory_scale)
         for away in FAR:
             guess[:, -1] = at + away
             found = self.newton(guess, start.branch)

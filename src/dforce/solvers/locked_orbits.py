@@ -259,6 +259,6 @@ def _starts(locked: Locked, at: float) -> tuple[Array, Array]:
     states = of_amplitudes(integrator, at * locked.length, lags)
     branches = np.array(list(product((0.0, 1.0), repeat=states.branch.shape[1])))
     unknowns = np.zeros((len(states), len(locked.weights)))
-    unknowns[:, : locked.motion] = np.concatenate([states.x, states.memory / locked.block.memory_scale], axis=1)
+    unknowns[:, : locked.motion] = states.vectors(locked.block.memory_scale)
     unknowns[:, -1] = at
     return np.tile(unknowns, (len(branches), 1)), np.repeat(branches, len(states), axis=0)
