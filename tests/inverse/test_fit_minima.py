@@ -83,10 +83,10 @@ def test_minima_that_are_not_excluded_lie_within_the_intervals_and_are_named(fit
     assert "minima not excluded by the data" in report and "interval of 95 %" in report
 
 
-def test_a_fit_says_for_which_spring_constant_and_radius_its_values_hold(fits: Callable[[int], xr.Dataset]) -> None:
+def test_a_fit_says_for_which_lever_and_radius_its_values_hold(fits: Callable[[int], xr.Dataset]) -> None:
     fit = fits(13)
-    assert fit.attrs["holds_for"] == "cantilever.k = 2.7 N/m, tip.radius = 8 nm"
-    assert "parameters, for cantilever.k = 2.7 N/m, tip.radius = 8 nm" in df.fit_report(fit)
+    assert fit.attrs["holds_for"] == "cantilever.k = 2.7 N/m, cantilever.Q = 180, tip.radius = 8 nm"
+    assert "parameters, for cantilever.k = 2.7 N/m, cantilever.Q = 180, tip.radius = 8 nm" in df.fit_report(fit)
 
 
 # the covariance knows one slope for both sides: how much wider the upper one is than by it, and than the lower one

@@ -17,7 +17,8 @@ BY_CHANCE = 1.35e-3  # probability of a deviation by three standard deviations t
 AS_EXPECTED, TOO_LARGE, TOO_SMALL = "as expected", "too large", "too small"
 DECEPTIVE, NO_MODEL = "deceptive", "far too large"
 LOWER_BOUNDS = (
-    "so the errors are lower bounds. Check residuals: another force, base excitation, a drift, a wrong phase offset"
+    "so the errors are lower bounds. Check residuals: another force, base excitation, a drift, a wrong sensitivity or "
+    "phase offset"
 )
 WHY = {
     AS_EXPECTED: "the model describes the data within their noise",

@@ -151,7 +151,7 @@ def _parameters(result: xr.Dataset) -> list[str]:
 def _heading(result: xr.Dataset) -> str:
     """Return above the parameters what they hold for: curves with other k or R are as good."""
     held = str(result.attrs.get("holds_for", ""))
-    return f"parameters, for {held}; with other values the forces scale, and chi2 is the same" if held else "parameters"
+    return f"parameters, for {held}; with other values the forces scale, and chi2 may hide it" if held else "parameters"
 
 
 def _minima(result: xr.Dataset) -> list[str]:

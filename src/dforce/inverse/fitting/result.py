@@ -216,10 +216,11 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
 
 
 def holds_for(found: Fitted) -> str:
-    """Return the spring constant and the tip radius that the values hold for, where these are not fitted."""
+    """Return spring constant, Q and tip radius that the values hold for, where these are not fitted."""
     fitted = {one.path for one in found.unknowns if one.kind == CASE}
     modes = found.case.cantilever.modes
-    lever = [f"cantilever.modes.{number}.k" for number in range(1, len(modes) + 1)] if modes else ["cantilever.k"]
+    levers = [f"cantilever.modes.{number}" for number in range(1, len(modes) + 1)] if modes else ["cantilever"]
+    lever = [f"{one}.{name}" for one in levers for name in ("k", "Q")]
     paths = [path for path in (*lever, "tip.radius") if path not in fitted]
     known = [(path, value_at(found.case, path)) for path in paths]
     return ", ".join(
