@@ -112,8 +112,9 @@ class Block(TipEquations):
     def _like(self, which: Any, problem: Callable[[int, float], tuple[Problem, float]], points: int) -> Block:
         """Return the block of some of the problems."""
         zc = self.numbers[which, 0] if self.parameter == FREQUENCY else None
-        batch = self.batch.take(which)
-        block = type(self)(batch, problem, self.settings, self.harmonics, points, self.check_cancelled, zc)
+        block = type(self)(
+            self.batch.take(which), problem, self.settings, self.harmonics, points, self.check_cancelled, zc
+        )
         block.unit = self.unit[which]
         return block
 
@@ -345,8 +346,7 @@ class Block(TipEquations):
                 if not measured:
                     slots.x[:] += step
                     slots.memory[:], slots.branch[:] = slots.memory_after, slots.branch_after
-            steps[part] = np.nan_to_num(np.abs(step).max(axis=1), nan=np.inf)
-            rows[part] = slots.rows
+            rows[part], steps[part] = slots.rows, np.nan_to_num(np.abs(step).max(axis=1), nan=np.inf)
             out.put(part, States(slots.x, slots.memory, slots.branch))
             self.check_cancelled()
         return rows, out, steps
