@@ -169,17 +169,7 @@ def _is_angular(unit: object) -> bool:
     return not set(re.findall(r"[a-z_]+", str(unit))).isdisjoint(ANGLES)
 
 
-ANGLES = {
-    "radian",
-    "milliradian",
-    "degree",
-    "turn",
-    "revolution",
-    "cycle",
-    "revolutions_per_minute",
-    "arcminute",
-    "arcsecond",
-}
+ANGLES = frozenset("radian milliradian degree turn revolution cycle revolutions_per_minute arcminute arcsecond".split())
 KINDS = {
     "m": "length", "Hz": "frequency", "N": "force", "N/m": "spring constant", "Pa": "pressure or modulus",
     "Pa s": "viscosity", "J": "energy", "J/m^2": "surface energy", "s": "time", "m/s": "velocity",

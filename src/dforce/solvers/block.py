@@ -97,9 +97,8 @@ class Block(TipEquations):
 
     def one(self, case: int) -> Block:
         """Return the block of one of the problems."""
-        if len(self.batch) == 1:
-            return self
-        return self._like([case], lambda _, value: self.problem(case, value), self.points)
+        alone = len(self.batch) == 1
+        return self if alone else self._like([case], lambda _, value: self.problem(case, value), self.points)
 
     def finer(self, points: int) -> Block:
         """Return the block of the same problems with other samples per period."""
@@ -112,9 +111,8 @@ class Block(TipEquations):
     def _like(self, which: Any, problem: Callable[[int, float], tuple[Problem, float]], points: int) -> Block:
         """Return the block of some of the problems."""
         zc = self.numbers[which, 0] if self.parameter == FREQUENCY else None
-        block = type(self)(
-            self.batch.take(which), problem, self.settings, self.harmonics, points, self.check_cancelled, zc
-        )
+        part, settings = self.batch.take(which), self.settings
+        block = type(self)(part, problem, settings, self.harmonics, points, self.check_cancelled, zc)
         block.unit = self.unit[which]
         return block
 
