@@ -169,7 +169,9 @@ def _is_angular(unit: object) -> bool:
     return not set(re.findall(r"[a-z_]+", str(unit))).isdisjoint(ANGLES)
 
 
-ANGLES = frozenset("radian milliradian degree turn revolution cycle revolutions_per_minute arcminute arcsecond".split())
+ANGLES = {
+    "radian", "milliradian", "degree", "turn", "revolution", "cycle", "revolutions_per_minute", "arcminute", "arcsecond",
+}  # fmt: skip
 KINDS = {
     "m": "length", "Hz": "frequency", "N": "force", "N/m": "spring constant", "Pa": "pressure or modulus",
     "Pa s": "viscosity", "J": "energy", "J/m^2": "surface energy", "s": "time", "m/s": "velocity",
