@@ -139,6 +139,12 @@ def test_branches_along_a_parameter_meet_those_along_the_distance(case):
     assert there == pytest.approx(here, rel=1e-7, abs=0.0)
 
 
+def test_branches_without_a_search_say_that_no_state_is_near_the_free_motion(case):
+    moduli = {"parameter": "sample.youngs_modulus", "start": "0.5 GPa", "stop": "2 GPa"}
+    with pytest.raises(df.ParameterError, match="search = 0 looks near the free motion alone, where no state is"):
+        df.branches(case, zc="5 nm", search=0, **moduli)
+
+
 def test_an_s_shaped_curve_along_the_free_amplitude_is_followed_through_both_folds(case):
     curve = df.branches(case, zc="9 nm", parameter="drive.A0", start="2 nm", stop="20 nm", search=0)
     assert set(np.unique(curve["branch"])) == {1}

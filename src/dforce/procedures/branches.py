@@ -92,6 +92,10 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
         first = among.free_orbit(start / among.span) if under_way[0] == 0 else None
         if first is not None:
             grow(Curve.rising(first, stop - start))
+        elif under_way[0] == 0 == plan.search:
+            raise ParameterError(
+                "experiment.search = 0 looks near the free motion alone, where no state is; write 1 or more"
+            )
         for number in range(max(1, under_way[0]), total):
             under_way = number, len(curves)
             for curve in found():
