@@ -656,9 +656,9 @@ def test_a_confirmed_lever_is_kept_with_the_document():
 
 def test_a_value_of_a_fit_names_the_k_and_the_r_for_which_it_holds():
     case = fitted_curves.case_of("stiff").to_toml(complete=True)
-    assert fitting.holds_for(case) == "for k = 2.7 N/m, R = 8 nm"
-    assert fitting.holds_for(case, ("cantilever.k", "sample.youngs_modulus")) == "for R = 8 nm"
-    assert fitting.holds_for(case, ("tip.radius",)) == "for k = 2.7 N/m"
+    assert fitting.holds_for(case) == "for k = 2.7 N/m, Q = 180, R = 8 nm"
+    assert fitting.holds_for(case, ("cantilever.k", "sample.youngs_modulus")) == "for Q = 180, R = 8 nm"
+    assert fitting.holds_for(case, ("tip.radius",)) == "for k = 2.7 N/m, Q = 180"
 
 
 @pytest.mark.slow
@@ -681,7 +681,7 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             await until(lambda: fit_at(page, MODULUS).props["found"])
             page.plots.measured.show()
             found = fit_at(page, MODULUS).props["found"]
-            assert "±" in found and found.endswith("GPa for k = 2.7 N/m, R = 8 nm")
+            assert "±" in found and found.endswith("GPa for k = 2.7 N/m, Q = 180, R = 8 nm")
             number, _, given = found.partition(" for ")
             assert panel.props["answers"] == [f"Young's modulus of the sample: {number}", f"For {given}"]
             assert not panel.props["stale"]

@@ -122,7 +122,7 @@ def test_a_store_that_was_stopped_goes_on(store):
     with pytest.raises(df.ResultError, match="exists already; continue it"):
         df.sweep(case(), OVER, store=store)
     for other in (case(), OVER | {"drive.A0": [6e-9, 8e-9, 14e-9]}), (case().replace("cantilever.k", 2.0), OVER):
-        with pytest.raises(df.ParameterError, match="so it cannot be continued|belongs to another case"):
+        with pytest.raises(df.ParameterError, match=r"so it cannot be continued|belongs to another case"):
             df.sweep(*other, store=store, resume=True)
     with pytest.raises(df.ParameterError, match="so it cannot be continued"):
         df.sweep(case(), OVER, store=store, resume=True, at_set_point=0.8)
@@ -134,7 +134,7 @@ def test_a_complete_store_of_another_case_says_so(store):
     over = {"drive.A0": [6e-9, 8e-9]}
     df.sweep(case(), over, store=store, quantities=["amplitude"])
     for other in (case().replace("cantilever.k", 2.0), over), (case(), {"drive.A0": [6e-9, 7e-9]}), (case(), OVER):
-        with pytest.raises(df.ParameterError, match="so it cannot be continued|belongs to another case"):
+        with pytest.raises(df.ParameterError, match=r"so it cannot be continued|belongs to another case"):
             df.sweep(*other, store=store, resume=True)
 
 

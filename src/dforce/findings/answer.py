@@ -111,7 +111,7 @@ def _modulus(curve: xr.Dataset, share: float) -> Iterator[str]:
 
 
 def _of_fit(fit: xr.Dataset) -> str:
-    """Return the fitted parameters of the case in words, with k and R for which they hold, behind the verdict on the fit."""
+    """Return the fitted parameters of the case in words, with k, Q and R for which they hold, behind the verdict on the fit."""
     words = "label" if "label" in fit.coords else "symbol"  # a fit of an older version has symbols alone
     found = [
         f"{plain_math(str(one[words].values))} {'=' if is_constrained(one) else 'is'} {fitted(one)}"

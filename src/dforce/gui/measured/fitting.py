@@ -1,7 +1,7 @@
 """A fit of the measured curve: lever and tip that it takes for exact, its free parameters, its values, and what follows.
 
-A curve is fitted as well with another spring constant or tip radius, by other values of the sample: no check of the fit finds
-the mistake. So a person confirms lever and tip before a fit, and each fitted value names them.
+A curve is fitted as well with another spring constant, Q or tip radius, by other values of the sample: no check of the fit
+finds the mistake. So a person confirms lever and tip before a fit, and each fitted value names them.
 """
 
 from __future__ import annotations
@@ -47,6 +47,7 @@ UNCONFIRMED = (
     "values, or drop a thermal spectrum; then confirm."
 )
 TYPED = {"f0": "Hz", "k": "N/m", "Q": "1", "R": "m"}  # units of the numbers of lever and tip
+HELD = {"k": ".k", "Q": ".Q", "R": "tip.radius"}  # a wrong value of these scales the forces; how paths to them end
 LONGEST = 40  # characters of a value
 
 
@@ -189,20 +190,23 @@ def found(fit: xr.Dataset, name: str) -> str:
 
 
 def found_for(fit: xr.Dataset, name: str) -> str:
-    """Return value and error of a parameter of a fit, and for which k and R they hold; empty as :func:`found`."""
+    """Return value and error of a parameter of a fit, and for which k, Q and R they hold; empty as :func:`found`."""
     text = found(fit, name)
     return f"{text} {_holds_for(fit)}".strip() if text else ""
 
 
 @functools.lru_cache(maxsize=16)
 def holds_for(case: str, fitted: tuple[str, ...] = ()) -> str:
-    """Return for which k and R the values of a fit hold, from its case as text; without a value that was fitted itself."""
+    """Return for which k, Q and R the values of a fit hold, from its case as text; without a value that was fitted itself."""
     try:
         values = lever_and_tip(df.Case.from_toml(case))
     except df.DForceError:
         return ""
-    free = {"k" if path.endswith(".k") else "R" for path in fitted if path.endswith((".k", "tip.radius"))}
-    kept = {name: value for name, value in values.items() if name[0] in {"k", "R"} - free}
+    kept = {
+        name: value
+        for name, value in values.items()
+        if name[0] in HELD and not any(path.endswith(HELD[name[0]]) for path in fitted)
+    }
     return f"for {lever_in_words(kept)}" if kept else ""
 
 
@@ -224,7 +228,7 @@ def note(fit: xr.Dataset, name: str) -> str:
 
 
 def answers(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:
-    """Return what a fit found of the rows of a list, or why it did not, as text, and then for which k and R it holds."""
+    """Return what a fit found of the rows of a list, or why it did not, as text, and then for which k, Q and R it holds."""
     names = [(row.label, name_in(fit, row, document)) for row in listed]
     lines = [f"{label}: {found(fit, name) or note(fit, name)}" for label, name in names if name]
     given, doubt = _holds_for(fit), verdict(fit)
