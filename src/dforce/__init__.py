@@ -110,7 +110,6 @@ _HOMES = {
         "read_curves",
         "read_measured",
         "safe_settings",
-        "safe_settings",
         "thermal_tune",
     ),
     "inverse.fitting": (

@@ -113,10 +113,34 @@ def test_a_result_is_reported_where_it_cannot_be_written(
         raise df.ResultError("no space left")
 
     monkeypatch.setattr("dforce.write", write)
+    monkeypatch.setattr("tempfile.tempdir", ".")
     words, word = COMMANDS[command]
     done = dforce(words)
     assert (done.exit_code, word in done.stdout, "written: " in done.stdout) == (2, True, False), done.output
-    assert "dforce: no space left\n" in done.stderr
+    assert "dforce: no space left\n" in done.stderr and not list(Path().glob("dforce-*"))
+
+
+@pytest.mark.slow
+@every([name for name, (words, _) in COMMANDS.items() if "kept.nc" in words and "--states" not in words])
+def test_a_result_that_finds_no_place_is_kept_with_the_temporary_files(
+    command: str, inputs: None, workdir: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = df.write
+
+    def write(result: Any, path: Path, **how: bool) -> Path:
+        if Path(path).name == "kept.nc":
+            raise df.ResultError("no space left")
+        return plain(result, path, **how)
+
+    monkeypatch.setattr("dforce.write", write)
+    place = workdir / f"temporary-{command}"
+    place.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(place))
+    done = dforce(COMMANDS[command][0])
+    (kept,) = place.glob("dforce-*/result.nc")
+    assert done.exit_code == 2 and "written: " not in done.stdout
+    assert f"dforce: no space left; the result is in '{kept}' instead, so move it from there\n" in done.stderr
+    assert df.summary(df.read(kept))
 
 
 def failed_dwell(case: df.Case, **_: object) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from os import PathLike
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import dforce as df
 from dforce.cli._terminal import BAD_INPUT, DONE, INSIDE_ERROR, STOPPED, say
-from dforce.core.files import check_target
+from dforce.core.files import check_target, in_quotes
 from dforce.core.stopping import heard
 
 if TYPE_CHECKING:
@@ -56,15 +57,17 @@ class Outputs:
     def keep(self, result: xr.Dataset, output: Path | None) -> None:
         """Write a result where a file was asked for."""
         if output is not None:
-            self.write(lambda: df.write(result, output))
+            self.write(lambda: df.write(result, output), result)
 
-    def write(self, function: Callable[[], Path]) -> Path | None:
+    def write(self, function: Callable[[], Path], result: xr.Dataset) -> Path | None:
         """Write a result by a function; return its file, None where there is none."""
         path = None
         with self.attempt():
             path = function()
             self.written.append(str(path))
         self._lost = path is None
+        if isinstance(self._error, df.ResultError):
+            self._error = _rescued(result, self._error)
         return path
 
     def draw(self, function: Callable[[Sheet], object]) -> None:
@@ -107,3 +110,14 @@ class Outputs:
     def _is_told_by(self, code: int) -> bool:
         """Return whether the exit code of the result tells why it has no picture: it lacks numbers, too."""
         return code != DONE and not self._lost and isinstance(self._error, df.DForceError)
+
+
+def _rescued(result: xr.Dataset, error: df.ResultError) -> df.ResultError:
+    """Write a result that found no place to the folder for temporary files; return the error, which says so."""
+    place = Path(tempfile.mkdtemp(prefix="dforce-"))
+    try:
+        kept = df.write(result, place / "result.nc")
+    except OSError:  # no room there either
+        place.rmdir()
+        return error
+    return df.ResultError(f"{error}; the result is in {in_quotes(kept)} instead, so move it from there")

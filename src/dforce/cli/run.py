@@ -96,7 +96,7 @@ def run(
         if stopped and not _computed(result):
             say("dforce: stopped before the first point was finished; nothing was written")
             return STOPPED
-        written = outputs.write(lambda: df.write(result, output) if output else _write_beside(result, source))
+        written = outputs.write(lambda: df.write(result, output) if output else _write_beside(result, source), result)
     outputs.draw(lambda sheet: df.plot.overview(result, sheet))  # it is kept whatever becomes of the states
     found = None
     if states and outputs.picture is not None and not (stopped or late.asked):
