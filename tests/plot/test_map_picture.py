@@ -75,5 +75,13 @@ def test_states_at_a_set_point_over_two_parameters_are_a_map():
     over = {"sample.youngs_modulus": np.geomspace(0.5e9, 2e9, 3), "drive.A0": [8e-9, 9e-9, 10e-9]}
     (axes,) = df.plot.overview(df.sweep(case, over, quantities=["peak_force"], at_set_point=0.8))
     assert axes.get_yscale() == "log"
-    with pytest.raises(df.ParameterError, match="needs two parameters"):
-        df.plot.overview(df.sweep(case, {"drive.A0": [8e-9, 9e-9]}, quantities=["peak_force"], at_set_point=0.8))
+
+
+def test_states_at_a_set_point_over_one_parameter_are_lines():
+    case = df.example("hysteresis").set("experiment.zc.points=41")
+    found = df.sweep(case, {"drive.A0": [15e-9, 20e-9]}, at_set_point=0.8)
+    phase, *_, peak = df.plot.overview(found)
+    assert peak.get_xlabel() == "free amplitude $A_0$ (nm)" and phase.get_ylabel().startswith("phase lag")
+    drawn = [line.get_xydata() for line in df.plot.overview(found[["peak_force"]])[0].lines]
+    wanted = np.stack([found["A0"] * 1e9, found["peak_force"].isel(crossing=0) * 1e12], axis=1)
+    assert len(drawn) == found.sizes["crossing"] == 2 and drawn[0] == pytest.approx(wanted, rel=1e-12, abs=0.0)

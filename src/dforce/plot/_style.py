@@ -21,6 +21,7 @@ from dforce.core.argument_kinds import told
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, UnitError, checked, nearest
 from dforce.core.files import check_target, write_whole
+from dforce.core.notation import first_phrase
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.status import check_computed
 
@@ -112,6 +113,7 @@ def shown(variable: xr.DataArray) -> tuple[Array, str]:
 def axis_text(variable: xr.DataArray, unit: str) -> str:
     """Return the text of an axis: name, symbol, unit."""
     name = LABELS.get(str(variable.name), str(variable.attrs.get("long_name", variable.name)))
+    name = first_phrase(name) if "path" in variable.attrs else name  # a parameter, explained further
     symbol = variable.attrs.get("symbol", "")
     return " ".join([name, *([f"${symbol}$"] if symbol else []), *([f"({unit})"] if unit != "1" else [])])
 

@@ -28,25 +28,27 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
     """Draw some cases of a sweep over each other, and return all axes.
 
     Curves are drawn along what they go along, dwells along the parameter with the most values, and so is the state of basins
-    that most starts lead to. Of many cases some are drawn.
+    that most starts lead to. Of many cases some are drawn. Of states at a set point all are drawn over one parameter, the first
+    ones over two.
 
     Raises
     ------
     ParameterError
         When the sweep keeps nothing that can be drawn.
     """
-    over = swept(dataset)
-    if "crossing" in dataset.dims:
-        return [_at_set_point(dataset, over, figure)]
-    along = usual_along(dataset)
-    layers = cases_of(first_state(dataset), along)
-    known = drawable(next(iter(layers.values())), along) if along else []
-    names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name != along][:PANELS]
+    at_set_point, along = "crossing" in dataset.dims, usual_along(dataset)
+    over = [name for name in swept(dataset) if dataset[name].dtype.kind == "f" and dataset.sizes[name] > 1]
+    if at_set_point and len(over) > 1:
+        return [_map_at_set_point(dataset, over, figure)]
+    layers = _states(dataset, along) if at_set_point else cases_of(first_state(dataset), along)
+    known = drawable(next(iter(layers.values())), along) if along and layers else []
+    left_out = {along, "amplitude"} if at_set_point else {along}  # there the amplitude is given
+    names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name not in left_out][:PANELS]
     if not names:
         check_computed(dataset)
         raise ParameterError("this sweep has no quantity along a distance or a parameter, so it has no overview")
     axes = lay_over(layers, Picture(along, tuple(names)), figure)
-    if len(layers) > 1:
+    if len(layers) > 1 and not at_set_point:
         total = math.prod(dataset.sizes[name] for name in swept(dataset, along))
         head(axes[0], dataset, f"{len(layers)} of {total} cases" if len(layers) < total else "")
     return axes
@@ -58,7 +60,8 @@ def usual_along(dataset: xr.Dataset) -> str:
     Empty where there is none of plain numbers.
     """
     numbers = [name for name in swept(dataset) if dataset[name].dtype.kind == "f"]
-    return goes_along(dataset) or max(numbers, key=lambda name: dataset.sizes[name], default="")
+    own = "" if "crossing" in dataset.dims else goes_along(dataset)  # states at a set point are one each
+    return own or max(numbers, key=lambda name: dataset.sizes[name], default="")
 
 
 def cases_of(dataset: xr.Dataset, along: str) -> dict[str, xr.Dataset]:
@@ -73,18 +76,18 @@ def cases_of(dataset: xr.Dataset, along: str) -> dict[str, xr.Dataset]:
     return {_words(dataset, case): dataset.isel(case) for case in chosen}
 
 
-def _at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | None) -> Axes:
-    """Draw the first states at a set point over two parameters, of others at their first values."""
-    numbers = [
-        name for name in over if name in dataset.coords and dataset[name].dtype.kind == "f" and dataset.sizes[name] > 1
-    ]
-    names = [
-        name for name in dict.fromkeys((*FIRST, *map(str, dataset.data_vars))) if name in dataset and name != "status"
-    ]
-    if len(numbers) < 2 or not dataset.sizes["crossing"] or not names:
-        raise ParameterError("a picture of states at a set point needs two parameters")
-    first = dataset.isel({name: 0 for name in over if name not in numbers[:2]})
-    return map_of_two(first, numbers[1], numbers[0], names[0], figure=figure)
+def _states(dataset: xr.Dataset, along: str) -> dict[str, xr.Dataset]:
+    """Return the states at a set point along a parameter by their numbers, of others at their first values."""
+    first = dataset.isel(dict.fromkeys(swept(dataset, along), 0))
+    found = [first.isel(crossing=number) for number in range(first.sizes["crossing"])]
+    return {f"state {number}": one for number, one in enumerate(found, start=1) if one["zc"].notnull().any()}
+
+
+def _map_at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | None) -> Axes:
+    """Draw the first states at a set point over the first two of some parameters, of others at their first values."""
+    names = [name for name in dict.fromkeys((*FIRST, *map(str, dataset.data_vars))) if name in dataset]
+    first = dataset.isel({name: 0 for name in swept(dataset) if name not in over[:2]})
+    return map_of_two(first, over[1], over[0], names[0], figure=figure)
 
 
 def _words(dataset: xr.Dataset, case: dict[str, int]) -> str:
