@@ -16,6 +16,7 @@ from dforce.forces import REGISTRY
 from dforce.solvers.controlled import ToneControllers
 from dforce.solvers.controlled import follow as controlled
 from dforce.solvers.integrator import Engine, Motion
+from dforce.solvers.newton import solve_each
 
 AIR = {"f0": "48.9 kHz", "k": "0.9 N/m", "Q": 255}
 HERTZ = {"model": "hertz"}
@@ -338,6 +339,13 @@ def test_random_locked_states_obey_the_equation_of_motion_under_every_force(forc
         if not remembers:  # the engine finds no orbit with a memory
             exact = df.run(asked.replace(solver={"integrator": "engine", "accuracy": 1e-11}))
             assert imbalance(exact, asked.problem) < 1e-9
+
+
+def test_equations_with_many_small_pivots_have_a_solution():
+    pivots = np.full(40, 1e-9)  # the numbers of a force with many states: their product is no number above 0
+    solved = solve_each(np.stack([np.diag(pivots), np.zeros((40, 40))]), np.ones((2, 40, 1)))
+    np.testing.assert_allclose(solved[0, :, 0], 1e9, rtol=1e-12)
+    assert np.isnan(solved[1]).all()
 
 
 def test_a_driven_base_is_locked_by_the_signal_of_the_detector():

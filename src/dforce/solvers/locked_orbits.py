@@ -61,7 +61,7 @@ class LockedOrbit(Orbit):
     @property
     def index(self) -> int:
         """Sign of the determinant of the equations at a constant parameter."""
-        return int(np.sign(np.linalg.det(self.equations[:, :-1])))
+        return int(np.linalg.slogdet(self.equations[:, :-1]).sign)
 
 
 class LockedRange(ParameterRange):

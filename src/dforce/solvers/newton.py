@@ -140,7 +140,7 @@ def solve_each(matrix: Array, sides: Array) -> Array:
     """Return the solutions of many systems of linear equations, (systems, size, sides); NaN where there is none."""
     out = np.full(sides.shape, np.nan)
     regular = np.asarray(np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(sides).all(axis=(1, 2)))
-    regular[regular] = np.abs(np.linalg.det(matrix[regular])) > 0.0
+    regular[regular] = np.linalg.slogdet(matrix[regular]).sign != 0.0  # many small pivots make no zero of it
     out[regular] = np.linalg.solve(matrix[regular], sides[regular])
     return out
 
