@@ -38,6 +38,13 @@ def test_an_approach_is_summed_up_for_each_direction():
     assert retract["points"].text == "111"
 
 
+def test_points_without_a_state_are_counted_as_such():
+    dataset = synthetic.approach(spoiled=False)
+    dataset["status"][{"zc": slice(0, 2)}] = df.Status.NO_STATE
+    dataset["status"][{"zc": 2}] = df.Status.NOT_REPEATING
+    assert by_name(dataset, "approach")["points"].text == "109 of 111, 1 not repeating, 2 without a state"
+
+
 def test_both_ends_of_a_range_have_the_unit_of_the_larger_one():
     dataset = synthetic.approach(spoiled=False)
     dataset["amplitude"][{"zc": 0}] = 8.1e-12

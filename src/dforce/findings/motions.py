@@ -20,7 +20,7 @@ from dforce.findings.set_point import SetPointState, regime, states_at
 from dforce.results.curves import goes_along
 from dforce.results.kinds import measured, swept
 from dforce.results.significance import is_none, scaled
-from dforce.results.status import Status, count_status
+from dforce.results.status import WITHOUT_RESULT, Status, count_status
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -289,6 +289,15 @@ def basins(dataset: xr.Dataset) -> Iterator[Finding]:
         yield Finding("lost", "starts that lead to none", str(lost), float(lost), "1")
 
 
+WORDS = {
+    Status.NOT_SETTLED: "not settled",
+    Status.NOT_REPEATING: "not repeating",
+    Status.FAILED: "failed",
+    Status.UNRESOLVED: "unresolved",
+    Status.INACCURATE: "inaccurate",
+    Status.BROKEN: "ended with an error",
+    Status.NO_STATE: "without a state",
+}
 STABLE = {"amplitude": "stable amplitudes", "phase": "stable phase lags"}
 
 
@@ -340,20 +349,9 @@ def _range(variable: xr.DataArray, name: str, label: str, way: str) -> Finding:
 def _points(sweep: xr.Dataset, way: str) -> Finding:
     counted = count_status(sweep)
     total = sum(counted.values())
-    computed = (
-        total - counted.get(Status.NOT_COMPUTED, 0) - counted.get(Status.FAILED, 0) - counted.get(Status.UNRESOLVED, 0)
-    )
+    computed = total - sum(counted.get(status, 0) for status in (Status.NOT_COMPUTED, Status.BROKEN, *WITHOUT_RESULT))
     words = [str(computed) if computed == total else f"{computed} of {total}"]
-    words += [
-        f"{counted[status]} {word}"
-        for status, word in (
-            (Status.NOT_SETTLED, "not settled"),
-            (Status.FAILED, "failed"),
-            (Status.UNRESOLVED, "unresolved"),
-            (Status.INACCURATE, "inaccurate"),
-        )
-        if status in counted
-    ]
+    words += [f"{counted[status]} {word}" for status, word in WORDS.items() if status in counted]
     return Finding("points", "points", ", ".join(words), float(computed), "1", way)
 
 
