@@ -302,7 +302,7 @@ def test_a_plan_of_forces_with_memory_has_the_states_that_a_transient_settles_to
 
 @pytest.fixture(scope="module")
 def larger():
-    """Return a plan over free amplitudes above that of its case."""
+    """Return a plan over free amplitudes larger than the A0 of its case."""
     return df.plan(STIFF, {"drive.A0": ["40 nm", "45 nm", "50 nm", "55 nm", "60 nm"]}, [0.7, 0.75, 0.8, 0.85, 0.9])
 
 

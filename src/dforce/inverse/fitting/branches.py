@@ -57,7 +57,7 @@ def _is_behind(found: MeasuredPoints, stretch: Indices) -> bool:
 
 
 def _with_hidden_jump(found: MeasuredPoints, walks: list[_Walk]) -> list[_Walk]:
-    """Return the two directions of a curve, with the jump of the one that hides it in its steep steps.
+    """Return the two directions of a curve; where one shows no jump, it is cut at its steepest fall.
 
     Where one direction jumps, a state ends at a fold, so the other one does not lead from state to state smoothly either. The
     retract jumps farther away than the approach, or as far.

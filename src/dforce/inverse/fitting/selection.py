@@ -123,7 +123,7 @@ def _height_error(data: xr.Dataset, reading: PointSelection) -> float:
 
 
 def _of_the_unit(value: float, data: xr.Dataset, name: str, unit: str) -> float:
-    """Return an error that is not so much larger than what the curve spans that it must have been typed without its unit."""
+    """Return an error; refuse one so much larger than the span of the curve that its unit must be missing."""
     known = data[name].values[np.isfinite(data[name].values)]
     span = float(np.ptp(known)) if len(known) else math.inf
     if 0.0 < MISTYPED * span < value:
