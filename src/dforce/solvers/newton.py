@@ -39,7 +39,7 @@ PENDING, NEARBY, CONVERGED, FAILED = 0, 1, 2, 3  # what became of a slot
 
 
 class Orbits(NamedTuple):
-    """What Newton's method finds for slots, a row for each.
+    """The orbits that Newton's method finds, a row for each slot.
 
     Attributes
     ----------
