@@ -10,6 +10,7 @@ from dforce.core import units as known_units
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
 from dforce.inverse.table import Column, MeasuredTable, Reader
+from dforce.inverse.values import above_zero
 from dforce.inverse.words import DENSITY, MEANINGS, amplitude_kind, bare, known_unit, naming, quantity_of, scale_to
 
 HEIGHTS = ("height_sensor", "height", "height_piezo")  # in the order in which they are taken
@@ -166,7 +167,7 @@ def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | 
                 f"{name} has the {called} in {said} (column '{column.name}'); write the sensitivity of the detector, "
                 "such as sensitivity = '52 nm/V'"
             )
-        return values * scale_to(said, "V") * _sensitivity(sensitivity)
+        return values * scale_to(said, "V") * above_zero("sensitivity", sensitivity, "m/V")
     try:
         return values * scale_to(said, stored)
     except UnitError as error:
@@ -179,16 +180,6 @@ def _is_voltage(unit: str) -> bool:
     except UnitError:
         return False
     return True
-
-
-def _sensitivity(given: float | str) -> float:
-    try:
-        value = known_units.parse(given, "m/V")
-    except UnitError as error:
-        raise UnitError(f"sensitivity {error}") from None
-    if value <= 0.0:
-        raise ParameterError(f"sensitivity = {shorten(given)} is not above 0")
-    return value
 
 
 def refuse_gaps(quantity: str, values: Array, table: MeasuredTable, name: str) -> None:

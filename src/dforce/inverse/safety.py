@@ -9,12 +9,13 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core.arrays import Bools, Indices
-from dforce.core.errors import ParameterError, UnitError, checked, shorten
-from dforce.core.units import parse, parse_share, show, show_range
+from dforce.core.errors import ParameterError, checked
+from dforce.core.units import parse_share, show, show_range
 from dforce.experiments.base import Progress
 from dforce.findings.fits import NO_MODEL, is_constrained, judged_fit, verdict
 from dforce.inverse._plan_words import UNSTEADY
 from dforce.inverse.planner import plan
+from dforce.inverse.values import above_zero
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +67,7 @@ def safe_settings(
     import xarray as xr
 
     doubts = [] if isinstance(result, Case) else list(_doubts(result))
-    case, share, most = _case(result), parse_share(set_point, "set_point"), _limit(limit)
+    case, share, most = _case(result), parse_share(set_point, "set_point"), above_zero("limit", limit, "N")
     path = "drive.tones.1.A0" if case.drive.tones else "drive.A0"
     A0 = case.drive.tones[0].A0 if case.drive.tones else case.drive.A0
     if A0 is None:
@@ -112,16 +113,6 @@ def _doubts(fit: xr.Dataset) -> Iterator[str]:
     unknown = [str(name) for name in fit["parameter"].values if not is_constrained(fit.sel(parameter=name))]
     if unknown:
         yield f"The data do not constrain {', '.join(unknown)}: the forces hold for the value in the case."
-
-
-def _limit(given: float | str) -> float:
-    try:
-        value = parse(given, "N")
-    except UnitError as error:
-        raise UnitError(f"limit {error}") from None
-    if not value > 0.0:
-        raise ParameterError(f"limit = {shorten(given)} is not above 0 N")
-    return value
 
 
 def _sentences(found: xr.Dataset) -> Iterator[str]:

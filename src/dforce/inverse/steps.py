@@ -78,10 +78,8 @@ class Work:
         return [word for word in WAYS if word in there]
 
 
-def take_delay(work: Work, delay: float | None, speed: float | None) -> None:
+def take_delay(work: Work, delay: float, speed: float | None) -> None:
     """Give each point the height at which it was measured, a delay earlier."""
-    if delay is None:
-        return
     height = work.values("height")
     if speed is None and "time" not in work.data:
         raise ParameterError("delay needs the speed of the heights (speed = '100 nm/s'), because the curve has no time")

@@ -188,21 +188,7 @@ def thermal_tune(
         f"k: {show(k, k_error, 'N/m')} of mode 1, {units.show(k_static, 'N/m', 4)} static, by equipartition at "
         f"{warm.value:.5g} K ({way})"
     )
-    return ThermalTune(
-        tune.f0,
-        tune.f0_error,
-        k,
-        k_error,
-        tune.Q,
-        tune.Q_error,
-        k_static,
-        tune.mean_square,
-        tune.background,
-        tune.averages,
-        tune.band,
-        tuple(history),
-        (frequency, power),
-    )
+    return replace(tune, k=k, k_error=k_error, k_static=k_static, history=tuple(history), spectrum=(frequency, power))
 
 
 def _arrays(frequency: object, density: object, unit: str | None) -> MeasuredTable:

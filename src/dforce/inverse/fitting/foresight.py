@@ -18,9 +18,9 @@ from dforce.inverse.fitting.certainty import Certainty, certainty, known_product
 from dforce.inverse.fitting.curves import ModelBranches
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
-from dforce.inverse.fitting.typed import number_of
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
 from dforce.inverse.measured import check_measured
+from dforce.inverse.values import number_of
 from dforce.results.provenance import provenance
 from dforce.solvers.blocks import block_type
 from dforce.solvers.quasi_static_walk import Walk

@@ -24,9 +24,9 @@ from dforce.inverse.fitting.fitted import Fitted
 from dforce.inverse.fitting.independence import independence
 from dforce.inverse.fitting.minimize import Objective
 from dforce.inverse.fitting.sides import not_excluded
-from dforce.inverse.fitting.typed import with_unit
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
 from dforce.inverse.quantities import FITS
+from dforce.inverse.values import with_unit
 from dforce.results.provenance import provenance
 from dforce.validity import advice_in, attributes
 

@@ -19,7 +19,7 @@ from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.findings.finding import DEGREE
 from dforce.instrument.shared import values_used
-from dforce.inverse.fitting.typed import number_of, value_and_error, with_unit
+from dforce.inverse.values import number_of, value_and_error, with_unit
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
 LOG_STEP, LENGTH_STEP = 1e-5, 1e-6  # of the logarithm, and of the free amplitude: differences that give derivatives
