@@ -89,9 +89,8 @@ def value_and_error(name: str, given: object, unit: str) -> tuple[float, float]:
     """
     found = measured(given, unit, name)
     if found.error is None:
-        raise ParameterError(
-            f"{name} = {shorten(given)} has no error; write value and error, such as [180, 4] or '180(4)'"
-        )
+        told = f"'{shorten(given)}'" if isinstance(given, str) else shorten(given)
+        raise ParameterError(f"{name} = {told} has no error; write value and error, such as [180, 4] or '180(4)'")
     return found.value, found.error
 
 

@@ -93,7 +93,7 @@ def sides_of(
     """
     errors = certain.errors
     moving = certain.seen & np.isfinite(errors) & (errors > 0.0)
-    if best.prediction is None or not model.curves.is_smooth or not moving.any():
+    if not model.curves.is_smooth or not moving.any():
         return plain_sides(certain)
     root = math.sqrt(certain.inflation)
     ways = _Ways(model, best.varied, by, moving, SURE * errors / root)
@@ -224,7 +224,7 @@ def _residuals(model: CurveModel, places: Array) -> Array:
         return out
     for row, place, one in zip(np.flatnonzero(fine), places[fine], predicted, strict=True):
         if not one.lost.any():
-            out[row] = np.concatenate([model.residuals(one).ravel(), Objective(model, place).priors(place)])
+            out[row] = np.concatenate([model.residuals(one).ravel(), model.priors(place)])
     return out
 
 
