@@ -9,6 +9,7 @@ import numpy as np
 
 from dforce.core import units
 from dforce.inverse.energies import Lever, passive_margin
+from dforce.inverse.free_part import line_of
 from dforce.inverse.steps import Work
 from dforce.inverse.values import show as shown
 from dforce.results.dataset import ELECTRONVOLT
@@ -90,11 +91,7 @@ def check_slope(work: Work) -> None:
         near = rows[work.values("phase")[rows] < 90.0 - REPULSIVE]
         if len(near) < FEWEST:
             continue
-        x = work.values("height")[near]
-        y = work.values("amplitude")[near]
-        spread = float(np.sqrt(((x - x.mean()) ** 2).sum()))
-        slope = float(((x - x.mean()) * y).sum()) / spread**2
-        rest = y - y.mean() - slope * (x - x.mean())
+        slope, spread, rest = line_of(work.values("height")[near], work.values("amplitude")[near])
         error = float(np.sqrt((rest**2).sum() / (len(near) - 2)) / spread)
         text = f"slope: the amplitude changes by {shown(slope, error, '1')} of the height along the repulsive {word}"
         if slope < SHALLOW - WIDE * error:

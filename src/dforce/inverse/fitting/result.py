@@ -112,11 +112,8 @@ def _ends(index: int, found: Fitted) -> list[float]:
     """Return the values at one standard deviation below and above, and at the ends of the interval of 95 %."""
     one, best, sides = found.model.unknowns[index], float(found.best.varied[index]), found.sides
     profile = found.profiles.get(one.name)
-    if profile is not None:
-        ways = (-profile.low, profile.high, -profile.low_95, profile.high_95)
-    else:
-        ways = (-sides.low[index], sides.high[index], -sides.low_95[index], sides.high_95[index])
-    return [_value(one, best + float(way)) for way in ways]
+    ways = [float(side[index]) for side in sides] if profile is None else profile.ends
+    return [_value(one, best + sign * way) for sign, way in zip((-1.0, 1.0, -1.0, 1.0), ways, strict=True)]
 
 
 def _value(one: Unknown, varied: float) -> float:

@@ -60,11 +60,6 @@ class Channel(NamedTuple):
         return low + span * np.arange(kept) / max(kept - 1, 1)
 
 
-def is_nanosurf(content: bytes) -> bool:
-    """Say whether a file begins as one of Nanosurf's."""
-    return content.startswith(START)
-
-
 def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curves in a .nid file; a spectrum of the thermal noise counts as one.
 
@@ -160,7 +155,7 @@ READER = Reader(
     kind="Nanosurf .nid",
     maker="Nanosurf",
     endings=(".nid",),
-    is_one=is_nanosurf,
+    is_one=lambda content: content.startswith(START),
     read=read,
     height_grows={"height_sensor": "toward", "height_piezo": "toward"},
     notes={"k": "Spring Constant:", "instrument": "Head type"},

@@ -29,7 +29,10 @@ def kept_in(content: bytes, name: str) -> xr.Dataset | None:
     if not is_sealed(content):
         return None
     result = decoded(content, name)
-    return _again(result) if is_kind(result, "measured") else None
+    if not is_kind(result, "measured"):
+        return None
+    lines = np.atleast_1d(result.attrs.get("history", []))  # a file gives a list of sentences back as an array
+    return result.assign_attrs(history=[str(line) for line in lines])
 
 
 def read(content: bytes, name: str) -> list[MeasuredTable]:
@@ -60,12 +63,6 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
             f"{name} contains curves of many cases, over {', '.join(sorted(more))}; choose one with .isel"
         )
     return [_table(result)]
-
-
-def _again(result: xr.Dataset) -> xr.Dataset:
-    """Return a measured curve with its list of sentences, which a file gives back as an array."""
-    result.attrs["history"] = [str(line) for line in np.atleast_1d(result.attrs.get("history", []))]
-    return result
 
 
 def _table(result: xr.Dataset) -> MeasuredTable:
