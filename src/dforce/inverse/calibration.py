@@ -114,7 +114,7 @@ def calibrate(
     checks.check_slope(work)
     checks.estimate_offset(work)
     work.data.attrs["history"] = work.history
-    if {"k", "Q", "free_amplitude"} <= set(work.data.attrs) and "phase" in work.data:
+    if {"k", "Q"} <= set(work.data.attrs):
         work.data = work.data.merge(energy(work.data), combine_attrs="override")
         checks.tell_energies(work)
     return described(work.data)
@@ -165,8 +165,6 @@ def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[st
 
 def _take_sign(work: Work, convention: str | None) -> None:
     """Make lags of the phases where the file did not tell how."""
-    if "phase" not in work.data:
-        return
     known = str(work.data.attrs.get("phase_convention", UNKNOWN))
     if known != UNKNOWN:
         if convention is not None:

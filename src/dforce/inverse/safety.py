@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dforce.case import Case
-from dforce.core.arrays import Bools, Indices
 from dforce.core.errors import ParameterError, checked
 from dforce.core.units import parse_share, show, show_range
 from dforce.experiments.base import Progress
@@ -133,22 +132,16 @@ def _sentences(found: xr.Dataset) -> Iterator[str]:
         every = show_range(float(amplitudes[known[0]]), float(amplitudes[known[-1]]), "m", DIGITS)
         yield f"The peak force stays below {limit} at every free amplitude from {every}."
         return
-    highest = _highest(allowed, known)
-    if highest is None:
+    count = int(np.argmin(allowed[known]))  # up to these, from the smallest on, all are allowed
+    if not count:
         yield (
             f"No free amplitude from {show(float(amplitudes[known[0]]), 'm', DIGITS)} keeps the peak force below {limit}: "
             "use a softer lever, or a higher set point."
         )
         return
+    highest = int(known[count - 1])
     yield f"The peak force stays below {limit} up to a free amplitude of {show(float(amplitudes[highest]), 'm', DIGITS)}."
     yield _at(found, highest, share)
-
-
-def _highest(allowed: Bools, known: Indices) -> int | None:
-    """Return the largest amplitude up to which all are allowed; None where the smallest is not."""
-    good = allowed[known]
-    count = len(good) if good.all() else int(np.argmin(good))
-    return int(known[count - 1]) if count else None
 
 
 def _at(found: xr.Dataset, place: int, share: str) -> str:

@@ -146,7 +146,7 @@ def _refuse_no_free_part(work: Work) -> None:
     needed = [name for name in work.channels if name not in work.given.errors]
     missing = [
         *(["free_amplitude"] if work.given.free_amplitude is None else []),
-        *(["free_phase"] if work.given.free_phase is None and "phase" in work.data else []),
+        *(["free_phase"] if work.given.free_phase is None else []),
         *(f"errors of {name}" for name in needed),
     ]
     if missing:

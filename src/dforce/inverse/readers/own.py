@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ResultError
 from dforce.inverse.table import APPROACH, Column, MeasuredTable, Reader
 from dforce.results.files import decoded, is_sealed
@@ -75,7 +76,7 @@ def _table(result: xr.Dataset) -> MeasuredTable:
         repeats(curve["status"].values) if "status" in curve else np.ones(curve.sizes["zc"], bool) for curve in curves
     ]
 
-    def stacked(name: str, tone: int | None = None) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    def stacked(name: str, tone: int | None = None) -> Array:
         variables = [curve[name] if tone is None else curve[name].sel(tone=tone) for curve in curves]
         return np.concatenate([np.asarray(v.values, float)[mask] for v, mask in zip(variables, kept, strict=True)])
 
