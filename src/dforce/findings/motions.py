@@ -139,7 +139,8 @@ def _curve(sweep: xr.Dataset, name_along: str, way: str) -> Iterator[Finding]:
                 bool(is_none(sweep, name)[index]),
             )
             yield finding(name, label, float(values[index]), _unit(sweep[name]), way, place, none)
-    yield _points(sweep, way)
+    if "status" in sweep:  # states at a set point have none
+        yield _points(sweep, way)
 
 
 def _change(sweep: xr.Dataset, jump: Jump) -> str:
