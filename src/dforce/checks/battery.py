@@ -154,8 +154,10 @@ def _uses_only_its_arguments(model: type[Force]) -> Iterator[str]:
             yield f"'{name}' keeps values in a closure; make them arguments"
         for used in function.__code__.co_names:
             value = function.__globals__.get(used)
-            if isinstance(value, list | dict | set | np.ndarray):
-                yield f"'{name}' reads '{used}', a value that can change"
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                yield f"'{name}' reads '{used}', an array that can change; write {used}.flags.writeable = False below it"
+            if isinstance(value, list | dict | set):
+                yield f"'{name}' reads '{used}', a value that can change; a law may read numbers and arrays of its file"
 
 
 def _calls(force: Force) -> Iterator[tuple[Any, ...]]:
