@@ -54,7 +54,7 @@ def root(lane: Any, h: float, bent_x: float, bent_v: float, level: float, wanted
 
 @compiled
 def event_in(lane: Any, h: float, turned: bool) -> Any:
-    """Return what comes first in a step that passes a kink or turns: KINK or TURN, the kink, and when."""
+    """Return the first event in a step that passes a kink or turns: KINK or TURN, the kink, and its time."""
     low, high, d1, last, level = lane.state[LOW], lane.state[HIGH], lane.state[D1], h, 0.0
     zc, length = lane.numbers[ZC], lane.numbers[LENGTH]
     bent_x, bent_v, _, _ = bend(lane, h)
