@@ -89,7 +89,7 @@ def test_a_file_lies_beside_the_case_that_names_it(tmp_path):
         ("PNP-DB-A", "air", "cantilever.Q (quality factor) is missing"),
         ({"name": "FMR", "beam": {"length": 1e-4}}, "air", "cantilever.beam"),
         ({"name": "FMR", "modes": [{"f0": 1, "k": 1, "Q": 1}]}, "air", "cantilever has both name and modes"),
-        ({"f0": 1, "k": 1, "Q": 1, "library": "my.csv"}, "air", "cantilever.library needs a name"),
+        ({"f0": 1, "k": 1, "Q": 1, "library": "my.csv"}, "air", "is a file of levers; write the name of one"),
         ({"name": "mine", "library": "none.csv"}, "air", "cantilever.library = 'none.csv': there is no such file"),
         ({"name": "mine", "library": "none.txt"}, "air", "its name must end in .csv"),
     ],

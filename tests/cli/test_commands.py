@@ -451,6 +451,15 @@ def test_exit_codes_reach_the_shell():
     assert program("--no-such-option").returncode == 2
 
 
+def test_a_backend_that_matplotlib_lacks_is_the_mistake_of_the_environment(workdir):
+    Path("result.nc").touch()
+    done = program("plot", "result.nc", env={"MPLBACKEND": "nonsense"})
+    assert done.returncode == 2
+    assert done.stderr.startswith(
+        b"dforce: matplotlib has no backend 'nonsense', which the environment variable MPLBACKEND"
+    )
+
+
 STOPPABLE = """
 import signal, sys, time
 import dforce as df, synthetic

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli.app import app
+from dforce.core.errors import ChangedResultError
 
 FIT = """
 fit = { free = ["forces.1.hamaker"], search = false }
@@ -80,6 +81,12 @@ INSIDE = (RuntimeError("raster overflow"), 3, "dforce: an error inside dForce, p
     ("command", "error", "code", "sentence"),
     [
         *((command, *INSIDE) for command in COMMANDS if command != "material"),
+        (
+            "curve",
+            ChangedResultError("overview cannot use this Dataset"),
+            3,
+            "dforce: overview cannot use this Dataset",
+        ),
         ("curve", df.ResultError("no space left"), 2, "dforce: no space left"),
         (
             "curve",

@@ -6,6 +6,7 @@ import pkgutil
 from math import sqrt
 from typing import Literal
 
+import numpy as np
 import pydantic
 import pytest
 
@@ -149,6 +150,19 @@ def test_a_law_that_reads_something_changeable_is_found(registry):
         return HIDDEN["value"] * stiffness * a0
 
     assert "can change" in problems(spring(law))
+
+
+TABLE = np.array([1.0, 2.0])
+
+
+def test_an_array_that_a_law_reads_must_be_read_only(registry):
+    def law(d, rate, t, stiffness, a0):
+        return -stiffness * (d - a0) * TABLE[0] if d < a0 else 0.0
+
+    model = spring(law, kinks=kinks)
+    assert "TABLE.flags.writeable = False" in problems(model)
+    TABLE.flags.writeable = False
+    check_force(model)
 
 
 def test_a_law_with_a_closure_is_found(registry):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -312,6 +313,7 @@ def test_the_advice_on_a_plan_is_about_its_recommended_settings_and_not_about_it
     wanted = df.advice(df.run(df.Case.from_toml(larger.attrs["recommended_case"])))
     assert said == {piece.name: f"At the recommended settings: {piece.text}" for piece in wanted}
     assert "tabor_of_dmt" in said
+    assert df.advice(STIFF, larger) == df.advice(larger)
 
 
 def test_the_answer_of_a_plan_counts_states_and_names_the_recommended_settings(larger):
@@ -479,6 +481,11 @@ def test_a_plan_file_becomes_a_table_a_file_and_a_picture(workdir):
     assert re.search(r"most room: A0 .* nm, set point 8[05] %, zc ", done.stdout)
     assert Path("map.png").stat().st_size > 5000
     assert int(df.read("map.nc").recommended.sum()) == 1
+    low = "advice: At the recommended settings: Mode 1 has Q = "
+    assert low in done.stderr and done.stderr.endswith("advice with remedies: dforce check map.nc\n")
+    bare = dforce("plan.toml")
+    assert low in bare.stderr and "dforce check" not in bare.stderr
+    assert "low_Q" in {piece["name"] for piece in json.loads(dforce("plan.toml", "--json").stdout)["advice"]}
     Path("none.toml").write_text(TEXT.replace("100 pN", "1 fN"))
     none = dforce("none.toml")
     assert none.exit_code == 1
@@ -534,6 +541,12 @@ def test_a_bad_plan_file_is_one_sentence(tmp_path: Path, change, sentence):
     assert done.exit_code == 2
     assert sentence in done.stderr
     assert dforce(str(tmp_path / "nothing.toml")).exit_code == 2
+
+
+def test_a_plan_file_taken_for_a_case_is_sent_to_the_command_for_plans(tmp_path: Path):
+    (tmp_path / "plan.toml").write_text(TEXT)
+    with pytest.raises(df.CaseError, match=r"a file with a table \[plan\] is a plan; type dforce plan FILE"):
+        df.load_case(tmp_path / "plan.toml")
 
 
 def test_of_an_example_a_plan_asks_for_the_table_and_not_for_a_file():

@@ -335,6 +335,18 @@ def test_a_kernel_removed_while_it_is_in_use_goes_on_and_is_not_half_written(fol
     assert list(folder.iterdir()) == []
 
 
+def test_the_reason_why_code_cannot_be_kept_is_told_once(folder, text, monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(cache, "make_folder", refuse)
+    said = []
+    with log.listening(said.append):
+        assert started(text).outer(1.0) > 2000.0
+    (sentence,) = [one for one in said if "cannot be kept" in one]
+    assert "(permission denied)" in sentence
+
+
 def test_a_full_disk_leaves_no_half_file(folder, monkeypatch):
     keep(folder / "a", b"content")
     assert kept(folder / "a") == b"content"

@@ -90,6 +90,13 @@ def test_states_at_a_set_point_have_no_set_points_again() -> None:
         df.at_set_point(states())
 
 
+def test_states_at_a_set_point_of_one_curve_are_listed_and_have_no_picture() -> None:
+    found = df.at_set_point(curve(), 0.8)
+    assert "points" not in {line.name for line in df.summary(found)}
+    with pytest.raises(df.ParameterError, match="draw the curve, or list them"):
+        df.plot.overview(found)
+
+
 def test_a_force_curve_has_no_set_points_and_never_had_a_status() -> None:
     with pytest.raises(df.ParameterError, match="not a curve of amplitudes"):
         df.at_set_point(synthetic.force_curve())

@@ -435,6 +435,14 @@ def test_advice_does_not_ask_for_the_flow_of_a_mode_that_takes_no_part():
     assert "mode_left_out" not in {piece.name for piece in df.advice(wet)}
 
 
+def test_a_motion_that_does_not_repeat_is_blamed_on_a_force_of_time_and_on_taps_without_one():
+    for case, why in ((CALM, "A tap may take more energy"), (ALTERNATING, "The force electrostatic depends on time")):
+        (found,) = (
+            one for one in df.advice(*tapping(case, status=Status.NOT_REPEATING)) if one.name == "not_repeating"
+        )
+        assert why in found.text
+
+
 def test_distances_as_shares_of_the_free_amplitude_are_those_in_meters():
     shares = {"of": "drive.A0", "start": 1.2, "stop": 0.03, "points": 11}
     grids = [shares, {"start": "12 nm", "stop": "0.3 nm", "points": 11}]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import pytest
+import synthetic
+import xarray as xr
 
 import dforce as df
-from dforce.core.errors import nearest
+from dforce.core.errors import ChangedResultError, checked, nearest
 
 
 @pytest.mark.parametrize(
@@ -73,3 +75,18 @@ def test_each_other_name_of_a_model_finds_it():
 
 def test_few_names_are_listed_all():
     assert nearest("zz", ["low", "high"]) == "; known: high, low"
+
+
+def test_an_error_of_a_function_that_was_given_is_passed_on_as_it_is():
+    @checked
+    def work(result: xr.Dataset, progress):
+        progress()
+        return result["missing"]
+
+    def fails():
+        return {}["mine"]
+
+    with pytest.raises(KeyError, match="mine"):
+        work(synthetic.approach(), fails)
+    with pytest.raises(ChangedResultError, match="missing"):
+        work(synthetic.approach(), lambda: None)

@@ -338,6 +338,8 @@ class Case(Parameters):
             raise CaseError(f"{NOT_TOML}: {shorten(str(error), 250)}") from None
         if not table:
             raise CaseError("the case is empty; it needs at least [cantilever] and [drive]")
+        if "plan" in table:
+            raise CaseError("a file with a table [plan] is a plan; type dforce plan FILE, or use df.load_plan")
         return cls(**table)
 
 

@@ -38,7 +38,7 @@ INSTRUMENT: Mapping[str, float] = {
     "medium.temperature": 298.15,
     "medium.permittivity": 78.5,
 }
-"""What the checks give to shared parameters, by path: a typical experiment, in SI."""
+"""The values of shared parameters in the checks, by path: a typical experiment, in SI."""
 
 DISTANCES = (-1.0, -1e-6, -2e-8, -1e-9, 0.0, 1e-12, 1e-10, 0.165e-9, 0.3e-9, 1e-9, 1e-8, 1e-6, 1.0)
 RATES = (0.0, 1e-3, -1e-3, 1.0)
@@ -154,8 +154,10 @@ def _uses_only_its_arguments(model: type[Force]) -> Iterator[str]:
             yield f"'{name}' keeps values in a closure; make them arguments"
         for used in function.__code__.co_names:
             value = function.__globals__.get(used)
-            if isinstance(value, list | dict | set | np.ndarray):
-                yield f"'{name}' reads '{used}', a value that can change"
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                yield f"'{name}' reads '{used}', an array that can change; write {used}.flags.writeable = False below it"
+            if isinstance(value, list | dict | set):
+                yield f"'{name}' reads '{used}', a value that can change; a law may read numbers and arrays of its file"
 
 
 def _calls(force: Force) -> Iterator[tuple[Any, ...]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import dforce as df
-from dforce.cli._terminal import BAD_INPUT, DONE, INSIDE_ERROR, STOPPED, say
+from dforce.cli._terminal import DONE, exit_code, say
 from dforce.core.files import check_target, in_quotes
 from dforce.core.stopping import heard
 
@@ -94,9 +94,7 @@ class Outputs:
         """Return the exit code of a command from the one of its result."""
         if self._error is None or self._is_told_by(code):
             return code
-        if isinstance(self._error, df.DForceError | MemoryError):
-            return BAD_INPUT
-        return STOPPED if isinstance(self._error, KeyboardInterrupt) else INSIDE_ERROR
+        return exit_code(self._error)
 
     def end(self, code: int) -> int:
         """Return the exit code as well, once the result is reported; raise an error that waits."""

@@ -1,4 +1,4 @@
-"""What was found, as a table for a reader and as JSON for a program."""
+"""Findings as a table for a reader and as JSON for a program."""
 
 from __future__ import annotations
 
@@ -98,11 +98,11 @@ def states_lines(states: xr.Dataset | None) -> list[str]:
 
 
 def advice_lines(result: xr.Dataset, case: str, written: str | os.PathLike[str] | None = None) -> list[str]:
-    """Return the findings of all advice in a result, and the command that tells more about the file or a table's case."""
+    """Return the findings of all advice in a result, and the command that tells more about its file, or its case if named."""
     found = [f"advice: {piece.finding}" for piece in advice_of(result)]
     kept = "" if written is None else str(written)
     name = case if not kept or kept.lower().endswith(".csv") else kept
-    return [*found, f"advice with remedies: dforce check {quoted(name)}"] if found else []
+    return [*found, f"advice with remedies: dforce check {quoted(name)}"] if found and name else found
 
 
 def quoted(name: str) -> str:

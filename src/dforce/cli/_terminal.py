@@ -1,4 +1,4 @@
-"""What all commands share: printing on any terminal, errors as one sentence, exit codes."""
+"""The common part of all commands: printing on any terminal, errors as one sentence, exit codes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import typer
 
 import dforce as df
 from dforce.cli._options import gathered, parameters
-from dforce.core.errors import shorten
+from dforce.core.errors import ChangedResultError, shorten
 from dforce.core.log import listening
 from dforce.core.stopping import heard
 
@@ -105,6 +105,14 @@ def _finite(content: object) -> Any:
     return None if isinstance(content, float) and not math.isfinite(content) else content
 
 
+def exit_code(error: BaseException) -> int:
+    """Return the exit code of an error that ended a command."""
+    if isinstance(error, KeyboardInterrupt):
+        return STOPPED
+    is_inside = isinstance(error, ChangedResultError) or not isinstance(error, df.DForceError | MemoryError)
+    return INSIDE_ERROR if is_inside else BAD_INPUT
+
+
 def guarded(command: Callable[..., int]) -> Callable[..., None]:
     """Turn a command's result into the exit code, and its errors into one sentence on stderr.
 
@@ -128,11 +136,10 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
                 raise typer.Exit(command(**gathered(command, given)))
         except df.DForceError as error:
             say(f"dforce: {error}")
-            code = BAD_INPUT
             cause: Exception = error
         except MemoryError as error:
             say(f"dforce: not enough memory ({error}); compute fewer points, or choose a part of the result by .isel")
-            code, cause = BAD_INPUT, error
+            cause = error
         except KeyboardInterrupt:
             heard()
             say("dforce: stopped")
@@ -141,10 +148,10 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
             raise
         except Exception as error:  # whatever it is ends in one sentence  # noqa: BLE001
             say(f"dforce: an error inside dForce, please report it: {type(error).__name__}: {error}")
-            code, cause = INSIDE_ERROR, error
+            cause = error
         if traced:
             traceback.print_exception(cause)
-        raise typer.Exit(code)
+        raise typer.Exit(exit_code(cause))
 
     guard.__annotations__ = {one.name: one.annotation for one in options}
     guard.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]

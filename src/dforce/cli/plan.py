@@ -11,6 +11,7 @@ import dforce as df
 from dforce.cli._names import inputs_of
 from dforce.cli._options import Json, Quiet, option
 from dforce.cli._outputs import Outputs
+from dforce.cli._report import advice_as_json, advice_lines, advice_of
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell
 from dforce.core.files import noted
 from dforce.core.progress import ProgressBar
@@ -47,7 +48,8 @@ def plan(
     code = STOPPED if stopped else DONE if allowed else SOME_POINTS_FAILED
     if json:
         said = found.attrs.get("findings", "").splitlines()
-        print_json({"allowed": allowed, "states": states, "exit_code": outputs.code(code), "findings": said, **points})
+        counts = {"allowed": allowed, "states": states, "exit_code": outputs.code(code)}
+        print_json({**counts, "findings": said, "advice": advice_as_json(advice_of(found)), **points})
         return outputs.end(code)
     if not quiet:
         tell(f"{allowed} of {states} states are allowed")
@@ -58,6 +60,8 @@ def plan(
         written = outputs.written
         if written:
             typer.echo(f"written: {', '.join(written)}")
+        for line in advice_lines(found, "", output if str(output) in written else None):
+            say(line)
     if stopped:
         say("dforce: stopped; the states are kept, without margins, boundaries and a recommended point")
     elif not allowed:

@@ -6,6 +6,7 @@ import difflib
 import functools
 import re
 import reprlib
+import traceback
 from collections.abc import Callable, Iterable
 from typing import ClassVar, Never, ParamSpec, TypeVar
 
@@ -46,6 +47,10 @@ class ResultError(DForceError, OSError):
     """A result, a measured file or a picture cannot be read or written, or a result lacks the necessary motion."""
 
 
+class ChangedResultError(ParameterError):
+    """NumPy or xarray fails on a Dataset: it was changed too much, or the error is inside dForce."""
+
+
 def checked(function: Callable[P, R]) -> Callable[P, R]:
     """Make a public function refuse arguments of a wrong kind, as its annotations tell it, with one sentence.
 
@@ -69,10 +74,10 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             return function(*args, **kwargs)
         except OF_CHANGED_RESULTS as error:
             first = next(iter((*args, *kwargs.values())), None)
-            if isinstance(error, DForceError) or not is_dataset(first):
+            if isinstance(error, DForceError) or not is_dataset(first) or _in_one_of((*args, *kwargs.values()), error):
                 raise
             reason = shorten(f"{type(error).__name__}: {error}".partition("\n")[0], 120)
-            raise ParameterError(
+            raise ChangedResultError(
                 f"{function.__name__} cannot use this Dataset ({reason}); pass it as dForce returned it, or choose parts by "
                 "lists, such as .isel(tone=[0]). If it is unchanged, report this error"
             ) from error
@@ -80,6 +85,12 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     if any(str(kind).startswith("Unpack[") for kind in function.__annotations__.values()):
         careful.__signature__ = full_signature(function)  # type: ignore[attr-defined]
     return careful
+
+
+def _in_one_of(given: tuple[object, ...], error: BaseException) -> bool:
+    """Say whether an error arose in a function that was given, such as a progress function."""
+    codes = {code for one in given if (code := getattr(one, "__code__", None)) is not None}
+    return any(frame.f_code in codes for frame, _ in traceback.walk_tb(error.__traceback__))
 
 
 @checked

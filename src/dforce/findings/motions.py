@@ -1,4 +1,4 @@
-"""What a reader looks for first in the result of an experiment, of a sweep, and in a force along a path."""
+"""Summaries of the result of an experiment, of a sweep, and of a force along a path."""
 
 from __future__ import annotations
 
@@ -139,7 +139,8 @@ def _curve(sweep: xr.Dataset, name_along: str, way: str) -> Iterator[Finding]:
                 bool(is_none(sweep, name)[index]),
             )
             yield finding(name, label, float(values[index]), _unit(sweep[name]), way, place, none)
-    yield _points(sweep, way)
+    if "status" in sweep:  # states at a set point have none
+        yield _points(sweep, way)
 
 
 def _change(sweep: xr.Dataset, jump: Jump) -> str:

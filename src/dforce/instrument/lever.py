@@ -151,7 +151,7 @@ class Cantilever(Parameters):
     def _known_values(self) -> Self:
         if self.name is None:
             if self.library is not None:
-                raise ParameterError("cantilever.library needs a name; write cantilever.name")
+                raise ParameterError("cantilever.library is a file of levers; write the name of one as cantilever.name")
             return self
         if self.modes or self.beam is not None:
             other = "modes" if self.modes else "beam"

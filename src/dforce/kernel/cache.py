@@ -162,7 +162,7 @@ def place(text: str) -> Path:
     name = fingerprint(text)
     base = cache_folder(name)
     path = base / name / f"kernel_{name}.py"
-    with contextlib.suppress(OSError):  # told once compiled code cannot be kept, either
+    try:
         with contextlib.suppress(OSError):
             os.utime(path.parent)  # marks the kernel as used
         if not path.is_file() or path.read_bytes() != text.encode():
@@ -170,6 +170,8 @@ def place(text: str) -> Path:
             path.write_bytes(text.encode())
             for folder in oldest(_kernels(base), MOST_KERNELS):
                 shutil.rmtree(folder, ignore_errors=True)
+    except OSError as error:
+        _say_not_kept(base, reason(error))
     return path
 
 
@@ -231,10 +233,14 @@ def load(text: str) -> ModuleType:
             raise
         dispatchers: dict[str, Any] = {name: f for name, f in vars(module).items() if isinstance(f, Dispatcher)}
         for function, dispatcher in dispatchers.items():
-            dispatcher._cache = KeptCode(
-                function, path.parent, lambda error: _say_not_kept(path.parent.parent, reason(error))
-            )
+            dispatcher._cache = KeptCode(function, path.parent, lambda error: _not_kept(path.parent, error))
         return module
+
+
+def _not_kept(folder: Path, error: OSError) -> None:
+    """Say why code is not kept in a folder; where there is none, :func:`place` has said so, or a user has removed it."""
+    if folder.is_dir():
+        _say_not_kept(folder.parent, reason(error))
 
 
 def _code(text: str, path: Path) -> CodeType:

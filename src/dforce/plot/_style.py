@@ -1,4 +1,4 @@
-"""What all pictures share: colors, units for the reader, axes of one color, titles, saving."""
+"""The common part of all pictures: colors, units for the reader, axes of one color, titles, saving."""
 
 from __future__ import annotations
 
@@ -8,9 +8,20 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import xarray as xr
+
+from dforce.core.errors import ParameterError, UnitError, checked, nearest, shorten
+
+try:
+    import matplotlib
+except ValueError as error:  # it reads the variable when it is imported
+    if "MPLBACKEND" not in os.environ:
+        raise
+    raise ParameterError(
+        f"matplotlib has no backend '{shorten(os.environ['MPLBACKEND'])}', which the environment variable MPLBACKEND names; "
+        "unset it, or write MPLBACKEND=agg"
+    ) from error
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure, FigureBase, SubFigure
@@ -19,7 +30,6 @@ from matplotlib.text import Text
 from dforce.core import units
 from dforce.core.argument_kinds import told
 from dforce.core.arrays import Array
-from dforce.core.errors import ParameterError, UnitError, checked, nearest
 from dforce.core.files import check_target, write_whole
 from dforce.core.notation import first_phrase
 from dforce.results.dataset import COLUMN_DIMS, reader_unit

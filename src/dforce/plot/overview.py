@@ -52,8 +52,12 @@ def approach(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
     Raises
     ------
     ParameterError
-        When the result keeps no amplitude along the distance.
+        When the result keeps no amplitude along the distance, or lists states at a set point.
     """
+    if "crossing" in dataset.dims:
+        raise ParameterError(
+            "states at a set point of one curve have no picture; draw the curve, or list them by df.summary"
+        )
     if "zc" not in dataset.dims or "amplitude" not in dataset:
         check_computed(dataset)
         raise ParameterError(NO_RESULT)

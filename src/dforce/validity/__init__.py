@@ -63,7 +63,7 @@ def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices
             return advice_in(case)
         check_shape(case)
         seen = Evidence(case_of(case), case)
-    elif result is not None and swept(result):
+    elif result is not None and (swept(result) or "plan_over" in result.attrs):
         return advice_in(result)
     else:
         seen = Evidence(case, result)

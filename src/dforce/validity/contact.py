@@ -96,11 +96,12 @@ def tabor_of_dmt(seen: Evidence) -> Advice | None:
         off = vars(contact.forces[0]).get("inside") == "off"
         if contact.tabor > STIFF and not off and _adhesion_matters(seen, contact):
             error = 2.0 / pull_off(contact.tabor) - 1.0
+            neglects = "DMT neglects" if contact.forces[0].name == "dmt" else "An attraction beside hertz neglects"
             return Advice(
                 "tabor_of_dmt",
                 contact.tabor,
                 STIFF,
-                f"The Tabor parameter is {rounded(contact.tabor)}, so adhesion deforms the sample. DMT neglects this: its "
+                f"The Tabor parameter is {rounded(contact.tabor)}, so adhesion deforms the sample. {neglects} this: its "
                 f"adhesion is about {percent(error)} too large. If adhesion in contact matters, use maugis_dugdale.",
                 MAP,
                 tuple(seen.path(force) for force in contact.forces),

@@ -249,13 +249,18 @@ def not_repeating(seen: Evidence) -> Advice | None:
         return None
     there = zc[wanders if wanders.shape == zc.shape else wanders.any(axis=tuple(range(1, wanders.ndim)))]
     count, where = int(np.count_nonzero(wanders)), show_range(there.max(), there.min(), "m", 3)
+    timed = next((force for force in seen.problem.forces if force.timed), None)
+    why = (
+        "A tap may take more energy than the drive gives in a period. Choose a larger A0, a stiffer lever or a lower Q."
+    )
+    if timed is not None:
+        why = f"The force {timed.name} depends on time and may have another period: record the motion with a dwell."
     return Advice(
         "not_repeating",
         count,
         0,
         f"{count} of {status.size} points do not repeat from period to period ({where}): their amplitudes are means, and set "
-        "points there have no steady state. A tap may take more energy than the drive gives in a period. Choose a larger A0, a "
-        "stiffer lever or a lower Q.",
+        f"points there have no steady state. {why}",
         "solver.settle_tolerance",
         (seen.of_tone(0, "A0"), "experiment.zc"),
     )
