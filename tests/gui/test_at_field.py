@@ -15,7 +15,7 @@ from dforce.gui.case.sliders import SliderElement, toggle
 from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.measured import fitting
 from dforce.gui.measured.panel import FitAtField, example_of
-from dforce.inverse.fitting.typed import value_and_error
+from dforce.inverse.values import value_and_error
 
 
 def fits(user):

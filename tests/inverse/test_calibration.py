@@ -364,3 +364,9 @@ def test_the_first_points_of_a_force_are_no_noise(seed):
     data["amplitude"][10:] -= 1e-9
     with pytest.raises(df.ParameterError, match="no 10 points at its far end are all alike"):
         df.calibrate(data)
+
+
+def test_the_excitation_keeps_the_unit_of_its_file():
+    data = measured_curve.dataset()
+    data["excitation"] = ("point", np.full(data.sizes["point"], 0.25), {"units": "V"})
+    assert df.calibrate(data).excitation.attrs["units"] == "V"

@@ -14,6 +14,7 @@ import dforce as df
 from dforce.findings.fits import judged
 from dforce.inverse.fitting.minimize import Objective
 from dforce.inverse.fitting.selection import PointSelection, checked_reading, measured
+from dforce.inverse.values import value_and_error
 from dforce.validity import advice_in
 
 FILES = Path(df.__file__).parent / "library" / "measured"
@@ -246,6 +247,14 @@ def test_the_noise_of_heights_counts_where_the_curve_is_steep() -> None:
     assert "noise: heights have an error of 0.1 nm" in df.fit_report(fits[1])
     with pytest.raises(df.ParameterError, match="error of 'height' is -1 m"):
         df.fit(fc.case_of("stiff"), data, free=[E], errors={"height": -1.0})
+
+
+def test_a_phase_without_a_unit_is_in_degrees_as_a_number_or_as_text() -> None:
+    for given in (0.3, "0.3", "0.3 deg", "0.3°"):
+        found = measured(fc.data_of("stiff"), checked_reading("measured", None, {"phase": given}, None, ""))
+        assert found.phase_error[0] == pytest.approx(0.3, rel=1e-12), given
+    assert value_and_error("priors.phase_offset", "1.20(15)", "degree") == pytest.approx((1.2, 0.15), rel=1e-12)
+    assert value_and_error("priors.cantilever.k", "2.7(2) N/m", "N/m") == pytest.approx((2.7, 0.2), rel=1e-12)
 
 
 def test_chi2_is_as_expected_or_too_small_in_words(air: xr.Dataset) -> None:

@@ -175,6 +175,15 @@ def test_without_a_loss_there_is_no_damping(found, air):
     assert "damping" not in found and "damping" not in air[1]
 
 
+def test_a_loss_of_a_force_with_memory_is_no_drag():
+    case = df.Case(
+        cantilever=df.Cantilever(k=K, f0=F0, Q=Q), drive=df.Drive(A0=A), tip=df.Tip(radius="2 nm"),
+        forces=[df.forces.PowerLaw(modulus_at_reference="1 GPa")],
+    )  # fmt: skip
+    found = df.reconstruct(locked(loss=1e-6), case)
+    assert float(found.sample_energy.max()) > 0.0 and "damping" not in found
+
+
 def test_least_squares_choose_a_smoothing_that_the_noise_does_not_move():
     nodes, points, draw = np.linspace(0.0, 1.0, 60), np.linspace(0.0, 1.0, 120), np.random.default_rng(1)
     matrix = np.exp(-np.abs(points[:, None] - nodes) / 0.3)

@@ -40,8 +40,8 @@ def test_an_amplitude_that_is_allowed_presses_less_than_the_limit(stiff):
 def test_an_amplitude_is_not_allowed_where_a_branch_has_no_stable_state(monkeypatch):
     solve = Solver.solve
 
-    def without_repulsive(solver, points, extra=()):
-        found = solve(solver, points, extra)
+    def without_repulsive(solver, points):
+        found = solve(solver, points)
         found.found &= points.zc > 0.79 * 30e-9  # the repulsive state lies at 23.22 nm
         return found
 

@@ -26,14 +26,9 @@ if TYPE_CHECKING:
     from dforce.inverse._states import Judged, Rest
 
 LEFT_OUT = (
-    "corrections",
-    "settling_periods",
-    "drift",
-    "harmonic_amplitude",
-    "harmonic_phase",
-    "multiplier_modulus",
+    "corrections", "settling_periods", "drift", "harmonic_amplitude", "harmonic_phase", "multiplier_modulus",
     "multiplier_angle",
-)
+)  # fmt: skip
 SAME = 1e-3  # relative difference of amplitudes of one motion
 LEAST_ROOM = 1e-6  # margins; a point with less lies on a boundary and is not recommended
 TRACES = ("deflection", "velocity", "distance", "force", "indentation")
@@ -47,9 +42,7 @@ def result_of(
 
     lengths = (*(len(axis.values) for axis in axes), len(shares))
     dims = (*(axis.dim for axis in axes), "set_point")
-    places = np.column_stack(
-        [*np.unravel_index(judged.points.near, lengths[:-1]), np.searchsorted(shares, judged.points.set_points)]
-    )
+    places = judged.points.places(lengths, shares)
     rank = _ranks(places, judged.points.zc)
     shape, where = (*lengths, int(rank.max(initial=0)) + 1), (*places.T, rank)
 
@@ -138,15 +131,13 @@ def _ranks(places: Any, zc: Array) -> Any:
 def _marks(judged: Judged, allowed: Any, room: Array, goals: Mapping[Goal, Array]) -> dict[str, Any]:
     """Return which points are recommended, best, on the Pareto front, or violate the limits least."""
     count = len(allowed)
-    marks: dict[str, Any] = {}
     if not allowed.any():
-        least = np.zeros(count, dtype=bool)
-        least[np.argmin(np.where(np.isfinite(judged.excess), judged.excess, np.inf))] = True
-        return {"recommended": np.zeros(count, dtype=bool), "least_violation": least}
+        least = np.argmin(np.where(np.isfinite(judged.excess), judged.excess, np.inf))
+        return {"recommended": np.zeros(count, dtype=bool), "least_violation": np.arange(count) == least}
     wanted = np.array([goal.sign * values for goal, values in goals.items()]) if goals else np.zeros((0, count))
     tie = wanted[0] if len(wanted) else np.zeros(count)
     order = np.lexsort((np.nan_to_num(tie, nan=np.inf), -np.where(allowed, room, -1.0)))
-    marks["recommended"] = (np.arange(count) == order[0]) & (room > LEAST_ROOM)
+    marks = {"recommended": (np.arange(count) == order[0]) & (room > LEAST_ROOM)}
     if len(wanted):
         usable = allowed & np.isfinite(wanted).all(axis=0)
         marks["pareto"] = usable & ~_beaten(wanted, usable)
@@ -180,9 +171,7 @@ def _with_dwell(case: Case, axes: Sequence[Axis], judged: Judged, chosen: Any, d
     case = case.replace(experiment=Dwell(zc=float(judged.points.zc[number]), start=start))
     data.attrs["recommended_case"] = case.to_toml()
     dwell = run(case)
-    if (
-        abs(float(dwell["amplitude"][0]) / float(columns["amplitude"][number, 0]) - 1.0) < SAME
-    ):  # a fragile state may be left
+    if abs(float(dwell["amplitude"][0]) / start["amplitude"] - 1.0) < SAME:  # a fragile state may be left
         for name in TRACES:
             data[name] = dwell[name].reset_coords(drop=True)
         pieces = [replace(piece, text=f"At the recommended settings: {piece.text}") for piece in advice_in(dwell)]

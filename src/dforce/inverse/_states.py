@@ -52,6 +52,10 @@ class PlannedPoints:
             *(getattr(self, name)[which] for name in ("values", "set_points", "near", "zc", "motions"))
         )
 
+    def places(self, shape: Sequence[int], shares: Array) -> Any:
+        """Return the place of each in the grid of all values and set points, (points, axes)."""
+        return np.column_stack([*np.unravel_index(self.near, shape[:-1]), np.searchsorted(shares, self.set_points)])
+
     def __len__(self) -> int:
         return len(self.zc)
 
@@ -63,24 +67,24 @@ class Solver:
         self.case, self.paths, self.curves, self.check_cancelled = case, list(paths), curves, check_cancelled
         self._problems: dict[tuple[float, ...], Problem] = {}
 
-    def case_at(self, values: Sequence[float], extra: Sequence[tuple[str, float]] = ()) -> Case:
+    def case_at(self, values: Sequence[float]) -> Case:
         """Return the case at values of the parameters, without any check."""
         case = self.case
-        for path, value in [*zip(self.paths, values, strict=True), *extra]:
+        for path, value in zip(self.paths, values, strict=True):
             case = with_number(case, path, float(value))
         return case
 
-    def problem(self, values: Sequence[float], extra: Sequence[tuple[str, float]] = ()) -> Problem:
+    def problem(self, values: Sequence[float]) -> Problem:
         """Return the problem at values of the parameters."""
-        key = (*map(float, values), *(value for _, value in extra))
+        key = tuple(map(float, values))
         if key not in self._problems:
-            case = self.case_at(values, extra)
+            case = self.case_at(values)
             self._problems[key] = Problem.build(case.instrument, case.forces)
         return self._problems[key]
 
-    def solve(self, points: PlannedPoints, extra: Sequence[tuple[str, float]] = ()) -> OperatingPoints:
+    def solve(self, points: PlannedPoints) -> OperatingPoints:
         """Return the operating points near some; their motions are written into `points`."""
-        problems = [self.problem(values, extra) for values in points.values]
+        problems = [self.problem(values) for values in points.values]
         found = solve(
             Wanted(problems, points.set_points, points.zc, points.motions), self.case.solver, 1, self.check_cancelled
         )
@@ -113,18 +117,17 @@ class Solver:
 
     def slopes(self, points: PlannedPoints, path: str) -> Array:
         """Return the slope of the phase (degrees) by the logarithm of a parameter, at constant amplitude."""
+        beside, values = self, points.values
+        if path not in self.paths:  # it stays as in the case
+            beside = Solver(self.case, [*self.paths, path], self.curves, self.check_cancelled)
+            values = np.column_stack([values, np.full(len(values), float(value_at(self.case, path)))])
+        own = beside.paths.index(path)
         phases: list[Array] = []
         for sign in (1.0, -1.0):
             moved = points.take(np.arange(len(points)))
-            moved.motions = moved.motions.copy()
-            own = self.paths.index(path) if path in self.paths else -1
-            if own >= 0:
-                moved.values = moved.values.copy()
-                moved.values[:, own] *= np.exp(sign * SLOPE_STEP)
-                found = self.solve(moved)
-            else:
-                value = float(value_at(self.case, path)) * float(np.exp(sign * SLOPE_STEP))
-                found = self.solve(moved, [(path, value)])
+            moved.values = values.copy()
+            moved.values[:, own] *= np.exp(sign * SLOPE_STEP)
+            found = beside.solve(moved)
             phases.append(np.where(found.found, found.columns["phase"][:, 0], np.nan))
         return np.asarray((phases[0] - phases[1]) / (2.0 * SLOPE_STEP))
 
@@ -145,7 +148,7 @@ def one_of_each(points: PlannedPoints, length: Array) -> Any:
 
 @dataclass(frozen=True)
 class Rest:
-    """What a plan says beside the states themselves.
+    """The rest of a plan, beside the states themselves.
 
     Attributes
     ----------

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.core import units
-from dforce.core.errors import ParameterError, UnitError, checked, shorten
+from dforce.core.errors import ParameterError, checked, shorten
+from dforce.findings.finding import DEGREE
 from dforce.inverse import checks, steps
 from dforce.inverse.curve import CONVENTIONS, UNKNOWN, described
 from dforce.inverse.energies import energy
 from dforce.inverse.measured import check_directions, check_measured
 from dforce.inverse.steps import Given, Work
-from dforce.inverse.values import ends, measured
+from dforce.inverse.values import above_zero, ends, measured, number_of
 from dforce.inverse.values import show as shown
 from dforce.results.provenance import provenance
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from dforce.inverse.thermal import ThermalTune
 
 TUNE = {"f0": "Hz", "k": "N/m", "Q": "1"}
-ERRORS = {"amplitude": "m", "phase": "degree", "amplitude_2": "m", "phase_2": "degree", "frequency_shift": "Hz"}
+ERRORS = {"amplitude": "m", "phase": DEGREE, "amplitude_2": "m", "phase_2": DEGREE, "frequency_shift": "Hz"}
 BASELINES = ("line", "none")
 
 
@@ -93,15 +93,17 @@ def calibrate(
     _check(data, baseline, delay, speed)
     given = Given(
         None if free_part is None else ends(free_part, "m", "free_part", "height"),
-        _quantity("free_amplitude", free_amplitude, "m"),
-        _degrees("free_phase", free_phase),
+        None if free_amplitude is None else above_zero("free_amplitude", free_amplitude, "m"),
+        None if free_phase is None else number_of("free_phase", free_phase, DEGREE),
         _errors(data, errors),
         baseline,
     )
     work = Work(data.copy(deep=True), [str(line) for line in np.atleast_1d(data.attrs.get("history", []))], given)
     work.data.attrs = provenance("", "") | work.data.attrs
     _take_lever(work, case, thermal)
-    steps.take_delay(work, _quantity("delay", delay, "s"), _quantity("speed", speed, "m/s"))
+    if delay is not None:
+        late = above_zero("delay", delay, "s")
+        steps.take_delay(work, late, None if speed is None else above_zero("speed", speed, "m/s"))
     _take_sign(work, phase_convention)
     steps.find_free_part(work)
     steps.level(work)
@@ -112,7 +114,7 @@ def calibrate(
     checks.check_slope(work)
     checks.estimate_offset(work)
     work.data.attrs["history"] = work.history
-    if {"k", "Q", "free_amplitude"} <= set(work.data.attrs) and "phase" in work.data:
+    if {"k", "Q"} <= set(work.data.attrs):
         work.data = work.data.merge(energy(work.data), combine_attrs="override")
         checks.tell_energies(work)
     return described(work.data)
@@ -129,43 +131,13 @@ def _check(data: xr.Dataset, baseline: str, delay: object, speed: object) -> Non
         raise ParameterError("speed is used only with delay; also pass delay")
 
 
-def _quantity(name: str, given: float | str | None, unit: str) -> float | None:
-    """Return a quantity above zero in SI units."""
-    if given is None:
-        return None
-    try:
-        value = units.parse(given, unit)
-    except UnitError as error:
-        raise UnitError(f"{name} {error}") from None
-    if value <= 0.0:
-        raise ParameterError(f"{name} = {shorten(given)} is not above 0")
-    return value
-
-
-def _degrees(name: str, given: float | str | None) -> float | None:
-    """Return an angle in degrees, in which plain numbers are."""
-    if given is None:
-        return None
-    try:
-        words = units.split_unit(given) if isinstance(given, str) else None
-        if words is None or not words[1]:
-            return units.parse(given, "1")
-        return float(np.degrees(units.parse(given, "rad")))
-    except UnitError as error:
-        raise UnitError(f"{name} {error}") from None
-
-
 def _errors(data: xr.Dataset, given: Mapping[str, Any] | None) -> dict[str, float]:
     found = {}
     for name, value in (given or {}).items():
         if name not in ERRORS or name not in data:
             known = ", ".join(key for key in ERRORS if key in data)
             raise ParameterError(f"errors: '{shorten(name)}' is not one of {known}")
-        unit = ERRORS[name]
-        error = _degrees(f"errors: {name}", value) if unit == "degree" else _quantity(f"errors: {name}", value, unit)
-        if error is None or error <= 0.0:
-            raise ParameterError(f"errors: {name} = {shorten(value)} is not above 0")
-        found[name] = error
+        found[name] = above_zero(f"errors: {name}", value, ERRORS[name])
     return found
 
 
@@ -193,8 +165,6 @@ def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[st
 
 def _take_sign(work: Work, convention: str | None) -> None:
     """Make lags of the phases where the file did not tell how."""
-    if "phase" not in work.data:
-        return
     known = str(work.data.attrs.get("phase_convention", UNKNOWN))
     if known != UNKNOWN:
         if convention is not None:

@@ -1,4 +1,4 @@
-"""What a calibrated curve tells without any model of the force: whether it can be, and roughly where the surface is."""
+"""Checks of a calibrated curve without any model of the force: whether it can be, and roughly where the surface is."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from dforce.core import units
 from dforce.inverse.energies import Lever, passive_margin
+from dforce.inverse.free_part import line_of
 from dforce.inverse.steps import Work
 from dforce.inverse.values import show as shown
 from dforce.results.dataset import ELECTRONVOLT
@@ -36,8 +37,6 @@ def doubts(attrs: Mapping[Any, Any]) -> list[str]:
 def check_passive(work: Work, case: Case | None) -> None:
     """Hold every point against what a sample that gives no energy allows, and name the points that break it."""
     attrs = work.data.attrs
-    if "phase" not in work.data or "free_amplitude" not in attrs:
-        return
     if "amplitude_2" in work.data:
         work.history.append("check without a model: skipped, because two tones may exchange energy")
         return
@@ -70,7 +69,7 @@ def check_passive(work: Work, case: Case | None) -> None:
 
 def check_turn(work: Work) -> None:
     """Doubt phases that hardly turn while the amplitude falls: radians taken for degrees, or a phase that was held."""
-    if "phase" not in work.data or "free_amplitude" not in work.data.attrs or "frequency_shift" in work.data:
+    if "frequency_shift" in work.data:
         return
     share = float(work.values("amplitude").min()) / float(work.data.attrs["free_amplitude"])
     turn = float(np.ptp(work.values("phase")))
@@ -83,18 +82,12 @@ def check_turn(work: Work) -> None:
 
 def check_slope(work: Work) -> None:
     """Say how steep the amplitude falls over the repulsive part: over a stiff sample as the height."""
-    if "phase" not in work.data:
-        return
     for word in work.directions:
         rows = work.rows(word)
         near = rows[work.values("phase")[rows] < 90.0 - REPULSIVE]
         if len(near) < FEWEST:
             continue
-        x = work.values("height")[near]
-        y = work.values("amplitude")[near]
-        spread = float(np.sqrt(((x - x.mean()) ** 2).sum()))
-        slope = float(((x - x.mean()) * y).sum()) / spread**2
-        rest = y - y.mean() - slope * (x - x.mean())
+        slope, spread, rest = line_of(work.values("height")[near], work.values("amplitude")[near])
         error = float(np.sqrt((rest**2).sum() / (len(near) - 2)) / spread)
         text = f"slope: the amplitude changes by {shown(slope, error, '1')} of the height along the repulsive {word}"
         if slope < SHALLOW - WIDE * error:
@@ -106,8 +99,6 @@ def check_slope(work: Work) -> None:
 
 def estimate_offset(work: Work) -> None:
     """Estimate by what heights differ from the average distance: near the surface that is about the amplitude."""
-    if "amplitude" not in work.data or "free_amplitude" not in work.data.attrs:
-        return
     height, amplitude = work.values("height"), work.values("amplitude")
     touched = amplitude < 0.9 * float(work.data.attrs["free_amplitude"])
     if touched.sum() < FEWEST:

@@ -49,7 +49,7 @@ class Told(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Asked:
-    """What a user says about a file, checked; see :func:`dforce.read_measured`."""
+    """The user's statements on a file, checked; see :func:`dforce.read_measured`."""
 
     columns: Mapping[str, str]
     units: Mapping[str, str]
@@ -129,7 +129,8 @@ def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
     convention = asked.phase_convention or table.notes.get("phase_convention")
     if "phase" in values:
         convention = _turn_phases(values, convention, walk.directions, name, history)
-    left = [column.name for column in table.columns if column.name not in {c.name for c in found.values()}]
+    taken = {column.name for column in found.values()}
+    left = [column.name for column in table.columns if column.name not in taken]
     if left:
         history.append(f"left out: the columns {', '.join(shorten(one, 30) for one in left[:20])}")
     data = xr.Dataset(
@@ -143,7 +144,9 @@ def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
         data.attrs |= {"x": table.position[0], "y": table.position[1]}
     data.attrs |= {"height_error": unsure} if unsure else {}
     data.attrs["history"] = history
-    return described(data, excitation=_unit_kept(found))
+    if "excitation" in data:
+        data["excitation"].attrs["units"] = found["excitation"].unit or "1"
+    return described(data)
 
 
 def _values(
@@ -156,7 +159,8 @@ def _values(
         taken = found["taken"].name if quantity == "height" else quantity
         unit = asked.units.get(quantity) or asked.units.get(taken)
         column = found[quantity]
-        if quantity in OPTIONAL and quantity not in asked.columns and _is_empty(column):
+        is_empty = column.values.dtype.kind == "f" and not np.isfinite(column.values).any()
+        if quantity in OPTIONAL and quantity not in asked.columns and is_empty:
             history.append(f"left out: the {quantity.replace('_', ' ')}, a column without numbers")
             continue
         try:
@@ -187,11 +191,6 @@ def _values(
             + (", without the creep and hysteresis of the piezo" if kind == "piezo" else "")
         )
     return values
-
-
-def _is_empty(column: Column) -> bool:
-    """Say whether a column has no number at all."""
-    return column.values.dtype.kind == "f" and not np.isfinite(column.values).any()
 
 
 def _turn_heights(
@@ -334,18 +333,14 @@ def _noted(table: MeasuredTable, name: str) -> str | None:
     return next((table.notes[key] for key in keys if key in table.notes), None)
 
 
-def _unit_kept(found: Mapping[str, Column]) -> str:
-    """Return the unit of the excitation, which stays as it is."""
-    return (found["excitation"].unit or "1") if "excitation" in found else "1"
+def described(data: xr.Dataset) -> xr.Dataset:
+    """Give every variable of a measured curve its unit, name and description; in place, and returned.
 
-
-def described(data: xr.Dataset, excitation: str | None = None) -> xr.Dataset:
-    """Give every variable of a measured curve its unit, name and description; in place, and returned."""
+    The unit of the excitation stays as it is.
+    """
     known = AXES | OBSERVABLES | MEASURED
     for key, variable in data.variables.items():
-        row = known.get(str(key))
-        if row is not None:
-            variable.attrs.update(row.words)
-    if excitation is not None and "excitation" in data:
-        data["excitation"].attrs["units"] = excitation
+        if row := known.get(str(key)):
+            kept = {"units": variable.attrs.get("units", "1")} if key == "excitation" else {}
+            variable.attrs.update(row.words | kept)
     return data

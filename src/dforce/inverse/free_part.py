@@ -45,7 +45,7 @@ class FreeChannel(NamedTuple):
     points: int
 
 
-def _line(height: Array, values: Array) -> tuple[float, float, Array]:
+def line_of(height: Array, values: Array) -> tuple[float, float, Array]:
     """Return slope, the spread of the heights about their mean, and what a straight line leaves."""
     x = height - height.mean()
     spread = float(np.sqrt((x**2).sum()))
@@ -56,7 +56,7 @@ def _line(height: Array, values: Array) -> tuple[float, float, Array]:
 def stretch(height: Array, values: Array) -> FreeChannel:
     """Return what a channel does along a stretch of three points or more."""
     count = len(values)
-    slope, spread, rest = _line(height, values)
+    slope, spread, rest = line_of(height, values)
     power = float((rest**2).sum())
     correlation = float((rest[1:] * rest[:-1]).sum() / power) if power > 0.0 else 0.0
     noise = float(np.sqrt((np.diff(values) ** 2).mean() / 2.0))
@@ -132,7 +132,7 @@ def _is_flat(height: Array, values: Array, most: float) -> bool:
 def _is_straight(height: Array, values: Array, most: float) -> bool:
     """Say whether a stretch is a straight line within its noise: no curvature, no point far off it."""
     found = stretch(height, values)
-    rest = _line(height, values)[2]
+    rest = line_of(height, values)[2]
     if abs(found.slope) * float(np.ptp(height)) > most:
         return False
     x = height - height.mean()

@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.core.errors import UnitError
-from dforce.inverse.placing import HEIGHTS, NEEDED
+from dforce.inverse.placing import HEIGHTS, NEEDED, columns_by_name
 from dforce.inverse.table import Column, MeasuredTable
-from dforce.inverse.words import DENSITY, bare, quantity_of, scale_to
+from dforce.inverse.words import DENSITY, bare, is_of, quantity_of
 
 # how words of headings begin that a reader does not know whole; single letters are whole words
 STEMS = {
@@ -38,7 +37,7 @@ class Guess(NamedTuple):
 def guess_spectrum(table: MeasuredTable) -> dict[str, Guess]:
     """Return the columns of a thermal spectrum, `frequency` and `density`; empty for a table of something else."""
     found: dict[str, Guess] = {}
-    for column in numbers(table):
+    for column in table.numbers:
         if quantity_of(column.name, table.reader.names) == "frequency" or bare(column.name) == "f":
             found.setdefault("frequency", Guess(column, True))
         elif bare(column.name) in (*DENSITY, "spectraldensity"):
@@ -51,18 +50,14 @@ def guess_spectrum(table: MeasuredTable) -> dict[str, Guess]:
 
 def guess_curve(table: MeasuredTable) -> dict[str, Guess]:
     """Return the columns of a curve by quantity, each column once; a quantity that nothing speaks for is missing."""
-    claims: dict[str, list[Column]] = {}
-    for column in table.columns:
-        quantity = quantity_of(column.name, table.reader.names)
-        if quantity is not None:
-            claims.setdefault(quantity, []).append(column)
+    claims = columns_by_name(table)
     found = {quantity: _first(quantity, columns) for quantity, columns in claims.items()}
     heights = [name for name in HEIGHTS if name in found]
     if heights:  # as a reader takes them: the sensor before the piezo
         found["height"] = found[heights[0]]
         found = {name: guess for name, guess in found.items() if name == "height" or name not in HEIGHTS}
     claimed = [column for columns in claims.values() for column in columns]
-    rest = [column for column in numbers(table) if not any(column is one for one in claimed)]
+    rest = [column for column in table.numbers if not any(column is one for one in claimed)]
     wanted = [quantity for quantity in NEEDED if quantity not in found]
     votes = sorted(_votes(wanted, rest), key=lambda vote: -vote[0])
     taken: list[Column] = []
@@ -73,11 +68,6 @@ def guess_curve(table: MeasuredTable) -> dict[str, Guess]:
     return found
 
 
-def numbers(table: MeasuredTable) -> list[Column]:
-    """Return the columns of numbers."""
-    return [column for column in table.columns if column.values.dtype.kind == "f"]
-
-
 def _first(quantity: str, columns: Sequence[Column]) -> Guess:
     fitting = [column for column in columns if _suits(quantity, column.unit)]
     return Guess((fitting or list(columns))[0], len(columns) == 1)
@@ -85,15 +75,7 @@ def _first(quantity: str, columns: Sequence[Column]) -> Guess:
 
 def _suits(quantity: str, unit: str | None) -> bool:
     """Return whether a unit may be that of a quantity; a missing one may."""
-    return not unit or quantity not in UNITS or any(_is_of(unit, stored) for stored in UNITS[quantity])
-
-
-def _is_of(unit: str, stored: str) -> bool:
-    try:
-        scale_to(unit, stored)
-    except UnitError:
-        return False
-    return True
+    return not unit or quantity not in UNITS or any(is_of(unit, stored) for stored in UNITS[quantity])
 
 
 def _votes(wanted: Sequence[str], columns: Sequence[Column]) -> Iterator[tuple[float, str, Column]]:

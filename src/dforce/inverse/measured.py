@@ -99,7 +99,7 @@ def read_measured(
             "direction": direction,
         }
     )
-    found = _curves(path, asked, curve)
+    found = [make() for make in _each(path, asked, curve)]
     if len(found) > 1:
         raise ParameterError(
             f"'{shorten(str(path))}' contains {len(found)} curves: choose one with curve = 1 to {len(found)}, or read all of "
@@ -129,7 +129,7 @@ def read_curves(path: str | os.PathLike[str], **how: Unpack[Told]) -> list[xr.Da
     ParameterError
         As :func:`read_measured`.
     """
-    return _curves(path, Asked.of(how), None)
+    return [make() for make in _each(path, Asked.of(how), None)]
 
 
 def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.Dataset | DForceError]:
@@ -156,10 +156,6 @@ def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.
         except DForceError as error:
             out.append(error)
     return out
-
-
-def _curves(path: str | os.PathLike[str], asked: Asked, number: int | None) -> list[xr.Dataset]:
-    return [make() for make in _each(path, asked, number)]
 
 
 def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> list[Callable[[], xr.Dataset]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 
 import numpy as np
@@ -10,7 +11,18 @@ from dforce.core import units as known_units
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, ResultError, UnitError, nearest, shorten
 from dforce.inverse.table import Column, MeasuredTable, Reader
-from dforce.inverse.words import DENSITY, MEANINGS, amplitude_kind, bare, known_unit, naming, quantity_of, scale_to
+from dforce.inverse.values import above_zero
+from dforce.inverse.words import (
+    DENSITY,
+    MEANINGS,
+    amplitude_kind,
+    bare,
+    is_of,
+    known_unit,
+    naming,
+    quantity_of,
+    scale_to,
+)
 
 HEIGHTS = ("height_sensor", "height", "height_piezo")  # in the order in which they are taken
 HEIGHT_WORDS = {"height_sensor": "sensor", "height": "as named in the file", "height_piezo": "piezo"}
@@ -33,12 +45,10 @@ def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, 
     found = {quantity: _named(table, wanted, quantity, name) for quantity, wanted in columns.items()}
     _refuse_twice(found, name)
     taken = {column.name for column in found.values()}
-    claims: dict[str, list[Column]] = {}
-    for column in table.columns:
-        quantity = quantity_of(column.name, table.reader.names)
-        if quantity is not None and column.name not in taken and quantity not in found:
-            claims.setdefault(quantity, []).append(column)
-    for quantity, claimed in claims.items():
+    for quantity, named in columns_by_name(table).items():
+        claimed = [column for column in named if column.name not in taken]
+        if quantity in columns or not claimed:
+            continue
         if len(claimed) > 1:
             names = ", ".join(f"'{column.name}'" for column in claimed)
             raise ParameterError(
@@ -46,6 +56,16 @@ def place(table: MeasuredTable, columns: Mapping[str, str], height: str | None, 
             )
         found[quantity] = claimed[0]
     return _with_height(found, columns, height, name)
+
+
+def columns_by_name(table: MeasuredTable) -> dict[str, list[Column]]:
+    """Return the columns that seem to hold each quantity, by their names alone."""
+    found: dict[str, list[Column]] = {}
+    for column in table.columns:
+        quantity = quantity_of(column.name, table.reader.names)
+        if quantity is not None:
+            found.setdefault(quantity, []).append(column)
+    return found
 
 
 def _named(table: MeasuredTable, wanted: str, quantity: str, name: str) -> Column:
@@ -69,13 +89,11 @@ def _names_of(column: Column) -> tuple[str, ...]:
 
 def _refuse_twice(named: Mapping[str, Column], name: str) -> None:
     """Refuse one column for two quantities."""
-    quantities = list(named)
-    for place, quantity in enumerate(quantities):
-        for other in quantities[:place]:
-            if named[other] is named[quantity]:
-                raise ParameterError(
-                    f"{name}: the column '{named[quantity].name}' cannot be both {other} and {quantity}; choose another column"
-                )
+    for other, quantity in itertools.combinations(named, 2):
+        if named[other] is named[quantity]:
+            raise ParameterError(
+                f"{name}: the column '{named[quantity].name}' cannot be both {other} and {quantity}; choose another column"
+            )
 
 
 def _with_height(
@@ -114,10 +132,9 @@ def refuse_missing(found: Mapping[str, Column], table: MeasuredTable, name: str)
                 f"{name} is a spectrum of thermal motion, not a curve against height. df.thermal_tune, or dforce read CURVE "
                 "--thermal, finds f0, k and Q"
             )
-        numbers = sum(column.values.dtype.kind == "f" for column in table.columns)
-        if numbers < len(needed):
+        if len(table.numbers) < len(needed):
             raise ResultError(
-                f"{name} has {numbers} columns of numbers; a curve has height, amplitude and phase, "
+                f"{name} has {len(table.numbers)} columns of numbers; a curve has height, amplitude and phase, "
                 "or height and frequency shift"
             )
         there = ", ".join(f"'{shorten(column.name, 30)}'" for column in table.columns[:20])
@@ -160,35 +177,17 @@ def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | 
             f"{name} has no unit for the {called} (column '{column.name}'); write: "
             f"units = {{'{quantity}': '{known_units.usual_unit(stored)}'}}"
         )
-    if quantity in AMPLITUDES and _is_voltage(said):
+    if quantity in AMPLITUDES and is_of(said, "V"):
         if sensitivity is None:
             raise ParameterError(
                 f"{name} has the {called} in {said} (column '{column.name}'); write the sensitivity of the detector, "
                 "such as sensitivity = '52 nm/V'"
             )
-        return values * scale_to(said, "V") * _sensitivity(sensitivity)
+        return values * scale_to(said, "V") * above_zero("sensitivity", sensitivity, "m/V")
     try:
         return values * scale_to(said, stored)
     except UnitError as error:
         raise UnitError(f"{name}: the unit of the {called} (column '{column.name}') {error}") from None
-
-
-def _is_voltage(unit: str) -> bool:
-    try:
-        known_units.parse(f"1 {unit}", "V")
-    except UnitError:
-        return False
-    return True
-
-
-def _sensitivity(given: float | str) -> float:
-    try:
-        value = known_units.parse(given, "m/V")
-    except UnitError as error:
-        raise UnitError(f"sensitivity {error}") from None
-    if value <= 0.0:
-        raise ParameterError(f"sensitivity = {shorten(given)} is not above 0")
-    return value
 
 
 def refuse_gaps(quantity: str, values: Array, table: MeasuredTable, name: str) -> None:

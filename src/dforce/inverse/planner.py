@@ -302,7 +302,7 @@ class _Work:
 
     def _edges(self, judged: Judged, holds: Bools) -> list[tuple[Array, str]]:
         """Return where limits begin to fail between neighbors of the grid: parameters and set point, and the limit."""
-        places = self._places(judged.points)
+        places = judged.points.places(self.shape, self.shares)
         by_place: dict[tuple[int, ...], list[int]] = {}
         for number, place in enumerate(map(tuple, places.tolist())):
             by_place.setdefault(place, []).append(number)
@@ -316,7 +316,7 @@ class _Work:
         if not pairs:
             return []
         inside = judged.points.take(np.array([number for number, _ in pairs]))
-        far = np.array([[*self._values(other[:-1]), self.shares[other[-1]]] for _, other in pairs])
+        far = np.array([self._values(other) for _, other in pairs])
         low, high = np.column_stack([inside.values, inside.set_points]), far
         names = np.full(len(pairs), "", dtype="<U80")
         for _ in range(HALVINGS):
@@ -331,13 +331,12 @@ class _Work:
         names[names == ""] = first[names == ""]
         return [(0.5 * (a + b), str(name)) for a, b, name in zip(low, high, names, strict=True)]
 
-    def _places(self, points: PlannedPoints) -> Any:
-        """Return the place of each point in the grid, (points, axes)."""
-        of_case = np.unravel_index(points.near, self.shape[:-1])
-        return np.column_stack([*of_case, np.searchsorted(self.shares, points.set_points)])
-
     def _values(self, place: Sequence[int]) -> list[float]:
-        return [float(axis.values[i]) for axis, i in zip(self.axes, place, strict=True)]
+        """Return the parameters and the set point at a place in the grid."""
+        return [
+            *(float(axis.values[i]) for axis, i in zip(self.axes, place, strict=False)),
+            float(self.shares[place[-1]]),
+        ]
 
     def _room(self, points: PlannedPoints, holds: Bools, edges: list[tuple[Array, str]]) -> Array:
         """Return the distance of each point from the nearest boundary, in units of the margins: the largest along any axis.
@@ -351,11 +350,9 @@ class _Work:
 
         own = scaled(np.column_stack([points.values, points.set_points]))
         room = np.where(holds, np.inf, 0.0)
-        allowed_places = {tuple(place) for place in self._places(points)[holds].tolist()}
+        allowed_places = {tuple(place) for place in points.places(self.shape, self.shares)[holds].tolist()}
         bad = [place for place in np.ndindex(*self.shape) if place not in allowed_places]
-        walls = [np.array([*self._values(place[:-1]), self.shares[place[-1]]]) for place in bad] + [
-            at for at, _ in edges
-        ]
+        walls = [*(np.array(self._values(place)) for place in bad), *(at for at, _ in edges)]
         if walls:
             there = scaled(np.array(walls))
             for one in np.flatnonzero(holds).tolist():

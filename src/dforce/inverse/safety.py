@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dforce.case import Case
-from dforce.core.arrays import Bools, Indices
-from dforce.core.errors import ParameterError, UnitError, checked, shorten
-from dforce.core.units import parse, parse_share, show, show_range
+from dforce.core.errors import ParameterError, checked
+from dforce.core.units import parse_share, show, show_range
 from dforce.experiments.base import Progress
 from dforce.findings.fits import NO_MODEL, is_constrained, judged_fit, verdict
 from dforce.inverse._plan_words import UNSTEADY
 from dforce.inverse.planner import plan
+from dforce.inverse.values import above_zero
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +66,7 @@ def safe_settings(
     import xarray as xr
 
     doubts = [] if isinstance(result, Case) else list(_doubts(result))
-    case, share, most = _case(result), parse_share(set_point, "set_point"), _limit(limit)
+    case, share, most = _case(result), parse_share(set_point, "set_point"), above_zero("limit", limit, "N")
     path = "drive.tones.1.A0" if case.drive.tones else "drive.A0"
     A0 = case.drive.tones[0].A0 if case.drive.tones else case.drive.A0
     if A0 is None:
@@ -114,16 +114,6 @@ def _doubts(fit: xr.Dataset) -> Iterator[str]:
         yield f"The data do not constrain {', '.join(unknown)}: the forces hold for the value in the case."
 
 
-def _limit(given: float | str) -> float:
-    try:
-        value = parse(given, "N")
-    except UnitError as error:
-        raise UnitError(f"limit {error}") from None
-    if not value > 0.0:
-        raise ParameterError(f"limit = {shorten(given)} is not above 0 N")
-    return value
-
-
 def _sentences(found: xr.Dataset) -> Iterator[str]:
     """Give what the tip does at the free amplitude of the case, and which amplitudes keep the limit."""
     amplitudes, force = found["A0"].values, found["peak_force"].values
@@ -142,22 +132,16 @@ def _sentences(found: xr.Dataset) -> Iterator[str]:
         every = show_range(float(amplitudes[known[0]]), float(amplitudes[known[-1]]), "m", DIGITS)
         yield f"The peak force stays below {limit} at every free amplitude from {every}."
         return
-    highest = _highest(allowed, known)
-    if highest is None:
+    count = int(np.argmin(allowed[known]))  # up to these, from the smallest on, all are allowed
+    if not count:
         yield (
             f"No free amplitude from {show(float(amplitudes[known[0]]), 'm', DIGITS)} keeps the peak force below {limit}: "
             "use a softer lever, or a higher set point."
         )
         return
+    highest = int(known[count - 1])
     yield f"The peak force stays below {limit} up to a free amplitude of {show(float(amplitudes[highest]), 'm', DIGITS)}."
     yield _at(found, highest, share)
-
-
-def _highest(allowed: Bools, known: Indices) -> int | None:
-    """Return the largest amplitude up to which all are allowed; None where the smallest is not."""
-    good = allowed[known]
-    count = len(good) if good.all() else int(np.argmin(good))
-    return int(known[count - 1]) if count else None
 
 
 def _at(found: xr.Dataset, place: int, share: str) -> str:

@@ -37,7 +37,7 @@ AT_RESONANCE = 90.0  # degrees
 
 
 class Given(NamedTuple):
-    """What a user says about the free part and the noise, in SI units and degrees."""
+    """The user's statements on the free part and the noise, in SI units and degrees."""
 
     free_part: tuple[float, float] | None
     free_amplitude: float | None
@@ -78,10 +78,8 @@ class Work:
         return [word for word in WAYS if word in there]
 
 
-def take_delay(work: Work, delay: float | None, speed: float | None) -> None:
+def take_delay(work: Work, delay: float, speed: float | None) -> None:
     """Give each point the height at which it was measured, a delay earlier."""
-    if delay is None:
-        return
     height = work.values("height")
     if speed is None and "time" not in work.data:
         raise ParameterError("delay needs the speed of the heights (speed = '100 nm/s'), because the curve has no time")
@@ -96,11 +94,8 @@ def take_delay(work: Work, delay: float | None, speed: float | None) -> None:
         start = (own[1] - own[0]) / (time[1] - time[0])
         height[rows] = np.interp(time - delay, time, own) + np.minimum(time - delay - time[0], 0.0) * start
     work.data["height"] = ("point", height)
-    by = f"{units.show(speed, 'm/s', 4)} times " if speed is not None else "the heights "
-    work.history.append(
-        f"delay: each point has the height of {units.show(delay, 's', 4)} before"
-        + (f" ({by}that)" if speed is not None else " (by its time)")
-    )
+    how = "by its time" if speed is None else f"{units.show(speed, 'm/s', 4)} times that"
+    work.history.append(f"delay: each point has the height of {units.show(delay, 's', 4)} before ({how})")
 
 
 def find_free_part(work: Work) -> None:
@@ -131,10 +126,8 @@ def find_free_part(work: Work) -> None:
                     "noise; remove this point"
                 )
     _refuse_no_free_part(work)
-    mask = np.zeros(len(height), dtype=bool)
-    for rows in work.free.values():
-        mask[rows] = True
-    work.data["free"] = ("point", mask)
+    every = np.concatenate([*work.free.values(), np.zeros(0, dtype=int)])
+    work.data["free"] = ("point", np.isin(np.arange(len(height)), every))
 
 
 def _allowed(name: str, values: Array) -> float:
@@ -153,7 +146,7 @@ def _refuse_no_free_part(work: Work) -> None:
     needed = [name for name in work.channels if name not in work.given.errors]
     missing = [
         *(["free_amplitude"] if work.given.free_amplitude is None else []),
-        *(["free_phase"] if work.given.free_phase is None and "phase" in work.data else []),
+        *(["free_phase"] if work.given.free_phase is None else []),
         *(f"errors of {name}" for name in needed),
     ]
     if missing:
@@ -195,14 +188,13 @@ def level(work: Work) -> None:
             work.history.append(f"drift: {text}; the line is subtracted")
 
 
-def together(work: Work, name: str) -> tuple[float, float, float]:
-    """Return mean, its error and the noise of a channel over the free parts of both directions."""
+def together(work: Work, name: str) -> tuple[float, float]:
+    """Return the mean of a channel and its error, over the free parts of both directions."""
     parts = [(word, found[name]) for word, found in work.found.items()]
     silent = any(part.error == 0.0 for _, part in parts)
     weights = np.array([part.points if silent else part.error**-2.0 for _, part in parts], dtype=float)
     mean = float((weights * [part.mean for _, part in parts]).sum() / weights.sum())
     error = 0.0 if silent else float(1.0 / np.sqrt(weights.sum()))
-    noise = float(np.sqrt(np.average([part.noise**2 for _, part in parts], weights=[part.points for _, part in parts])))
     if len(parts) == 2:
         apart = parts[0][1].mean - parts[1][1].mean
         if abs(apart) > WIDE * math.hypot(parts[0][1].error, parts[1][1].error):
@@ -211,7 +203,7 @@ def together(work: Work, name: str) -> tuple[float, float, float]:
                 f"drift: the free {name} of approach and retract differ by {shown(apart, None, UNITS[name])}, "
                 "and half of this is added to its error"
             )
-    return mean, error, noise
+    return mean, error
 
 
 def take_amplitudes(work: Work, case: Case | None) -> None:
@@ -247,7 +239,7 @@ def take_amplitudes(work: Work, case: Case | None) -> None:
             if work.found:
                 _compare(work, together(work, amplitude)[0], own, "in your settings")
         elif work.found:
-            mean, error, _ = together(work, amplitude)
+            mean, error = together(work, amplitude)
             attrs |= {f"free_amplitude{ending}": mean, f"free_amplitude{ending}_error": error}
             work.history.append(f"free amplitude{' of tone 2' if ending else ''}: {shown(mean, error, 'm')}")
             if case is not None and len(case.problem.tones) > tone:
@@ -282,9 +274,10 @@ def take_phases(work: Work, case: Case | None) -> None:
         if work.given.free_phase is not None and not ending:
             free, error = work.given.free_phase, 0.0
         elif work.found:
-            mean, error, _ = together(work, name)
+            mean, error = together(work, name)
             change = max(
-                (abs(found[name].slope) + found[name].slope_error) * _length(work, word)
+                (abs(found[name].slope) + found[name].slope_error)
+                * float(np.ptp(work.values("height")[work.free[word]]))
                 for word, found in work.found.items()
             )
             free, error = mean, math.hypot(error, change)
@@ -301,10 +294,6 @@ def take_phases(work: Work, case: Case | None) -> None:
             if work.given.free_phase is None
             else f"{name}: your free phase is set to {lag:.2f}° ({why}), by an offset of {text}"
         )
-
-
-def _length(work: Work, word: str) -> float:
-    return float(np.ptp(work.values("height")[work.free[word]]))
 
 
 def _free_lag(work: Work, case: Case | None, tone: int) -> tuple[float, str]:

@@ -125,6 +125,11 @@ class MeasuredTable:
     label: str = ""
     reader: Reader = OF_NOBODY
 
+    @property
+    def numbers(self) -> list[Column]:
+        """The columns of numbers."""
+        return [column for column in self.columns if column.values.dtype.kind == "f"]
+
     def place(self, row: int) -> str:
         """Return where a row (from 0) stands, for a sentence."""
         return f"row {row + 1}" if self.lines is None else f"line {self.lines[row]}"

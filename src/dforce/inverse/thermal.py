@@ -188,21 +188,7 @@ def thermal_tune(
         f"k: {show(k, k_error, 'N/m')} of mode 1, {units.show(k_static, 'N/m', 4)} static, by equipartition at "
         f"{warm.value:.5g} K ({way})"
     )
-    return ThermalTune(
-        tune.f0,
-        tune.f0_error,
-        k,
-        k_error,
-        tune.Q,
-        tune.Q_error,
-        k_static,
-        tune.mean_square,
-        tune.background,
-        tune.averages,
-        tune.band,
-        tuple(history),
-        (frequency, power),
-    )
+    return replace(tune, k=k, k_error=k_error, k_static=k_static, history=tuple(history), spectrum=(frequency, power))
 
 
 def _arrays(frequency: object, density: object, unit: str | None) -> MeasuredTable:
@@ -258,11 +244,8 @@ def _spectrum(
 
 
 def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
-    numbers = [column for column in table.columns if column.values.dtype.kind == "f"]
-    if wanted is not None:
-        found = [column for column in numbers if column.name == wanted]
-    else:
-        found = [column for column in numbers if bare(column.name) in known]
+    numbers = table.numbers
+    found = [one for one in numbers if (bare(one.name) in known if wanted is None else one.name == wanted)]
     if len(found) != 1:
         there = ", ".join(f"'{shorten(column.name, 30)}'" for column in numbers[:20])
         asked = f"no column '{shorten(wanted)}'" if wanted else f"{len(found)} columns" if found else "no column"

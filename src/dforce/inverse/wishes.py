@@ -1,4 +1,4 @@
-"""What a plan asks for: limits such as ``"< 100 pN"``, margins, and a goal; read with the units module, never evaluated."""
+"""Wishes of a plan: limits such as ``"< 100 pN"``, margins, and a goal; read with the units module, never evaluated."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from dforce.core import units
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.quantities import OBSERVABLES
+from dforce.inverse.values import number_of
 
 LIMIT = re.compile(r"\s*(<=?|>=?)\s*(.+?)\s*", re.DOTALL)
 SHARE = re.compile(r"(.+?)\s+of\s+([\w.]+)", re.DOTALL)
@@ -131,13 +132,13 @@ def _limit(case: Case, name: str, given: Any) -> Limit:
     sign, rest = (1.0 if match[1].startswith("<") else -1.0), match[2]
     share = SHARE.fullmatch(rest)
     if share is not None:
-        return _share(case, Limit(name, given, sign, _parsed(where, share[1], "1"), share[2]), where)
+        return _share(case, Limit(name, given, sign, number_of(where, share[1], "1"), share[2]), where)
     split = units.split_unit(rest)
     if unit != "1" and split is not None and not split[1]:
         raise ParameterError(
             f'{where} = {shorten(given)} has no unit; write for example "{match[1]} {split[0]} {_usual(unit)}"'
         )
-    return Limit(name, given, sign, _parsed(where, rest, unit))
+    return Limit(name, given, sign, number_of(where, rest, unit))
 
 
 def _share(case: Case, limit: Limit, where: str) -> Limit:
@@ -147,15 +148,6 @@ def _share(case: Case, limit: Limit, where: str) -> Limit:
     if value_at(case, limit.path) is None:
         raise ParameterError(f"{where} is a share of {limit.path}, but the case has no such value")
     return limit
-
-
-def _parsed(where: str, text: str, unit: str) -> float:
-    try:
-        if unit == "degree":
-            return math.degrees(units.parse(text, "rad"))
-        return units.parse(text, unit)
-    except ParameterError as error:
-        raise type(error)(f"{where} {error}") from None
 
 
 def _usual(unit: str) -> str:
@@ -179,7 +171,7 @@ def _margins(case: Case, paths: Sequence[str], given: object) -> tuple[dict[str,
             raise ParameterError(f"{where} is a margin for a parameter that does not vary{nearest(name, out)}")
         relative = isinstance(value, str) and value.strip().endswith("%")
         unit = "1" if relative or path == "set_point" else case.quantity(path).unit
-        size = _parsed(where, value, unit)
+        size = number_of(where, value, unit)
         share = relative or path == "set_point"
         if not 0.0 < size < (1.0 if share else math.inf):
             raise ParameterError(f"{where} = {shorten(value)} is not above 0{' and below 1' if share else ''}")

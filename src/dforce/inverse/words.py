@@ -47,16 +47,9 @@ MEANINGS = {
     "x": Meaning("m", ("x", "xposition", "posx")),
     "y": Meaning("m", ("y", "yposition", "posy")),
 }  # fmt: skip
-DENSITY = (
-    "psd",
-    "powerspectraldensity",
-    "amplitudespectraldensity",
-    "asd",
-    "density",
-    "spectraldensity",
-    "power",
-    "spectrum",
-)  # names of the density in a spectrum
+DENSITY = (  # names of the density in a spectrum
+    "psd", "powerspectraldensity", "amplitudespectraldensity", "asd", "density", "spectraldensity", "power", "spectrum",
+)  # fmt: skip
 ABOVE_THE_SAMPLE = ("zc", "heightabovesample")  # heights whose name says that larger ones are farther away
 OF_A_NAME = {name: quantity for quantity, meaning in MEANINGS.items() for name in meaning.names}
 # units that may end a name behind an underscore or a slash; any other word there belongs to the name
@@ -133,6 +126,15 @@ def scale_to(unit: str, stored: str) -> float:
     if stored == "degree":
         return 1.0 if unit in ("deg", "degree") else math.degrees(units.parse(f"1 {unit}", "rad"))
     return units.parse(f"1 {unit}", stored)
+
+
+def is_of(unit: str, stored: str) -> bool:
+    """Say whether a unit measures what is stored in another."""
+    try:
+        scale_to(unit, stored)
+    except UnitError:
+        return False
+    return True
 
 
 def naming(quantity: str) -> str:

@@ -270,7 +270,7 @@ class Block(TipEquations):
         self._solvers.entry("find_orbits")(slots, orbits, marching)
 
     def shifts(self, which: Indices, states: States, at: Array, slopes: Array, repeats: int) -> Array:
-        """Return by how much of the parameter (SI) curves lie aside of steep orbits found with other samples, NaN if unknown.
+        """Return how far (SI), along the parameter, curves lie from steep orbits found with other samples; NaN if unknown.
 
         Each orbit is found again in the plane across its curve, as at a fold none may be left at the same value.
         `slopes` are the curves' slopes there (per unit of the parameter).
@@ -329,7 +329,7 @@ class Block(TipEquations):
         return ends[:, 0].copy(), np.ascontiguousarray(slopes)
 
     def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> tuple[Array, States, Array]:
-        """Return what is measured, (problems, periods, columns), on the orbits that one Newton step from some states leads to.
+        """Return the measurement, (problems, periods, columns), of the orbits that one Newton step from some states leads to.
 
         With it come the states there, and how far the next step would lead, (problems,). `monodromy` are matrices known from
         elsewhere: of the same orbits with other samples.

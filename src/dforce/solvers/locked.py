@@ -43,7 +43,7 @@ FAR = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # free amplitudes above 
 
 
 class LockedStates(NamedTuple):
-    """What was found, a row for each state.
+    """The states found, a row for each.
 
     Attributes
     ----------
@@ -175,7 +175,7 @@ class Locked:
         return self.block.tables_driven(*self.driven(unknowns))
 
     def signal(self, unknowns: Array, rows: Array) -> Complexes:
-        """Return what the lock-in reads, relative to the drive and in units of the set point."""
+        """Return the reading of the lock-in, relative to the drive and in units of the set point."""
         base = np.zeros((len(rows), 1), dtype=complex)
         if self.problem.shaken is not None:
             base = kernel.base_of(self.tables(unknowns)[1])

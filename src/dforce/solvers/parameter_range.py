@@ -209,7 +209,7 @@ class ParameterRange:
         return None if found is None else replace(found, special=orbit.special, steps=orbit.steps)
 
     def remeasured(self, orbit: Orbit) -> tuple[Array, Array]:
-        """Return what one Newton step in that plane leads to: the unknowns, and what is measured over each period there."""
+        """Return the unknowns after one Newton step in the plane of `across`, and the measurement over each period there."""
         u, rows = orbit.u.copy(), np.full(orbit.rows.shape, np.nan)
         ends, _ = self._march(orbit.x[None], orbit.value, orbit.kept.branch, orbit.repeats)
         if np.isfinite(ends).all():
@@ -295,7 +295,7 @@ class ParameterRange:
         return self.vectors(States(slots.ends[:, 0], slots.memory_after, slots.branch_after)), slots
 
     def steady(self, orbit: Orbit) -> Steady:
-        """Return an orbit as what is found at a point, with its largest multipliers, two for each mode.
+        """Return an orbit as what is found at a point, with as many of its largest multipliers as a motion has numbers.
 
         The largest is below 1 where the orbit is stable, and nowhere else: where it may be 1 it is not written as less.
         """

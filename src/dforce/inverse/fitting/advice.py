@@ -1,8 +1,10 @@
-"""What a reader of a fit should know: where its numbers mean less than they seem to."""
+"""Advice on a fit: where its numbers mean less than they seem to."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +12,7 @@ import numpy as np
 from dforce.core import units
 from dforce.findings.fits import AS_EXPECTED, WHY, judged
 from dforce.inverse.checks import doubts
-from dforce.inverse.fitting.certainty import known_products
+from dforce.inverse.fitting.certainty import NOT_TOLD, TOGETHER, known_products
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.steps import FAR_FORCES
@@ -21,8 +23,6 @@ if TYPE_CHECKING:
     from dforce.inverse.fitting.minimize import Minimum
 
 NEAR_EQUAL = 9.0  # of chi2: a second minimum so near is not excluded by the data
-TOGETHER = 0.98  # correlation beyond which two parameters are known only together
-NOT_TOLD = 0.5  # relative error beyond which a parameter is not told
 COARSE = 0.3  # standard deviations
 BOUND = 1e-3
 STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
@@ -32,45 +32,40 @@ SPEC = "numbers of this fit"
 def advice_on(found: Fitted, independence: float) -> list[Advice]:
     """Return the advice on a fit, with the probability that its residuals are noise; of a stopped one without its minimum."""
     if found.interrupted and bool(np.isnan(found.certain.covariance).all()):
-        return [one for one in (_doubts(found),) if one is not None]
+        return list(_doubts(found))
     pieces = (_minima, _bounds, _unseen, _products, _untold, _together, _sampling)
     every = [_doubts(found), _lost(found), _chi2(found, independence), *(piece(found) for piece in pieces)]
-    return [one for one in every if one is not None]
+    return list(chain.from_iterable(every))
 
 
-def _doubts(found: Fitted) -> Advice | None:
+def _doubts(found: Fitted) -> Iterator[Advice]:
     # the model has the forces that reach far, and the offset is fitted
-    told = [text for text in doubts(found.data.attrs) if not text.endswith(FAR_FORCES)]
-    if not told:
-        return None
-    return Advice(
-        "doubted_data", float(len(told)), 0.0, f"doubts about the measured curve: {'; '.join(told)}.", SPEC, ()
-    )
+    told = [text for text in doubts(found.model.data.attrs) if not text.endswith(FAR_FORCES)]
+    if told:
+        text = f"doubts about the measured curve: {'; '.join(told)}."
+        yield Advice("doubted_data", float(len(told)), 0.0, text, SPEC, ())
 
 
-def _lost(found: Fitted) -> Advice | None:
-    lost = found.best.lost
-    if not lost:
-        return None
-    text = (
-        f"the best fit has no such state at {lost} of {int(found.data.used.sum())} points, so the fit failed there. "
-        "Values and errors are biased. Leave out more points beside the jump (margin), or check the model."
-    )
-    return Advice("lost_points", float(lost), 0.0, text, SPEC, ("fit.margin",))
+def _lost(found: Fitted) -> Iterator[Advice]:
+    if lost := found.best.lost:
+        text = (
+            f"the best fit has no such state at {lost} of {int(found.model.data.used.sum())} points, so the fit failed there. "
+            "Values and errors are biased. Leave out more points beside the jump (margin), or check the model."
+        )
+        yield Advice("lost_points", float(lost), 0.0, text, SPEC, ("fit.margin",))
 
 
-def _chi2(found: Fitted, independence: float) -> Advice | None:
-    chi2 = judged(found.best.chi2, found.degrees_of_freedom, found.data.noise_points, independence)
-    if chi2.word == AS_EXPECTED:
-        return None
-    text = f"chi2 is {chi2.reduced:.3g} for each degree of freedom: {WHY[chi2.word]}."
-    return Advice("reduced_chi2", chi2.reduced, chi2.limit, text, STATISTICS, ())
+def _chi2(found: Fitted, independence: float) -> Iterator[Advice]:
+    chi2 = judged(found.best.chi2, found.degrees_of_freedom, found.model.data.noise_points, independence)
+    if chi2.word != AS_EXPECTED:
+        text = f"chi2 is {chi2.reduced:.3g} for each degree of freedom: {WHY[chi2.word]}."
+        yield Advice("reduced_chi2", chi2.reduced, chi2.limit, text, STATISTICS, ())
 
 
-def _minima(found: Fitted) -> Advice | None:
+def _minima(found: Fitted) -> Iterator[Advice]:
     others = [one for one in found.minima[1:] if one.chi2 - found.best.chi2 < NEAR_EQUAL and not one.lost]
     if not others:
-        return None
+        return
     told = "; ".join(f"chi2 {one.chi2:.1f} at {_place(found, one)}" for one in others)
     inside = len(not_excluded(found.minima)) - 1
     joined = {
@@ -80,15 +75,15 @@ def _minima(found: Fitted) -> Advice | None:
     text = f"chi2 has more than one minimum: {found.best.chi2:.1f} at the values of this fit, and {told}. {joined}."
     names = tuple(
         one.name
-        for i, one in enumerate(found.unknowns)
+        for i, one in enumerate(found.model.unknowns)
         if any(abs(other.varied[i] - found.best.varied[i]) > found.certain.errors[i] for other in others)
     )
-    return Advice("second_minimum", others[0].chi2 - found.best.chi2, NEAR_EQUAL, text, STATISTICS, names)
+    yield Advice("second_minimum", others[0].chi2 - found.best.chi2, NEAR_EQUAL, text, STATISTICS, names)
 
 
 def _place(found: Fitted, one: Minimum) -> str:
     """Return the values of the fitted parameters at a minimum as text."""
-    values = zip(found.unknowns, found.model.values(one.varied), strict=True)
+    values = zip(found.model.unknowns, found.model.values(one.varied), strict=True)
     return ", ".join(
         f"{each.name} = {units.show(float(value), each.unit, 3)}"
         for each, value in values
@@ -96,63 +91,56 @@ def _place(found: Fitted, one: Minimum) -> str:
     )
 
 
-def _bounds(found: Fitted) -> Advice | None:
-    low, high = limits(found.unknowns)
+def _bounds(found: Fitted) -> Iterator[Advice]:
+    low, high = limits(found.model.unknowns)
     near = np.minimum(np.abs(found.best.varied - low), np.abs(found.best.varied - high)) < BOUND
-    names = [one.name for one, is_near in zip(found.unknowns, near, strict=True) if is_near]
-    if not names:
-        return None
-    text = f"{', '.join(names)} lies at a bound of its range. Its error is meaningless: the best value is beyond the bound."
-    return Advice("at_bound", float(len(names)), 0.0, text, SPEC, tuple(names))
+    names = [one.name for one, is_near in zip(found.model.unknowns, near, strict=True) if is_near]
+    if names:
+        said = f"{', '.join(names)} lies at a bound of its range."
+        text = f"{said} Its error is meaningless: the best value is beyond the bound."
+        yield Advice("at_bound", float(len(names)), 0.0, text, SPEC, tuple(names))
 
 
-def _unseen(found: Fitted) -> Advice | None:
-    if not found.unseen:
-        return None
-    text = (
-        f"not constrained by these data: {', '.join(found.unseen)}. The value is meaningless and has no error. dforce fit "
-        "--identify finds a measurement that constrains it."
-    )
-    return Advice("not_seen", float(len(found.unseen)), 0.0, text, SPEC, tuple(found.unseen))
+def _unseen(found: Fitted) -> Iterator[Advice]:
+    if names := found.unseen:
+        text = (
+            f"not constrained by these data: {', '.join(names)}. The value is meaningless and has no error. dforce fit "
+            "--identify finds a measurement that constrains it."
+        )
+        yield Advice("not_seen", float(len(names)), 0.0, text, SPEC, tuple(names))
 
 
-def _products(found: Fitted) -> Advice | None:
-    products = known_products(found.certain.dead, found.unknowns)
-    if not products:
-        return None
-    text = f"the data constrain only products: {', '.join(products)}. Remove one of the parameters, or add a prior."
-    return Advice("only_products", float(len(products)), 0.0, text, SPEC, ())
+def _products(found: Fitted) -> Iterator[Advice]:
+    if products := known_products(found.certain.dead, found.model.unknowns):
+        text = f"the data constrain only products: {', '.join(products)}. Remove one of the parameters, or add a prior."
+        yield Advice("only_products", float(len(products)), 0.0, text, SPEC, ())
 
 
-def _untold(found: Fitted) -> Advice | None:
+def _untold(found: Fitted) -> Iterator[Advice]:
     errors = found.certain.errors
     names = [
         one.name
-        for one, error in zip(found.unknowns, errors, strict=True)
+        for one, error in zip(found.model.unknowns, errors, strict=True)
         if one.is_log and math.isfinite(error) and error > NOT_TOLD
     ]
-    if not names:
-        return None
-    worst = float(max(error for error in errors if math.isfinite(error)))
-    text = f"{', '.join(names)} is not constrained by this curve: its error is above 50 %."
-    return Advice("not_told", worst, NOT_TOLD, text, SPEC, tuple(names))
+    if names:
+        worst = float(max(error for error in errors if math.isfinite(error)))
+        text = f"{', '.join(names)} is not constrained by this curve: its error is above 50 %."
+        yield Advice("not_told", worst, NOT_TOLD, text, SPEC, tuple(names))
 
 
-def _together(found: Fitted) -> Advice | None:
-    correlation = np.abs(np.nan_to_num(np.triu(found.certain.correlation, 1)))
-    if not correlation.size or correlation.max() < TOGETHER:
-        return None
-    i, j = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
-    pair = found.unknowns[int(i)].name, found.unknowns[int(j)].name
-    text = f"{pair[0]} and {pair[1]} are constrained only together: their correlation is {correlation.max():.4f}."
-    return Advice("only_together", float(correlation.max()), TOGETHER, text, SPEC, pair)
+def _together(found: Fitted) -> Iterator[Advice]:
+    worst, pair = found.certain.closest
+    if abs(worst) >= TOGETHER:
+        names = tuple(found.model.unknowns[i].name for i in pair)
+        text = f"{' and '.join(names)} are constrained only together: their correlation is {abs(worst):.4f}."
+        yield Advice("only_together", abs(worst), TOGETHER, text, SPEC, names)
 
 
-def _sampling(found: Fitted) -> Advice | None:
-    if not found.coarse > COARSE:
-        return None
-    text = (
-        f"twice as many samples a period change the curve by up to {found.coarse:.2g} standard deviations. "
-        "Raise solver.points_per_period."
-    )
-    return Advice("sampling", found.coarse, COARSE, text, SPEC, ("solver.points_per_period",))
+def _sampling(found: Fitted) -> Iterator[Advice]:
+    if found.coarse > COARSE:
+        text = (
+            f"twice as many samples a period change the curve by up to {found.coarse:.2g} standard deviations. "
+            "Raise solver.points_per_period."
+        )
+        yield Advice("sampling", found.coarse, COARSE, text, SPEC, ("solver.points_per_period",))

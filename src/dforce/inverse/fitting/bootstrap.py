@@ -60,10 +60,8 @@ def bootstrap(
     model: CurveModel, best: Minimum, seen: Sequence[int], count: int, done: Callable[[Bootstrap], None]
 ) -> None:
     """Fit to redrawn residuals as often as asked for; `done` gets all that there are after each fit."""
-    if best.prediction is None:
-        return
     draw, values = np.random.default_rng(SEED), model.values(best.varied)
-    residuals = model.residuals(best.prediction)
+    residuals = model.residuals(best.predicted)
     groups = [np.flatnonzero(model.data.branch[model.points] == kind) for kind in np.unique(model.data.branch)]
     groups = [group for group in groups if len(group)]
     length = block_length([residuals[group] for group in groups], model.data.correlation)
@@ -74,7 +72,7 @@ def bootstrap(
         again, drawn = copy.copy(model), residuals.copy()
         for group in groups:
             drawn[group] = residuals[group[_in_blocks(len(group), length, draw)]]
-        again.measured = best.prediction.values - larger * drawn * model.sigma
+        again.measured = best.predicted.values - larger * drawn * model.sigma
         again.unknowns = [
             one if one.prior is None else replace(one, prior=(float(draw.normal(value, one.prior[1])), one.prior[1]))
             for one, value in zip(model.unknowns, values, strict=True)

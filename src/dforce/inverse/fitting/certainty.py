@@ -17,6 +17,8 @@ CORRELATED = 0.1  # of neighbors: below, the noise counts as white
 QUARTER, NEAR_QUARTER = 0.25, 0.02  # powers in a product are rounded to quarters, where they are near
 PIVOTS = ("radius", ".k", ".Q")  # what strengths are multiplied by in a product: H R, E sqrt(R), ...
 SMALL_POWER = 0.1  # powers below are none
+TOGETHER = 0.98  # correlation beyond which two parameters are known only together
+NOT_TOLD = 0.5  # relative error beyond which a parameter is not told
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,11 @@ class Certainty:
     dead: Array
     inflation: float = 1.0
 
+    @classmethod
+    def unknown(cls, count: int) -> Certainty:
+        """Return that of so many unknowns of which nothing is known."""
+        return cls(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count)))
+
     @property
     def errors(self) -> Array:
         """Standard deviations of what is varied; infinite where only a product is known."""
@@ -56,6 +63,13 @@ class Certainty:
         errors = self.errors
         with np.errstate(invalid="ignore"):
             return np.asarray(self.covariance / np.outer(errors, errors))
+
+    @property
+    def closest(self) -> tuple[float, tuple[int, int]]:
+        """The correlation farthest from 0, and the pair of unknowns that has it; 0 where none is known."""
+        strength = np.nan_to_num(np.triu(self.correlation, 1))
+        i, j = np.unravel_index(int(np.argmax(np.abs(strength))), strength.shape)
+        return float(strength[i, j]), (int(i), int(j))
 
 
 def certainty(jacobian: Array, unknowns: Sequence[Unknown], inflation: float = 1.0) -> Certainty:

@@ -67,7 +67,7 @@ class BranchPoints:
 
 @dataclass
 class SolvedCurve:
-    """What was found for some problems at all points.
+    """The motions found for some problems at all points.
 
     Attributes
     ----------
@@ -117,11 +117,8 @@ class ModelBranches:
     ) -> None:
         if settings.method != "periodic":
             settings = SolverSettings(points_per_period=settings.points_per_period)
-        self.settings, self.stretches, self.check_cancelled = (
-            settings,
-            list(stretches),
-            check_cancelled or (lambda: None),
-        )
+        self.settings, self.stretches = settings, list(stretches)
+        self.check_cancelled = check_cancelled or (lambda: None)
         self.samples = finer * sample_count(problem, settings)
         self.count = sum(len(stretch.heights) for stretch in stretches)
         self.tones, self.columns = tones, 2 * tones
@@ -262,13 +259,7 @@ class ModelBranches:
         return np.concatenate([found["amplitude"][:, : self.tones], found["phase"][:, : self.tones]], axis=1)
 
     def slopes(
-        self,
-        above: Sequence[Problem],
-        below: Sequence[Problem],
-        shift: float,
-        solved: SolvedCurve,
-        turns: Array,
-        case: int = 0,
+        self, above: Sequence[Problem], below: Sequence[Problem], shift: float, solved: SolvedCurve, turns: Array
     ) -> Array:
         """Return what a curve is above minus what it is below, (parameters, points, 2 tones).
 
@@ -279,33 +270,36 @@ class ModelBranches:
             the heights. Alone it stands below all.
         shift
             How far the heights are moved for the last pair (m), up, and down where `below` has more than that problem.
-        solved, case
-            What was found, and for which problem.
+        solved
+            What was found for the problem.
         turns
             As of :meth:`solve`.
         """
         beside, shifts = [*above, *below], np.zeros(len(above) + len(below))
         shifts[len(above) - 1], shifts[-1] = shift, -shift if len(below) > 1 else 0.0
-        find = self._beside if self.from_orbits(solved, case) else self._anew
-        values = find(beside, shifts, solved, turns, case)
+        values = (
+            self._beside(beside, shifts, solved)
+            if self.from_orbits(solved)
+            else self._anew(beside, shifts, solved, turns)
+        )
         return difference(values[: len(above)], values[len(above) :])
 
-    def from_orbits(self, solved: SolvedCurve, case: int = 0) -> bool:
+    def from_orbits(self, solved: SolvedCurve) -> bool:
         """Say whether derivatives follow from the orbits that were found; else curves beside them are followed anew."""
-        return self.is_smooth and not bool(solved.lost[case].any())
+        return self.is_smooth and not bool(solved.lost.any())
 
-    def _beside(self, beside: Sequence[Problem], shifts: Array, solved: SolvedCurve, turns: Array, case: int) -> Array:
+    def _beside(self, beside: Sequence[Problem], shifts: Array, solved: SolvedCurve) -> Array:
         """Return what problems say one Newton step beside the orbits of one."""
         block, times = self._block(beside), (len(beside), 1)
         which = np.repeat(np.arange(len(beside)), self.count)
-        at = (solved.at[case] + shifts[:, None]).ravel()
-        states = States(*(np.tile(part[case], times) for part in (solved.x, solved.memory, solved.branch)))
-        rows, _, _ = block.remeasure(which, states, at, np.tile(solved.monodromy[case], (*times, 1)))
+        at = (solved.at[0] + shifts[:, None]).ravel()
+        states = States(*(np.tile(part[0], times) for part in (solved.x, solved.memory, solved.branch)))
+        rows, _, _ = block.remeasure(which, states, at, np.tile(solved.monodromy[0], (*times, 1)))
         return self.read(block, which, at, rows).reshape(len(beside), self.count, self.columns)
 
-    def _anew(self, beside: Sequence[Problem], shifts: Array, solved: SolvedCurve, turns: Array, case: int) -> Array:
+    def _anew(self, beside: Sequence[Problem], shifts: Array, solved: SolvedCurve, turns: Array) -> Array:
         """Return the same from curves that are followed anew."""
-        offsets = solved.at[case] - self._heights()
+        offsets = solved.at[0] - self._heights()
         offset = float(np.nanmean(offsets)) if np.isfinite(offsets).any() else 0.0  # no point has a state there
         return self.solve(beside, offset + shifts, turns).values
 

@@ -1,31 +1,28 @@
-"""What a fit found, before it is written as a Dataset."""
+"""The result of a fit, before it is written as a Dataset."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from dforce.case import Case, Fit
+from dforce.case import Fit
 from dforce.core.arrays import Array
 from dforce.inverse.fitting.bootstrap import Bootstrap
 from dforce.inverse.fitting.certainty import Certainty
 from dforce.inverse.fitting.minimize import Minimum
 from dforce.inverse.fitting.model import CurveModel
-from dforce.inverse.fitting.points import MeasuredPoints
 from dforce.inverse.fitting.profile import Profile
 from dforce.inverse.fitting.sides import Sides
 from dforce.inverse.fitting.starts import SearchStart
-from dforce.inverse.fitting.unknowns import Unknown
 
 
 @dataclass
 class Fitted:
-    """What a fit found.
+    """The result of a fit.
 
     Attributes
     ----------
-    case, settings, data, unknowns
-        What was asked.
+    settings, model
+        What was asked, and the model of case and data with which it was found.
     minima, starts
         The minima, the lowest first; where the searches began, and how low chi2 was there.
     certain, sides
@@ -36,16 +33,14 @@ class Fitted:
         By the name of the unknown.
     bootstrap
         Fits to redrawn residuals, where they were asked for.
-    model
-        With which it was found.
+    coarse, runs
+        By how much more samples would change the curve, in standard deviations; evaluations of the model.
     interrupted
         Whether it was stopped.
     """
 
-    case: Case
     settings: Fit
-    data: MeasuredPoints
-    unknowns: list[Unknown]
+    model: CurveModel
     minima: list[Minimum]
     starts: list[SearchStart]
     certain: Certainty
@@ -53,11 +48,9 @@ class Fitted:
     passed: Array
     profiles: dict[str, Profile]
     bootstrap: Bootstrap | None
-    model: CurveModel
     coarse: float
     runs: int
-    interrupted: bool = False
-    unseen: list[str] = field(default_factory=list)
+    interrupted: bool
 
     @property
     def best(self) -> Minimum:
@@ -65,16 +58,16 @@ class Fitted:
         return self.minima[0]
 
     @property
-    def count(self) -> int:
-        """How many parameters the data see."""
-        return len(self.unknowns) - len(self.unseen)
+    def unseen(self) -> list[str]:
+        """The parameters that the data do not see."""
+        return [one.name for one, seen in zip(self.model.unknowns, self.certain.seen, strict=True) if not seen]
 
     @property
     def degrees_of_freedom(self) -> int:
         """Numbers measured and priors, less the parameters."""
-        return degrees_of_freedom(self.data, self.unknowns, self.count)
+        return degrees_of_freedom(self.model, self.certain)
 
 
-def degrees_of_freedom(data: MeasuredPoints, unknowns: Sequence[Unknown], seen: int) -> int:
+def degrees_of_freedom(model: CurveModel, certain: Certainty) -> int:
     """Return the numbers measured and priors, less the parameters that the data see."""
-    return data.count + sum(one.prior is not None for one in unknowns) - seen
+    return model.data.count + sum(one.prior is not None for one in model.unknowns) - int(certain.seen.sum())

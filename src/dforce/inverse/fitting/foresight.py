@@ -14,13 +14,13 @@ from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.experiments import Approach
 from dforce.findings.finding import DEGREE
-from dforce.inverse.fitting.certainty import Certainty, certainty, known_products
+from dforce.inverse.fitting.certainty import NOT_TOLD, TOGETHER, Certainty, certainty, known_products
 from dforce.inverse.fitting.curves import ModelBranches
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
-from dforce.inverse.fitting.typed import number_of
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
 from dforce.inverse.measured import check_measured
+from dforce.inverse.values import number_of
 from dforce.results.provenance import provenance
 from dforce.solvers.blocks import block_type
 from dforce.solvers.quasi_static_walk import Walk
@@ -34,7 +34,6 @@ FARTHEST, NEAREST = 1.15, 0.3  # of the free amplitude: range where none is give
 AMPLITUDE_ERROR, PHASE_ERROR = 2e-3, 0.3  # of the free amplitude, and degrees: usual noise
 PRIORS = {"A0": 5e-3, "Q": 0.02, "phase_offset": 0.5}  # usual errors: of the value, of the value, degrees
 SAMPLE, PRIOR, ALL = "sample", "prior", "all"  # what is known of the instrument: all of it, as usual, nothing
-NOT_TOLD, TOGETHER = 0.5, 0.98
 UNSEEN, ONLY_PRODUCT, NOT_CONSTRAINED = "not seen", "only a product", "not constrained by this curve"  # verdicts
 MARGIN = 2  # points beside the end of a branch
 SECOND = {"f0": 6.2, "k": 39.3, "Q": 2.5}  # a second mode over the first, as of a rectangular lever in air
@@ -308,21 +307,19 @@ def _dataset(case: Case, free: Sequence[str], curves: dict[str, tuple[list[Unkno
                 name = one.name.replace("modes.1.", "") if one.name not in names else one.name
                 if name in names:
                     error[c, k, names.index(name)], verdict[c, k, names.index(name)] = sigma, text
-            strength = np.abs(np.nan_to_num(np.triu(found.correlation, 1)))
-            if strength.size:
-                i, j = np.unravel_index(int(np.argmax(strength)), strength.shape)
-                worst[c, k], pair[c, k] = found.correlation[i, j], f"{some[int(i)].name}, {some[int(j)].name}"
+            worst[c, k], both = found.closest
+            pair[c, k] = ", ".join(some[i].name for i in both)
             if len(found.dead):
                 products.append(f"{list(curves)[c]}, {known}: {', '.join(known_products(found.dead, some))}")
     first = next(iter(curves.values()))[0]
     unit = {one.name: "1" if one.is_log else one.unit for one in [*longest, *first]}
-    both = ("curve", "known")
+    dims = ("curve", "known")
     return xr.Dataset(
         {
-            "error": ((*both, "parameter"), error),
-            "verdict": ((*both, "parameter"), verdict),
-            "worst_correlation": (both, worst),
-            "worst_pair": (both, pair),
+            "error": ((*dims, "parameter"), error),
+            "verdict": ((*dims, "parameter"), verdict),
+            "worst_correlation": (dims, worst),
+            "worst_pair": (dims, pair),
         },
         {
             "curve": list(curves),

@@ -1,4 +1,4 @@
-"""What `df.identify` found, as a table and in sentences."""
+"""The findings of `df.identify`, as a table and in sentences."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from dforce.core import units
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.listing import aligned, in_parts
 from dforce.findings.finding import DEGREE
-from dforce.inverse.fitting.foresight import NOT_CONSTRAINED, NOT_TOLD, ONLY_PRODUCT, PRIOR, UNSEEN
+from dforce.inverse.fitting.certainty import NOT_TOLD
+from dforce.inverse.fitting.foresight import NOT_CONSTRAINED, ONLY_PRODUCT, PRIOR, UNSEEN
 
 if TYPE_CHECKING:
     import xarray as xr

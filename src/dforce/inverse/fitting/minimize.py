@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -43,6 +42,12 @@ class Minimum:
     def lost(self) -> int:
         """How many points have no state there."""
         return 0 if self.prediction is None else int(self.prediction.lost.sum())
+
+    @property
+    def predicted(self) -> Prediction:
+        """The prediction, where there is a problem: at each minimum that is kept."""
+        assert self.prediction is not None
+        return self.prediction
 
 
 class Objective:
@@ -90,7 +95,7 @@ class Objective:
         """Return all residuals in standard deviations: of the points, then of the priors."""
         varied = self.whole(free)
         predicted = self.predict(varied)
-        priors = self.priors(varied)
+        priors = self.model.priors(varied)
         if predicted is None:
             return np.concatenate([np.full(self.model.measured.size, OUTSIDE), priors])
         out = np.concatenate([self.model.residuals(predicted).ravel(), priors])
@@ -99,12 +104,6 @@ class Objective:
             self.best = Minimum(varied, chi2, predicted, self.runs)
         self.on_run(self)
         return out
-
-    def priors(self, varied: Array) -> Array:
-        """Return how far the unknowns are from what was known of them, in standard deviations."""
-        values = self.model.values(varied)
-        known = [(one.prior, value) for one, value in zip(self.model.unknowns, values, strict=True)]
-        return np.array([(value - prior[0]) / prior[1] for prior, value in known if prior is not None])
 
     def jacobian(self, free: Array) -> Array:
         """Return the derivatives of the residuals by what is varied."""
@@ -142,11 +141,7 @@ class Objective:
 def jacobian(model: CurveModel, varied: Array, predicted: Prediction, both_sides: bool = True) -> Array:
     """Return the derivatives of the residuals, those of the priors last, by what is varied; see :meth:`CurveModel.slopes`."""
     slopes = model.slopes(varied, predicted, both_sides) / model.sigma[..., None]
-    out: list[Any] = [slopes.reshape(-1, len(varied))]
-    values = model.values(varied)
-    for i, (one, value) in enumerate(zip(model.unknowns, values, strict=True)):
-        if one.prior is not None:
-            row = np.zeros((1, len(varied)))
-            row[0, i] = one.slope(float(value)) / one.prior[1]
-            out.append(row)
-    return np.concatenate(out)
+    known = [i for i, one in enumerate(model.unknowns) if one.prior is not None]
+    each = zip(model.unknowns, model.values(varied), strict=True)
+    of_priors = np.diag([one.slope(float(value)) / one.prior[1] if one.prior else 0.0 for one, value in each])[known]
+    return np.concatenate([slopes.reshape(-1, len(varied)), of_priors])

@@ -1,4 +1,4 @@
-"""What a case says about a measured curve, as a function of the unknowns, with its derivatives."""
+"""A measured curve as a case predicts it, as a function of the unknowns, with its derivatives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ANEW = 100.0  # times the steps
 
 @dataclass(frozen=True)
 class Prediction:
-    """What the model says at some values of the unknowns.
+    """The model's prediction at some values of the unknowns.
 
     Attributes
     ----------
@@ -66,13 +66,8 @@ class CurveModel:
         which: Any = None,
         check_cancelled: Callable[[], None] | None = None,
     ) -> None:
-        self.case, self.unknowns, self.data, self.finer, self.check_cancelled = (
-            case,
-            list(unknowns),
-            data,
-            finer,
-            check_cancelled,
-        )
+        self.case, self.unknowns, self.data = case, list(unknowns), data
+        self.finer, self.check_cancelled = finer, check_cancelled
         used = np.flatnonzero(data.used)
         self.points = used if which is None else used[which]
         self.measured, self.sigma = data.values[self.points], data.spread[self.points]
@@ -107,7 +102,7 @@ class CurveModel:
         """
         values = [self.values(row) for row in varied]
         problems = [self.problem(row) for row in values]
-        offsets = np.array([self._sum(HEIGHT, row) for row in values])
+        offsets = np.array([self.sum_of(HEIGHT, row) for row in values])
         # motions behind a jump start as measured: the offset of the first of these is as good as any
         solved = self.curves.solve(problems, offsets, self._turns(values[0]))
         return [self._prediction(solved, case, row) for case, row in enumerate(values)]
@@ -119,15 +114,13 @@ class CurveModel:
         alone = SolvedCurve(*(part[case : case + 1] for part in vars(solved).values()))
         return Prediction(out, solved.lost[case], solved.short[case], alone)
 
-    def _sum(self, kind: str, values: Array, tone: int = 0) -> float:
-        return float(
-            sum(
-                value for one, value in zip(self.unknowns, values, strict=True) if one.kind == kind and one.tone == tone
-            )
-        )
+    def sum_of(self, kind: str, values: Array, tone: int = 0) -> float:
+        """Return the sum of the values of one kind of unknown: the offset of the heights (m), or of a phase (degrees)."""
+        mine = [one.kind == kind and one.tone == tone for one in self.unknowns]
+        return float(sum(values[mine]))
 
     def _turns(self, values: Array) -> Array:
-        return np.array([self._sum(PHASE, values, tone) for tone in range(self.tones)])
+        return np.array([self.sum_of(PHASE, values, tone) for tone in range(self.tones)])
 
     def _scales(self, values: Array) -> Array:
         known = {one.tone: value for one, value in zip(self.unknowns, values, strict=True) if one.kind == SCALE}
@@ -165,6 +158,11 @@ class CurveModel:
             elif one.kind == SCALE:
                 out[:, one.tone, i] = predicted.values[:, one.tone]  # by the logarithm
         return out
+
+    def priors(self, varied: Array) -> Array:
+        """Return how far the unknowns are from what was known of them, in standard deviations."""
+        known = [(one.prior, value) for one, value in zip(self.unknowns, self.values(varied), strict=True)]
+        return np.array([(value - prior[0]) / prior[1] for prior, value in known if prior is not None])
 
     def residuals(self, predicted: Prediction) -> Array:
         """Return what the model says minus what was measured, in standard deviations, (points, 2 tones)."""

@@ -34,18 +34,14 @@ class Profile:
     ----------
     varied, chi2
         What is varied, in order, and the least chi2 there.
-    low, high
-        How far below and above the best chi2 has risen by 1 (of what is varied); infinite where it does not.
-    low_95, high_95
-        The same for 3.84: an interval of 95 %.
+    ends
+        How far below and above the best chi2 has risen by 1 (of what is varied), then by 3.84: an interval of 95 %; infinite
+        where it does not.
     """
 
     varied: Array
     chi2: Array
-    low: float
-    high: float
-    low_95: float
-    high_95: float
+    ends: list[float]
 
 
 def profile_of(
@@ -76,7 +72,7 @@ def profile_of(
     found.sort()
     varied, chi2 = (np.array(column) for column in zip(*found, strict=True))
     at = [_reach(varied, chi2, best, index, level, side) for level in (ONE, MOST) for side in (-1.0, 1.0)]
-    return Profile(varied, chi2, *at)
+    return Profile(varied, chi2, at)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -100,6 +100,15 @@ def _data_lines(result: xr.Dataset) -> list[str]:
     return lines
 
 
+def _each(result: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    """Give each parameter of a fit by its name."""
+    return ((name, result.sel(parameter=name)) for name in result["parameter"].values.tolist())
+
+
+def _indented(rows: Sequence[Sequence[str]]) -> list[str]:
+    return ["  " + line for line in aligned(rows).splitlines()]
+
+
 def _statistics(result: xr.Dataset) -> list[str]:
     attrs = result.attrs
     rows = [
@@ -111,7 +120,7 @@ def _statistics(result: xr.Dataset) -> list[str]:
         ("lost points", str(attrs["lost_points"])),
         ("residuals", f"p = {independent(result):.2g} for independent neighbors"),
     ]
-    return ["  " + line for line in aligned(rows).splitlines()]
+    return _indented(rows)
 
 
 @checked
@@ -130,8 +139,7 @@ def chi2_in_words(result: xr.Dataset) -> str:
 
 def _parameters(result: xr.Dataset) -> list[str]:
     rows = []
-    for name in result["parameter"].values.tolist():
-        one = result.sel(parameter=name)
+    for name, one in _each(result):
         value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
         if why := without_error(one):
             rows.append((name, f"{value} {unit}".strip(), why, ""))
@@ -145,7 +153,7 @@ def _parameters(result: xr.Dataset) -> list[str]:
         )
         start = with_error(float(one["start"]), math.nan, str(one["unit"].values))
         rows.append((name, value, told, prior or f"start {start[0]} {start[2]}"))
-    return ["  " + line for line in aligned(rows).splitlines()]
+    return _indented(rows)
 
 
 def _heading(result: xr.Dataset) -> str:
@@ -162,18 +170,12 @@ def _minima(result: xr.Dataset) -> list[str]:
     if len(places) < 2:
         return []
     rows = [("chi2", *(f"{float(result['minimum_chi2'][place]):.2f}" for place in places), "interval of 95 %")]
-    for name in result["parameter"].values.tolist():
-        one = result.sel(parameter=name)
+    for name, one in _each(result):
         plain, error = str(one["unit"].values), float(one["error"])
-        cells = [
-            " ".join(with_error(float(one["minimum_value"][place]), error, plain)[::2]).strip() for place in places
-        ]
-        ends = [
-            " ".join(with_error(float(one[end]), error, plain)[::2]).strip()
-            for end in ("interval_low", "interval_high")
-        ]
-        rows.append((name, *cells, " to ".join(ends)))
-    return ["  " + line for line in aligned(rows).splitlines()]
+        numbers = [*(one["minimum_value"][place] for place in places), one["interval_low"], one["interval_high"]]
+        told = [" ".join(with_error(float(number), error, plain)[::2]).strip() for number in numbers]
+        rows.append((name, *told[:-2], " to ".join(told[-2:])))
+    return _indented(rows)
 
 
 def _both_sides(one: xr.Dataset, error: str, unit: str) -> str:
@@ -191,13 +193,12 @@ def _both_sides(one: xr.Dataset, error: str, unit: str) -> str:
 def _given(result: xr.Dataset) -> list[str]:
     """Return the part of each error that what was given as known brings, where it counts."""
     rows = []
-    for name in result["parameter"].values.tolist():
-        one = result.sel(parameter=name)
+    for name, one in _each(result):
         given = float(one["error_given"])
         if given > LITTLE * float(one["error"]):
             _, error, unit = with_error(float(one["value"]), given, str(one["unit"].values))
             rows.append((name, f"+- {error} {unit}".rstrip()))
-    return ["  " + line for line in aligned(rows).splitlines()]
+    return _indented(rows)
 
 
 def _bootstrap(result: xr.Dataset) -> list[str]:
@@ -205,8 +206,7 @@ def _bootstrap(result: xr.Dataset) -> list[str]:
     if "bootstrap_error" not in result:
         return []
     rows = []
-    for name in result["parameter"].values.tolist():
-        one = result.sel(parameter=name)
+    for name, one in _each(result):
         if bool(one["seen"]):
             _, error, unit = with_error(float(one["value"]), float(one["bootstrap_error"]), str(one["unit"].values))
             ratio = float(one["bootstrap_error"]) / float(one["error"])
@@ -214,7 +214,7 @@ def _bootstrap(result: xr.Dataset) -> list[str]:
     block = int(result.attrs["bootstrap_block"])
     words = "one by one" if block == 1 else f"in blocks of {block} points"
     heading = f"errors by bootstrap: {result.sizes['draw']} fits to redrawn residuals {words}"
-    return [heading, *("  " + line for line in aligned(rows).splitlines())]
+    return [heading, *_indented(rows)]
 
 
 def _correlations(result: xr.Dataset) -> list[str]:

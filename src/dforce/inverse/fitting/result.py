@@ -22,11 +22,10 @@ from dforce.inverse.fitting.certainty import known_products
 from dforce.inverse.fitting.curves import wrapped
 from dforce.inverse.fitting.fitted import Fitted
 from dforce.inverse.fitting.independence import independence
-from dforce.inverse.fitting.minimize import Objective
 from dforce.inverse.fitting.sides import not_excluded
-from dforce.inverse.fitting.typed import with_unit
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
 from dforce.inverse.quantities import FITS
+from dforce.inverse.values import with_unit
 from dforce.results.provenance import provenance
 from dforce.validity import advice_in, attributes
 
@@ -43,10 +42,10 @@ DATA = "data_"  # before attributes of the measured curve
 
 def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
     """Return a fit as a Dataset."""
-    best, unknowns = found.best, found.unknowns
-    values = found.model.values(best.varied)
     import xarray as xr
 
+    best, unknowns = found.best, found.model.unknowns
+    values = found.model.values(best.varied)
     variables = _of_parameters(found, values) | _of_points(found) | _of_profiles(found) | _of_bootstrap(found)
     variables["search_chi2"] = ("search", np.array([start.chi2 for start in found.starts]))
     for kind, places in (("search", found.starts), ("minimum", found.minima)):
@@ -62,8 +61,8 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         "unit": ("parameter", [one.unit for one in unknowns]),
         "symbol": ("parameter", [one.symbol for one in unknowns]),
         "label": ("parameter", [first_phrase(one.doc) for one in unknowns]),
-        "tone": np.arange(1, found.data.tones + 1),
-        "branch": ("point", found.data.branch),
+        "tone": np.arange(1, found.model.data.tones + 1),
+        "branch": ("point", found.model.data.branch),
     }
     if "direction" in data.variables:
         coords["direction"] = ("point", np.asarray(data["direction"].values).astype(str))
@@ -74,7 +73,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         row = FITS.get(str(name)) or OBSERVABLES.get(str(name)) or AXES.get(str(name))
         if row is not None and name != "branch":
             variable.attrs.update(row.words)
-    out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in found.data.attrs.items()}
+    out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in found.model.data.attrs.items()}
     noise = independence(out)
     out.attrs |= attributes(advice_on(found, noise)) | {"independence": noise}
     if found.interrupted:
@@ -83,7 +82,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
 
 
 def _of_parameters(found: Fitted, values: Array) -> dict[str, Any]:
-    unknowns, certain = found.unknowns, found.certain
+    unknowns, certain = found.model.unknowns, found.certain
     slope = np.array([one.slope(float(value)) for one, value in zip(unknowns, values, strict=True)])
     errors = certain.errors
     low, high, *interval = (np.array(ends) for ends in zip(*map(_ends, range(len(values)), repeat(found)), strict=True))
@@ -111,13 +110,10 @@ def _of_parameters(found: Fitted, values: Array) -> dict[str, Any]:
 
 def _ends(index: int, found: Fitted) -> list[float]:
     """Return the values at one standard deviation below and above, and at the ends of the interval of 95 %."""
-    one, best, sides = found.unknowns[index], float(found.best.varied[index]), found.sides
+    one, best, sides = found.model.unknowns[index], float(found.best.varied[index]), found.sides
     profile = found.profiles.get(one.name)
-    if profile is not None:
-        ways = (-profile.low, profile.high, -profile.low_95, profile.high_95)
-    else:
-        ways = (-sides.low[index], sides.high[index], -sides.low_95[index], sides.high_95[index])
-    return [_value(one, best + float(way)) for way in ways]
+    ways = [float(side[index]) for side in sides] if profile is None else profile.ends
+    return [_value(one, best + sign * way) for sign, way in zip((-1.0, 1.0, -1.0, 1.0), ways, strict=True)]
 
 
 def _value(one: Unknown, varied: float) -> float:
@@ -126,13 +122,9 @@ def _value(one: Unknown, varied: float) -> float:
 
 
 def _of_points(found: Fitted) -> dict[str, Any]:
-    data, model = found.data, found.model
+    model, data = found.model, found.model.data
     tones, count = data.tones, len(data.height)
-    offset = sum(
-        float(one.value(varied))
-        for one, varied in zip(found.unknowns, found.best.varied, strict=True)
-        if one.kind == HEIGHT
-    )
+    offset = model.sum_of(HEIGHT, model.values(found.best.varied))
     fitted, lost = np.full((count, 2 * tones), np.nan), np.zeros(count, bool)
     if found.best.prediction is not None:
         fitted[model.points] = found.best.prediction.values
@@ -158,7 +150,7 @@ def _of_points(found: Fitted) -> dict[str, Any]:
 def _of_profiles(found: Fitted) -> dict[str, Any]:
     if not found.profiles:
         return {}
-    unknowns = {one.name: one for one in found.unknowns}
+    unknowns = {one.name: one for one in found.model.unknowns}
     most = max(len(profile.varied) for profile in found.profiles.values())
     along, chi2 = np.full((len(found.profiles), most), np.nan), np.full((len(found.profiles), most), np.nan)
     for row, (name, profile) in enumerate(found.profiles.items()):
@@ -177,20 +169,17 @@ def _of_bootstrap(found: Fitted) -> dict[str, Any]:
 
 
 def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
-    data, best = found.data, found.best
-    count = found.count
-    chi2_data = best.chi2
-    if best.prediction is not None:
-        rest = Objective(found.model, best.varied).priors(best.varied)
-        chi2_data -= float(rest @ rest)
+    model, data, best = found.model, found.model.data, found.best
+    count = int(found.certain.seen.sum())
+    rest = model.priors(best.varied) if best.prediction is not None else np.zeros(0)
     case = best_case(found, values)
-    asked = found.case.model_copy(update={"fit": found.settings})
+    asked = model.case.model_copy(update={"fit": found.settings})
     return (
-        provenance(case.to_toml(complete=True), found.case.title)
+        provenance(case.to_toml(complete=True), model.case.title)
         | {
             "kind": KIND,
             "chi2": best.chi2,
-            "chi2_of_data": chi2_data,
+            "chi2_of_data": best.chi2 - float(rest @ rest),
             "points": int(data.used.sum()),
             "numbers": data.count,
             "parameters": count,
@@ -203,11 +192,11 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
             "height_error": data.height_error,
             "neighbor_correlation": data.correlation,
             "inflation": found.certain.inflation,
-            "samples_per_period": found.model.curves.samples,
+            "samples_per_period": model.curves.samples,
             "sampling_change": found.coarse,
             "evaluations": found.runs,
-            "forces": " + ".join(force.name for force in found.case.forces),
-            "products": "\n".join(known_products(found.certain.dead, found.unknowns)),
+            "forces": " + ".join(force.name for force in model.case.forces),
+            "products": "\n".join(known_products(found.certain.dead, model.unknowns)),
             "start_case": asked.to_toml(complete=True),
             "holds_for": holds_for(found),
         }
@@ -217,27 +206,25 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
 
 def holds_for(found: Fitted) -> str:
     """Return spring constant, Q and tip radius that the values hold for, where these are not fitted."""
-    fitted = {one.path for one in found.unknowns if one.kind == CASE}
-    modes = found.case.cantilever.modes
+    case, fitted = found.model.case, {one.path for one in found.model.unknowns if one.kind == CASE}
+    modes = case.cantilever.modes
     levers = [f"cantilever.modes.{number}" for number in range(1, len(modes) + 1)] if modes else ["cantilever"]
     lever = [f"{one}.{name}" for one in levers for name in ("k", "Q")]
     paths = [path for path in (*lever, "tip.radius") if path not in fitted]
-    known = [(path, value_at(found.case, path)) for path in paths]
+    known = [(path, value_at(case, path)) for path in paths]
     return ", ".join(
-        f"{path} = {with_unit(float(value), found.case.quantity(path).unit)}"
-        for path, value in known
-        if value is not None
+        f"{path} = {with_unit(float(value), case.quantity(path).unit)}" for path, value in known if value is not None
     )
 
 
 def best_case(found: Fitted, values: Array) -> Case:
     """Return the case with the values that were found, and an approach over the measured distances."""
-    case = found.case.model_copy(update={"fit": None, "data": None, "sweep": None})
-    for one, value in zip(found.unknowns, values, strict=True):
+    model, data = found.model, found.model.data
+    case = model.case.model_copy(update={"fit": None, "data": None, "sweep": None})
+    for one, value in zip(model.unknowns, values, strict=True):
         if one.kind == CASE:
             case = case.replace(one.path, float(value))
-    offset = sum(value for one, value in zip(found.unknowns, values, strict=True) if one.kind == HEIGHT)
-    heights = found.data.height[found.data.used] + offset
+    heights = data.height[data.used] + model.sum_of(HEIGHT, values)
     grid = {"start": float(heights.max()), "stop": float(heights.min()), "points": POINTS}
     return case.replace(experiment=Approach(zc=grid, direction="both"))
 
@@ -257,35 +244,29 @@ def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
         first = next(iter(done.values()), "there is none")
         raise ParameterError(f"none of the {len(done)} curves could be fitted: {first}")
     some = next(iter(fits.values()))
-    size, count = some.sizes["parameter"], len(done)
-    columns: dict[str, Any] = {
-        name: np.full((count, size), np.nan) for name in ("value", "error", "error_low", "error_high", "error_given")
+
+    each = [None if isinstance(one, str) else one for one in done.values()]
+
+    def noted(name: str) -> tuple[str, list[float]]:
+        return "curve", [math.nan if one is None else float(one.attrs[name]) for one in each]
+
+    both, none = ("curve", "parameter"), np.full(some.sizes["parameter"], np.nan)
+    variables: dict[str, Any] = {
+        name: (both, [none if one is None else one[name].values for one in each])
+        for name in ("value", "error", "error_low", "error_high", "error_given")
     }
-    seen, advised = np.zeros((count, size), bool), np.zeros(count, bool)
-    facts: dict[str, Any] = {name: np.full(count, np.nan) for name in ("chi2", "degrees_of_freedom", "lost_points")}
-    for row, one in enumerate(done.values()):
-        if not isinstance(one, str):
-            for name, column in columns.items():
-                column[row] = one[name].values
-            seen[row], advised[row] = one["seen"].values, bool(advice_in(one))
-            for name, column in facts.items():
-                column[row] = one.attrs[name]
+    variables["seen"] = both, [none > 0.0 if one is None else one["seen"].values for one in each]
+    variables["message"] = "curve", [one if isinstance(one, str) else "" for one in done.values()]
+    variables["advised"] = "curve", [one is not None and bool(advice_in(one)) for one in each]
+    variables["doubt"] = "curve", ["" if one is None else verdict(one) for one in each]
+    variables |= {name: noted(name) for name in ("chi2", "degrees_of_freedom", "lost_points")}
     places = {
-        name: ("curve", [float(fits[key].attrs[f"{DATA}{name}"]) if key in fits else math.nan for key in done])
+        name: noted(f"{DATA}{name}")
         for name in ("x", "y")
         if all(f"{DATA}{name}" in one.attrs for one in fits.values())
     }
-    doubts = ["" if isinstance(one, str) else verdict(one) for one in done.values()]
-    message = [one if isinstance(one, str) else "" for one in done.values()]
     return xr.Dataset(
-        {name: (("curve", "parameter"), column) for name, column in columns.items()}
-        | {
-            "seen": (("curve", "parameter"), seen),
-            "message": ("curve", message),
-            "advised": ("curve", advised),
-            "doubt": ("curve", doubts),
-        }
-        | {name: ("curve", column) for name, column in facts.items()},
+        variables,
         {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)}
         | places,
         provenance(some.attrs["start_case"], case.title) | {"kind": "fits", "holds_for": some.attrs["holds_for"]},

@@ -160,17 +160,12 @@ class _FitRun:
     def __init__(
         self, case: Case, settings: Fit, data: MeasuredPoints, unknowns: list[Unknown], report_progress: Progress
     ) -> None:
-        self.case, self.settings, self.data, self.unknowns, self.report_progress = (
-            case,
-            settings,
-            data,
-            unknowns,
-            report_progress,
-        )
+        self.settings, self.report_progress = settings, report_progress
         self.runs, self.chi2 = 0, np.inf
         self.starts: list[SearchStart] = []
         self.minima: list[Minimum] = []
         self.model = CurveModel(case, unknowns, data, check_cancelled=self.check_cancelled)
+        self.case, self.data, self.unknowns = case, data, self.model.unknowns
         self.met: Minimum | None = None
         self.redrawn: Bootstrap | None = None
         self._by: tuple[Minimum | None, Array] = None, np.empty(0)
@@ -194,53 +189,50 @@ class _FitRun:
         try:
             self._find()
             coarse = self._enough_samples()
-            if not self._is_poor(self._certainty()[0]):
+            if not self._is_poor():
                 sides = self._sides()
                 profiles = self._profiles()
                 self._bootstrap()
         except KeyboardInterrupt:
             heard()
             interrupted = True
+        passed = np.zeros(len(self.unknowns))
         if not self.minima:  # where it was stopped is no minimum, at which alone the derivatives tell errors
             self.minima = [self._lowest()]
-            certain, passed = self._unknown()
+            certain = Certainty.unknown(len(self.unknowns))
         else:
-            certain, passed = self._certainty()
-            if self._is_poor(certain):
+            certain = self._certainty()
+            passed = self._passed_on(certain) if self.settings.given else passed
+            if self._is_poor():
                 certain, sides = certain.without_errors, None
-        names = [one.name for one, seen in zip(self.unknowns, certain.seen, strict=True) if not seen]
         return Fitted(
-            self.case,
-            self.settings,
-            self.data,
-            self.unknowns,
-            self.minima,
-            self.starts,
-            certain,
-            sides or plain_sides(certain),
-            passed,
-            profiles,
-            self.redrawn,
-            self.model,
-            coarse,
-            self.runs,
-            interrupted,
-            names,
+            settings=self.settings,
+            model=self.model,
+            minima=self.minima,
+            starts=self.starts,
+            certain=certain,
+            sides=sides or plain_sides(certain),
+            passed=passed,
+            profiles=profiles,
+            bootstrap=self.redrawn,
+            coarse=coarse,
+            runs=self.runs,
+            interrupted=interrupted,
         )
 
     def _lowest(self) -> Minimum:
         """Return the lowest place that was met on all points."""
-        start = (
-            self.starts[0].varied if self.starts else first_guess(self.data, self.unknowns, set(self.settings.start))
-        )
+        start = self.starts[0].varied if self.starts else self._first_guess()
         objective = Objective(self.model, start)
         objective.residuals(start)
         met = self.met
         return met if met is not None and met.chi2 < objective.best.chi2 else objective.best
 
+    def _first_guess(self) -> Array:
+        return first_guess(self.data, self.unknowns, set(self.settings.start))
+
     def _find(self) -> None:
-        given = set(self.settings.start)
-        first = first_guess(self.data, self.unknowns, given)
+        first = self._first_guess()
         self.check_cancelled()
         self.starts = searched(self.model, first) if self.settings.search else [SearchStart(first, np.nan)]
         self.minima = refined(self.model, self.starts, self.on_run)
@@ -264,15 +256,12 @@ class _FitRun:
 
     def _enough_samples(self) -> float:
         """Take more samples per period while they would change the curve; return by how much they still do, in sigma."""
-        change = np.nan
         while True:
             best, finer = self.minima[0], 2 * self.model.finer
-            if best.prediction is None:
-                return change
             fine = CurveModel(self.case, self.unknowns, self.data, finer, check_cancelled=self.check_cancelled)
             there = fine.predict(best.varied)
-            both = ~(there.lost | best.prediction.lost)
-            apart = (fine.residuals(there) - self.model.residuals(best.prediction))[both]
+            both = ~(there.lost | best.predicted.lost)
+            apart = (fine.residuals(there) - self.model.residuals(best.predicted))[both]
             change = float(np.abs(apart).max(initial=0.0))
             if change < TOO_COARSE or finer > FINEST or self.case.solver.accuracy is None:
                 return change
@@ -280,7 +269,7 @@ class _FitRun:
             self.minima = [lowest(Objective(fine, best.varied, on_run=self.on_run)), *self.minima[1:]]
 
     def _profiles(self) -> dict[str, Profile]:
-        certain, _ = self._certainty()
+        certain = self._certainty()
         return {
             name: profile_of(self.model, self.minima[0], index, float(certain.errors[index]), self.on_run)
             for index, name in enumerate(one.name for one in self.unknowns)
@@ -296,7 +285,7 @@ class _FitRun:
             self.redrawn = so_far
             self.report_progress(USUAL_RUNS - 1, USUAL_RUNS, f"redrawn residuals, {len(so_far.varied)} of {count}")
 
-        seen = np.flatnonzero(self._certainty()[0].seen).tolist()
+        seen = np.flatnonzero(self._certainty().seen).tolist()
         bootstrap(self.model, self.minima[0], seen, count, done)
 
     def _sides(self) -> Sides | None:
@@ -305,7 +294,7 @@ class _FitRun:
             found = self._sides_of_all()
             if isinstance(found, Sides):
                 return found
-            seen = np.flatnonzero(self._certainty()[0].seen).tolist()
+            seen = np.flatnonzero(self._certainty().seen).tolist()
             met = lowest(Objective(self.model, found.varied, seen, self.on_run))
             self.minima = different([met, *self.minima], self.model)
         return None
@@ -314,9 +303,7 @@ class _FitRun:
         """Return the sides of the best minimum, and of all others that the data do not exclude, or a lower minimum."""
         best, out = self.minima[0], None
         for one in not_excluded(self.minima):
-            if one.prediction is None:
-                continue
-            by = self._derivatives() if one is best else jacobian(self.model, one.varied, one.prediction)
+            by = self._derivatives() if one is best else jacobian(self.model, one.varied, one.predicted)
             certain = certainty(by, self.unknowns, self._inflation())
             sides = sides_of(self.model, one, by, certain, best.chi2, self.on_run)
             if isinstance(sides, Minimum):
@@ -328,42 +315,30 @@ class _FitRun:
     def _derivatives(self) -> Array:
         """Return the derivatives of all residuals at the best, from memory while it stays."""
         best = self.minima[0]
-        if self._by[0] is not best and best.prediction is not None:
-            self._by = best, jacobian(self.model, best.varied, best.prediction)
+        if self._by[0] is not best:
+            self._by = best, jacobian(self.model, best.varied, best.predicted)
         return self._by[1]
 
     def _inflation(self) -> float:
         """Return by how much correlated noise raises the covariance, by the residuals of the best."""
-        predicted = self.minima[0].prediction
-        return 1.0 if predicted is None else inflation(self.model, predicted)
+        return inflation(self.model, self.minima[0].predicted)
 
-    def _certainty(self) -> tuple[Certainty, Array]:
-        best = self.minima[0]
-        if best.prediction is None:
-            return self._unknown()
-        by = self._derivatives()
-        certain = certainty(by, self.unknowns, self._inflation())
-        return certain, self._passed_on(by, certain, best)
+    def _certainty(self) -> Certainty:
+        """Return how well the unknowns are known at the best."""
+        return certainty(self._derivatives(), self.unknowns, self._inflation())
 
-    def _is_poor(self, certain: Certainty) -> bool:
+    def _is_poor(self) -> bool:
         """Return whether the model is so far from the data that its values have no errors, and no ends of intervals."""
-        best, known = self.minima[0], int(certain.seen.sum())
-        return best.prediction is None or best.chi2 > POOR * degrees_of_freedom(self.data, self.unknowns, known)
+        return self.minima[0].chi2 > POOR * degrees_of_freedom(self.model, self._certainty())
 
-    def _unknown(self) -> tuple[Certainty, Array]:
-        """Return errors of which nothing is known."""
-        count = len(self.unknowns)
-        return Certainty(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count))), np.zeros(count)
-
-    def _passed_on(self, by: Array, certain: Certainty, best: Minimum) -> Array:
+    def _passed_on(self, certain: Certainty) -> Array:
         """Return the errors that those of fixed parameters leave."""
-        if not self.settings.given or best.prediction is None:
-            return np.zeros(len(self.unknowns))
+        by, best = self._derivatives(), self.minima[0]
         fixed = given_values(self.case, self.data.tones, self.settings.given, ())
         both = CurveModel(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)
         start = np.array([one.varied(one.prior[0]) for one in fixed if one.prior])
         here = np.concatenate([start, best.varied])
-        slopes = both.slopes(here, best.prediction) / both.sigma[..., None]
+        slopes = both.slopes(here, best.predicted) / both.sigma[..., None]
         slopes = slopes.reshape(-1, len(here))[:, : len(fixed)]
         beside = np.zeros((len(by), len(fixed)))
         beside[: len(slopes)] = slopes

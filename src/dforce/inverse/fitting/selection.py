@@ -14,7 +14,7 @@ from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, shorten
 from dforce.inverse.fitting.branches import RIGHT_ANGLE, branches
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
-from dforce.inverse.fitting.typed import number_of
+from dforce.inverse.values import number_of
 
 if TYPE_CHECKING:
     import xarray as xr

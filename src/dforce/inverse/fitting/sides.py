@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,8 +31,7 @@ LEFT = 0.05  # of chi2: what another step would lower it by, at most, where it i
 STRAIGHT = ("A0", "phase_offset", "amplitude_scale")  # these scale or shift a curve: their covariance is right
 
 
-@dataclass(frozen=True)
-class Sides:
+class Sides(NamedTuple):
     """How far below and above the best each unknown may be (of what is varied), (unknowns,).
 
     Attributes
@@ -50,16 +49,8 @@ class Sides:
 
     def joined(self, other: Sides, apart: Array) -> Sides:
         """Return the sides of a minimum and another one, so far away, as those of the first; NaN: it is too high for them."""
-        mine, others = (
-            (self.low, self.high, self.low_95, self.high_95),
-            (other.low, other.high, other.low_95, other.high_95),
-        )
-        return Sides(
-            *(
-                np.where(np.isnan(one), np.nan, np.fmax(one, ends + way))
-                for one, ends, way in zip(mine, others, (-apart, apart, -apart, apart), strict=True)
-            )
-        )
+        each = zip(self, other, (-apart, apart, -apart, apart), strict=True)
+        return Sides(*(np.where(np.isnan(mine), np.nan, np.fmax(mine, ends + way)) for mine, ends, way in each))
 
 
 def not_excluded(minima: Sequence[Minimum]) -> list[Minimum]:
@@ -93,7 +84,7 @@ def sides_of(
     """
     errors = certain.errors
     moving = certain.seen & np.isfinite(errors) & (errors > 0.0)
-    if best.prediction is None or not model.curves.is_smooth or not moving.any():
+    if not model.curves.is_smooth or not moving.any():
         return plain_sides(certain)
     root = math.sqrt(certain.inflation)
     ways = _Ways(model, best.varied, by, moving, SURE * errors / root)
@@ -224,7 +215,7 @@ def _residuals(model: CurveModel, places: Array) -> Array:
         return out
     for row, place, one in zip(np.flatnonzero(fine), places[fine], predicted, strict=True):
         if not one.lost.any():
-            out[row] = np.concatenate([model.residuals(one).ravel(), Objective(model, place).priors(place)])
+            out[row] = np.concatenate([model.residuals(one).ravel(), model.priors(place)])
     return out
 
 

@@ -6,6 +6,7 @@ shifted along the heights to where it fits best, which needs no other curve. The
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -36,7 +37,7 @@ LOWEST = 0.25  # share of the points, those of the least amplitude, whose height
 
 @dataclass(frozen=True)
 class SearchStart:
-    """A place to start from, what chi2 is there, and what became of it."""
+    """A place to start from, and what chi2 is there."""
 
     varied: Array
     chi2: float
@@ -78,16 +79,15 @@ def searched(model: CurveModel, varied: Array) -> list[SearchStart]:
     ]
     count = CURVES.get(len(wide), MOST_CURVES) if model.curves.is_smooth else WITH_MEMORY
     many = np.tile(varied, (count, 1))
+    size = np.array([REACH if unknowns[i].is_log else WIDE for i in wide])
     if wide:
-        spread = np.array([REACH if unknowns[i].is_log else WIDE for i in wide])
         sobol = qmc.Sobol(len(wide), scramble=True, seed=np.random.default_rng(1))  # SciPy before 1.15 knows no `rng`
-        many[1:, wide] += spread * (2.0 * sobol.random(count)[1:] - 1.0)
+        many[1:, wide] += size * (2.0 * sobol.random(count)[1:] - 1.0)
     low, high = limits(unknowns)
     many = np.clip(many, low, high)
     many = many[[allowed(model, row) for row in many]]
     if not len(many):
         return [SearchStart(varied, np.inf)]
-    size = np.array([REACH if unknowns[i].is_log else WIDE for i in wide])
     starts: list[SearchStart] = []
     chosen: list[SearchStart] = []
     for more, floor in _shifted(model, many):
@@ -142,7 +142,7 @@ def _evenly(model: CurveModel, stretch: BranchPoints, reach: float) -> CurveMode
     along = np.linspace(high, low, POINTS) if stretch.kind == FROM_FREE else np.linspace(low, high, POINTS)
     # nearer by so much the amplitude is less by about as much
     amplitude = np.maximum(stretch.amplitude - reach * (stretch.kind == BEHIND_JUMP), 0.1 * stretch.amplitude)
-    other = CurveModel(model.case, model.unknowns, model.data, model.finer, np.arange(0), model.check_cancelled)
+    other = copy.copy(model)
     other.stretches = [BranchPoints(stretch.kind, np.arange(POINTS), along, amplitude, stretch.phase)]
     other.curves = ModelBranches(
         model.case.problem, other.stretches, model.case.solver, model.data.tones, model.finer, model.check_cancelled

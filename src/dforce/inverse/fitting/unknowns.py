@@ -19,19 +19,12 @@ from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.findings.finding import DEGREE
 from dforce.instrument.shared import values_used
-from dforce.inverse.fitting.typed import number_of, value_and_error, with_unit
+from dforce.inverse.values import number_of, value_and_error, with_unit
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
 LOG_STEP, LENGTH_STEP = 1e-5, 1e-6  # of the logarithm, and of the free amplitude: differences that give derivatives
-OFTEN = (
-    "Pa",
-    "Pa s",
-    "J",
-    "J/m^2",
-    "N/m",
-    "Hz",
-    "m",
-)  # units of what is varied by its logarithm where it starts above 0
+# units of what is varied by its logarithm where it starts above 0
+OFTEN = ("Pa", "Pa s", "J", "J/m^2", "N/m", "Hz", "m")
 ROUNDING = 1e-12  # relative
 MOST = 1e6  # times the start: what is varied by its logarithm stays within that where no bound is given
 NUISANCE = ("zc_offset", "A0", "phase_offset", "amplitude_scale")
@@ -182,19 +175,8 @@ def _made(case: Case, tones: int, name: str) -> Unknown:
         doc = "measured phase minus the phase of the case"
         return Unknown(name, PHASE, "", tone, DEGREE, r"\phi_\mathrm{off}", doc, 0.0, *every, 1.0)
     if word == "amplitude_scale":
-        return Unknown(
-            name,
-            SCALE,
-            "",
-            tone,
-            "1",
-            "s_A",
-            "measured amplitude over the amplitude of the case",
-            1.0,
-            0.0,
-            math.inf,
-            0.0,
-        )
+        doc = "measured amplitude over the amplitude of the case"
+        return Unknown(name, SCALE, "", tone, "1", "s_A", doc, 1.0, 0.0, math.inf, 0.0)
     path = name if word != "A0" else _amplitude_path(case, tone)
     quantity = case.quantity(path)
     value = value_at(case, path)
@@ -204,19 +186,8 @@ def _made(case: Case, tones: int, name: str) -> Unknown:
         raise ParameterError(f"{path} is not in the case, so the fit has no start value; write it into the case")
     _refuse_unused(case, path)
     start, (low, high) = float(value), quantity.bounds()
-    return Unknown(
-        name,
-        CASE,
-        path,
-        tone,
-        quantity.unit,
-        quantity.symbol,
-        quantity.doc.partition(";")[0],
-        start,
-        low,
-        high,
-        _scale(path, quantity, start, low),
-    )
+    words, size = (quantity.unit, quantity.symbol, quantity.doc.partition(";")[0]), _scale(path, quantity, start, low)
+    return Unknown(name, CASE, path, tone, *words, start, low, high, size)
 
 
 def _amplitude_path(case: Case, tone: int) -> str:

@@ -18,14 +18,8 @@ from dforce.core.errors import ResultError
 from dforce.inverse.table import APPROACH, PAUSE, RETRACT, Column, MeasuredTable, Reader
 
 UNITS = {
-    "raw": "m",
-    "zsnsr": "m",
-    "defl": "m",
-    "amp": "m",
-    "amp2": "m",
-    "phase": "deg",
-    "phase2": "deg",
-    "phas2": "deg",
+    **dict.fromkeys(("raw", "zsnsr", "defl", "amp", "amp2"), "m"),
+    **dict.fromkeys(("phase", "phase2", "phas2"), "deg"),
     "freq": "Hz",
 }
 NAMES = {"phas2": "Phase2"}  # labels that are cut

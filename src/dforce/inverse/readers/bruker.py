@@ -11,16 +11,11 @@ SIGNS = re.compile(r"\b(?:calc_ramp|height_sensor)_\w*(?:ex|rt)\b", re.IGNORECAS
 NANOSCOPE = "is a file of Bruker's NanoScope; export the curve as text (ASCII)"
 
 
-def is_bruker(content: bytes) -> bool:
-    """Say whether a file is text with the headings of NanoScope."""
-    return SIGNS.search(beginning(content)) is not None
-
-
 READER = Reader(
     kind="text of Bruker's NanoScope",
     maker="Bruker",
     endings=(".txt",),
-    is_one=is_bruker,
+    is_one=lambda content: SIGNS.search(beginning(content)) is not None,
     read=read_text,
     amplitude_by_version=True,
     not_read={b"\\*File list": NANOSCOPE, b"\\*Force file list": NANOSCOPE},

@@ -8,11 +8,6 @@ from dforce.inverse.words import known_unit, split_heading
 from dforce.results import hdf5
 
 
-def is_hdf5(content: bytes) -> bool:
-    """Say whether a file begins as HDF5."""
-    return content.startswith(hdf5.START)
-
-
 def read(content: bytes, name: str) -> list[MeasuredTable]:
     """Return the curves in an HDF5 file.
 
@@ -37,7 +32,7 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
 READER = Reader(
     kind="HDF5",
     endings=(".h5", ".hdf5"),
-    is_one=is_hdf5,
+    is_one=lambda content: content.startswith(hdf5.START),
     read=read,
     not_read={b"CDF": "is netCDF of the old version 3; convert it to version 4"},
     how="a data set for each quantity, its unit in the attribute `units`; each group is a curve",

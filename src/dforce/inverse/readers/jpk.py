@@ -6,25 +6,9 @@ import re
 from collections.abc import Sequence
 
 from dforce.inverse.readers.text import TextLine, beginning, read_text
-from dforce.inverse.table import MeasuredTable, Reader
+from dforce.inverse.table import Reader
 
 SIGNS = re.compile(r"^[#%]+ *(?:fancyNames *:|force-settings\.)", re.MULTILINE)
-
-
-def is_jpk(content: bytes) -> bool:
-    """Say whether a file is text with the comments of JPK's software."""
-    return SIGNS.search(beginning(content)) is not None
-
-
-def read(content: bytes, name: str) -> list[MeasuredTable]:
-    """Return the curve in a text file of JPK.
-
-    Raises
-    ------
-    ResultError
-        For what is no table of numbers, or was cut short.
-    """
-    return read_text(content, name, _headings)
 
 
 def _headings(above: Sequence[TextLine], width: int) -> list[str] | None:
@@ -45,8 +29,8 @@ READER = Reader(
     kind="text",
     maker="JPK",
     endings=(".txt",),
-    is_one=is_jpk,
-    read=read,
+    is_one=lambda content: SIGNS.search(beginning(content)) is not None,
+    read=lambda content, name: read_text(content, name, _headings),
     names={"height": "height_piezo"},  # "Height (measured)" is the sensor
     notes={"k": "springConstant"},
     amplitude_by_version=True,

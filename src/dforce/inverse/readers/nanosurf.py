@@ -43,26 +43,25 @@ class Channel(NamedTuple):
 
     def row(self, blocks: bytes, line: int) -> Array:
         """Return a row of the block in the channel's unit; a curve may be shorter than the row."""
-        bits, points = self.whole("SaveBits"), self.whole("Points")
+        bits = self.whole("SaveBits")
         if bits not in (16, 32) or self.keys.get("SaveSign") != "Signed" or self.keys.get("SaveOrder") != "Intel":
             raise ValueError("numbers of another kind")
-        kept = min(points, int(self.keys.get(f"LineDim{line}Points", points)))
-        raw = np.frombuffer(blocks, f"<i{bits // 8}", kept, self.start + line * points * bits // 8)
+        start = self.start + line * self.whole("Points") * bits // 8
+        raw = np.frombuffer(blocks, f"<i{bits // 8}", self.length(line), start)
         share = (raw.astype(float) + 2.0 ** (bits - 1)) / 2.0**bits
         return float(self.keys["Dim2Min"]) + share * float(self.keys["Dim2Range"])
 
+    def length(self, line: int) -> int:
+        """Return how many numbers of a row belong to its curve."""
+        points = self.whole("Points")
+        return min(points, int(self.keys.get(f"LineDim{line}Points", points)))
+
     def heights(self, line: int) -> Array:
         """Return the heights (or frequencies) of a row, as they were commanded."""
-        points = self.whole("Points")
-        kept = min(points, int(self.keys.get(f"LineDim{line}Points", points)))
+        kept = self.length(line)
         low = float(self.keys.get(f"LineDim{line}Min", self.keys["Dim0Min"]))
         span = float(self.keys.get(f"LineDim{line}Range", self.keys["Dim0Range"]))
         return low + span * np.arange(kept) / max(kept - 1, 1)
-
-
-def is_nanosurf(content: bytes) -> bool:
-    """Say whether a file begins as one of Nanosurf's."""
-    return content.startswith(START)
 
 
 def read(content: bytes, name: str) -> list[MeasuredTable]:
@@ -160,7 +159,7 @@ READER = Reader(
     kind="Nanosurf .nid",
     maker="Nanosurf",
     endings=(".nid",),
-    is_one=is_nanosurf,
+    is_one=lambda content: content.startswith(START),
     read=read,
     height_grows={"height_sensor": "toward", "height_piezo": "toward"},
     notes={"k": "Spring Constant:", "instrument": "Head type"},

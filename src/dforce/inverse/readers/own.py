@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dforce.core.arrays import Array
 from dforce.core.errors import ResultError
 from dforce.inverse.table import APPROACH, Column, MeasuredTable, Reader
 from dforce.results.files import decoded, is_sealed
@@ -29,7 +30,10 @@ def kept_in(content: bytes, name: str) -> xr.Dataset | None:
     if not is_sealed(content):
         return None
     result = decoded(content, name)
-    return _again(result) if is_kind(result, "measured") else None
+    if not is_kind(result, "measured"):
+        return None
+    lines = np.atleast_1d(result.attrs.get("history", []))  # a file gives a list of sentences back as an array
+    return result.assign_attrs(history=[str(line) for line in lines])
 
 
 def read(content: bytes, name: str) -> list[MeasuredTable]:
@@ -62,12 +66,6 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
     return [_table(result)]
 
 
-def _again(result: xr.Dataset) -> xr.Dataset:
-    """Return a measured curve with its list of sentences, which a file gives back as an array."""
-    result.attrs["history"] = [str(line) for line in np.atleast_1d(result.attrs.get("history", []))]
-    return result
-
-
 def _table(result: xr.Dataset) -> MeasuredTable:
     """Return the curves of an approach, one direction below the other, without the points that have no settled motion."""
     directions = (
@@ -78,7 +76,7 @@ def _table(result: xr.Dataset) -> MeasuredTable:
         repeats(curve["status"].values) if "status" in curve else np.ones(curve.sizes["zc"], bool) for curve in curves
     ]
 
-    def stacked(name: str, tone: int | None = None) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    def stacked(name: str, tone: int | None = None) -> Array:
         variables = [curve[name] if tone is None else curve[name].sel(tone=tone) for curve in curves]
         return np.concatenate([np.asarray(v.values, float)[mask] for v, mask in zip(variables, kept, strict=True)])
 

@@ -318,15 +318,10 @@ def _segments(lines: Sequence[TextLine], rows: Sequence[int]) -> Texts | None:
     return np.array([said[place] for place in latest])
 
 
-def is_text(content: bytes) -> bool:
-    """Say whether a file is text."""
-    return decoded(content) is not None
-
-
 READER = Reader(
     kind="text",
     endings=(".csv", ".tsv", ".txt", ".dat", ".asc"),
-    is_one=is_text,
+    is_one=lambda content: decoded(content) is not None,
     read=read_text,
     not_read={
         b"\x1f\x8b": COMPRESSED,

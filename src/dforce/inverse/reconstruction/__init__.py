@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.core import units
 from dforce.core.blas_threads import one_blas_thread
-from dforce.core.errors import ParameterError, UnitError, checked
-from dforce.inverse.reconstruction._invert import ROUNDS, balances, invert
-from dforce.inverse.reconstruction._points import LEAST_POINTS, read_points
+from dforce.core.errors import ParameterError, checked
+from dforce.findings.finding import DEGREE
+from dforce.inverse.reconstruction._invert import ROUNDS, invert
+from dforce.inverse.reconstruction._points import LEAST_POINTS, balances, read_points, standard_deviation
 from dforce.inverse.reconstruction._result import dataset_of
+from dforce.inverse.values import number_of
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -77,10 +78,11 @@ def reconstruct(
     J. E. Sader, S. P. Jarvis, Appl. Phys. Lett. 84, 1801 (2004) and H. Hölscher, Appl. Phys. Lett. 89, 123109 (2006) for the
     formulas. F. J. Giessibl, Appl. Phys. Lett. 78, 123 (2001) for a matrix inverse.
     """
-    given = _error("amplitude_error", amplitude_error, "m"), _error("phase_error", phase_error, "deg")
-    reading, case = read_points(curve, case, *given)
+    given = {"amplitude": (amplitude_error, "m"), "phase": (phase_error, DEGREE)}
+    errors = {name: number_of(f"{name}_error", *one) for name, one in given.items() if one[0] is not None}
+    reading, case = read_points(curve, case, errors)
     balance, shifted = balances(reading, case.problem)
-    error = np.sqrt(sum(((one.virial - balance.virial) / share) ** 2 for one, share in shifted))
+    error = standard_deviation(one.virial - balance.virial for one in shifted)
     _refuse_what_tells_nothing(balance.motions.height - balance.motions.amplitude, balance.virial / error)
     lossy = bool(np.isfinite(balance.energy).all())
     with watched(progress, case.title) as report_progress, one_blas_thread():
@@ -92,13 +94,6 @@ def reconstruct(
             f"a jump divides the points, with at most {most} on one side; a force needs {LEAST_POINTS} or more"
         )
     return dataset_of(inverse, reading, case, curve, bool(case.forces) and "status" in curve)
-
-
-def _error(name: str, given: object, unit: str) -> float | None:
-    try:
-        return None if given is None else units.parse(given, unit)
-    except UnitError as error:
-        raise UnitError(f"{name} {error}") from None
 
 
 def _refuse_what_tells_nothing(low: Any, seen: Any) -> None:

@@ -13,8 +13,7 @@ from dforce.inverse.reconstruction._gaps import Gap, gaps_in, hidden_error
 from dforce.inverse.reconstruction._law import Law, force_of, laid
 from dforce.inverse.reconstruction._least import LeastSquares, evidence, solve
 from dforce.inverse.reconstruction._path import Paths, Rows, closest, impulse, no_paths, paths_of, rows_of, virials
-from dforce.inverse.reconstruction._points import Balance, CurvePoints
-from dforce.problem import Problem
+from dforce.inverse.reconstruction._points import Balance, CurvePoints, standard_deviation
 
 MOST_NODES, LEAST_NODES = 260, 60
 WIDTHS = (0.003, 0.01, 0.03, 0.1, 0.3)  # of the stretch of dense nodes, as shares of the range of distances
@@ -79,11 +78,7 @@ class Inverse:
 
 
 def invert(
-    reading: CurvePoints,
-    balance: Balance,
-    shifted: list[tuple[Balance, float]],
-    lossy: bool,
-    report_progress: Callable[[int], None],
+    reading: CurvePoints, balance: Balance, shifted: list[Balance], lossy: bool, report_progress: Callable[[int], None]
 ) -> Inverse:
     """Return the force behind the points of a curve.
 
@@ -92,7 +87,7 @@ def invert(
     reading, balance
         The points, and what they tell of the force.
     shifted
-        What they tell with one measured quantity moved by a share of its error, and that share: for the errors of the force.
+        What they tell with each measured quantity a little off, for the errors of the force.
     lossy
         Whether a drag may be looked for.
     report_progress
@@ -102,9 +97,9 @@ def invert(
     low = motions.height - motions.amplitude
     span, nodes = float(np.ptp(low)), int(np.clip(2 * count, LEAST_NODES, MOST_NODES))
     law = laid(float(low.min()), float(low.max()), FIRST_WIDTH * span, nodes)
-    energy_error = _errors([(one.energy - balance.energy, share) for one, share in shifted])
-    sinusoid = _plain(law, balance, shifted)
+    energy_error = standard_deviation(one.energy - balance.energy for one in shifted)
     size = np.maximum(np.abs(balance.virial), LEAST_SIZE * np.abs(balance.virial).max())
+    sinusoid = _plain(law, balance, shifted, size)
     rounding = _rounding(reading, balance)
     paths, off, moved, rounds = impulse(motions, balance.virial), size, size, 0
     for doubt in DOUBTS:
@@ -162,10 +157,9 @@ def invert(
     )
 
 
-def _plain(law: Law, balance: Balance, shifted: list[tuple[Balance, float]]) -> Law:
+def _plain(law: Law, balance: Balance, shifted: list[Balance], size: Array) -> Law:
     """Return the force by plain sinusoids for paths."""
-    error = _errors([(one.virial - balance.virial, share) for one, share in shifted])
-    size = np.maximum(np.abs(balance.virial), LEAST_SIZE * np.abs(balance.virial).max())
+    error = standard_deviation(one.virial - balance.virial for one in shifted)
     rows = rows_of(law, balance.motions, no_paths(balance.motions))
     return law._replace(force=solve(rows.virial, balance.virial, np.hypot(error, PLAIN_DOUBT * size)).values)
 
@@ -185,16 +179,10 @@ def _best_width(law: Law, balance: Balance, error: Array, paths: Paths, span: fl
     return laws[int(np.argmax(likely))]
 
 
-def _errors(changes: list[tuple[Array, float]]) -> Array:
-    """Return the standard deviation of numbers that change by so much with a share of an error each."""
-    return np.asarray(np.sqrt(sum((change / share) ** 2 for change, share in changes)))
-
-
-def _virial_error(law: Law, balance: Balance, shifted: list[tuple[Balance, float]], paths: Paths) -> Array:
+def _virial_error(law: Law, balance: Balance, shifted: list[Balance], paths: Paths) -> Array:
     """Return the error of each virial (J), with what errors of the motion do to the virial along the path."""
     here = virials(law, balance.motions, paths)
-    changes = [(one.virial - balance.virial - virials(law, one.motions, paths) + here, share) for one, share in shifted]
-    return _errors(changes)
+    return standard_deviation(one.virial - balance.virial - virials(law, one.motions, paths) + here for one in shifted)
 
 
 def _fall(law: Law, fit: LeastSquares) -> float:
@@ -219,14 +207,3 @@ def _rounding(reading: CurvePoints, balance: Balance) -> Array:
     if reading.virial is None:
         return np.zeros_like(balance.virial)
     return np.asarray(maximum_filter1d(np.abs(balance.virial - reading.virial), BESIDE))
-
-
-def balances(reading: CurvePoints, problem: Problem) -> tuple[Balance, list[tuple[Balance, float]]]:
-    """Return what points tell of the force, and what they would tell with each quantity a little off."""
-    from dforce.inverse.reconstruction._points import balance
-
-    shifted = []
-    for name in reading.errors:
-        changed, share = reading.shifted(name)
-        shifted.append((balance(changed, problem), share))
-    return balance(reading, problem), shifted

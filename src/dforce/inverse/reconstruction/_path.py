@@ -28,7 +28,7 @@ AT_ONCE = 64  # points whose paths are held together: what keeps arrays in the c
 
 
 class Motions(NamedTuple):
-    """What is known of the motion at each point: one value each.
+    """The motion at each point as far as it is known: one value each.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Paths(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What force and damping of unit size at each node do along the paths.
+    """The effect along the paths of a force and a damping of unit size at each node.
 
     Attributes
     ----------
@@ -75,8 +75,6 @@ class Rows(NamedTuple):
         Energy that the force at each node takes from the fundamental in a period (m), by harmonics of the path.
     loss
         Energy that the damping at each node takes from it (m^2/s).
-    turned
-        Virial by the damping at each node (m^2/s), by harmonics of the path.
     closest
         Smallest distance of each path (m).
     """
@@ -84,7 +82,6 @@ class Rows(NamedTuple):
     virial: Array
     energy: Array
     loss: Array
-    turned: Array
     closest: Array
 
 
@@ -217,10 +214,8 @@ def _rows_of(law: Law, motions: Motions, paths: Paths) -> Rows:
         return np.asarray(found.reshape(points, nodes), dtype=float)
 
     rate = 2.0 * np.pi * motions.frequency[:, None] * (paths.slope - amplitude * SINE)
-    cosine, sine = amplitude * COSINE, 2.0 * np.pi * amplitude * SINE
-    return Rows(
-        gathered(cosine), gathered(sine), gathered(-rate * sine), gathered(-rate * cosine), distance.min(axis=1)
-    )
+    sine = 2.0 * np.pi * amplitude * SINE
+    return Rows(gathered(amplitude * COSINE), gathered(sine), gathered(-rate * sine), distance.min(axis=1))
 
 
 def closest(motions: Motions, paths: Paths) -> Array:

@@ -1,8 +1,9 @@
-"""What a curve, computed or measured, tells of the force at each of its points: virial and energy of the fundamental."""
+"""The force at each point of a curve, computed or measured: virial and energy of the fundamental."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +30,7 @@ LOCKED_BETWEEN = (0.1, 5.0)  # resonance frequencies
 
 @dataclass(frozen=True)
 class CurvePoints:
-    """What was read at each point of a curve; one value each, in SI, angles in rad.
+    """The readings at each point of a curve; one value each, in SI, angles in rad.
 
     Attributes
     ----------
@@ -62,19 +63,28 @@ class CurvePoints:
         height = self.errors.get("height", np.zeros(1))
         return float(np.hypot(np.median(self.errors["amplitude"]), np.median(height)))
 
-    def shifted(self, name: str) -> tuple[CurvePoints, float]:
-        """Return the reading with one quantity changed by a small part of its error, and that part."""
-        values = getattr(self, name) + SHIFT * self.errors[name]
-        return CurvePoints(**{**vars(self), name: values}), SHIFT
+    def shifted(self, name: str) -> CurvePoints:
+        """Return the reading with one quantity changed by a small part of its error."""
+        return replace(self, **{name: getattr(self, name) + SHIFT * self.errors[name]})
 
 
 @dataclass(frozen=True)
 class Balance:
-    r"""What the motion tells of the force: :math:`V = \langle F z \rangle` and the energy E of the tip's fundamental (J)."""
+    r"""The force's averages: :math:`V = \langle F z \rangle` and the energy E of the tip's fundamental (J)."""
 
     motions: Motions
     virial: Array
     energy: Array
+
+
+def balances(reading: CurvePoints, problem: Problem) -> tuple[Balance, list[Balance]]:
+    """Return what points tell of the force, and what they would tell with each quantity off by a small part of its error."""
+    return balance(reading, problem), [balance(reading.shifted(name), problem) for name in reading.errors]
+
+
+def standard_deviation(changes: Iterable[Array]) -> Array:
+    """Return the error of numbers that change by so much with a small part of each quantity's error."""
+    return np.asarray(np.sqrt(sum((change / SHIFT) ** 2 for change in changes)))
 
 
 def balance(reading: CurvePoints, problem: Problem) -> Balance:
@@ -152,10 +162,8 @@ def _mode_responses(problem: Problem, frequency: Array) -> list[Complexes]:
     return [np.asarray(1.0 / mode.stiffness(frequency), dtype=complex) for mode in problem.modes]
 
 
-def read_points(
-    data: xr.Dataset, case: Case | None, amplitude_error: float | None, phase_error: float | None
-) -> tuple[CurvePoints, Case]:
-    """Return what a result of this program or a measured curve holds, and its case.
+def read_points(data: xr.Dataset, case: Case | None, given: Mapping[str, float]) -> tuple[CurvePoints, Case]:
+    """Return what a result of this program or a measured curve holds, and its case; `given` are errors (m, degrees).
 
     Raises
     ------
@@ -172,17 +180,16 @@ def read_points(
     if data.attrs.get("kind") == "fit":
         raise ParameterError("this is a fit; pass its measured curve")
     reading, case = _computed(data, case) if computed else _measured(data, case)
-    given = {"amplitude": amplitude_error, "phase": None if phase_error is None else float(np.deg2rad(phase_error))}
-    errors = dict(reading.errors)
-    for name, value in given.items():
-        if value is not None:
-            errors[name] = np.full(len(reading.height), value)
+    errors = reading.errors | {
+        name: np.full(len(reading.height), np.deg2rad(value) if name == "phase" else value)
+        for name, value in given.items()
+    }
     for name in ("amplitude", "phase"):
         if name not in errors:
             raise ParameterError(f"the data have no {name}_error, needed for the error of the force; pass it")
         if not (np.isfinite(errors[name]).all() and (errors[name] > 0.0).all()):
             raise ParameterError(f"{name}_error is not above 0")
-    reading = CurvePoints(**{**vars(reading), "errors": errors})
+    reading = replace(reading, errors=errors)
     _check(reading, case)
     return reading, case
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from dforce.core import units
 from dforce.core.arrays import Array, Bools
 from dforce.inverse.checks import doubts
-from dforce.inverse.reconstruction import _formulas
+from dforce.inverse.reconstruction._formulas import FORMULAS, holscher, payam, sader_jarvis
 from dforce.inverse.reconstruction._gaps import Gap
 from dforce.inverse.reconstruction._invert import SEEN, Inverse
 from dforce.inverse.reconstruction._law import Law, force_of
@@ -41,15 +40,6 @@ WALL = (
     "smaller errors"
 )
 FAR, TOO_FAR = 0.05, 0.01  # virial at the far end over the largest: worth a note, and what is far enough
-PATH_DEPENDENT = (
-    "adhesion_hysteresis",
-    "jkr",
-    "capillary",
-    "maugis_dugdale",
-    "sls",
-    "sls_simple",
-    "generalized_maxwell",
-)
 
 
 def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Dataset, known: bool) -> xr.Dataset:
@@ -96,14 +86,15 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
         "sample_energy": ("point", inverse.sample_energy),
         "energy_error": ("point", inverse.energy_error),
     }
-    if inverse.damping is not None and not any(force.name in PATH_DEPENDENT for force in case.forces):
+    by_path = any(force.memory or force.switch is not None for force in case.forces)  # its loss is no drag
+    if inverse.damping is not None and not by_path:
         variables |= {
             "damping": ("distance", inverse.damping.values * open_),
             "damping_error": ("distance", inverse.damping.error * open_),
         }
     if known:
         variables["law_force"] = ("distance", _known(case, distance))
-    data = xr.Dataset(variables, {"distance": distance, "formula": list(_formulas.FORMULAS)})
+    data = xr.Dataset(variables, {"distance": distance, "formula": list(FORMULAS)})
     data = data.assign_coords(
         gap_low=("gap", [gap.low for gap in inverse.gaps]), gap_high=("gap", [gap.high for gap in inverse.gaps])
     )
@@ -115,9 +106,8 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
     }
     kept = {key: source.attrs[key] for key in ("source", "sha256", "calibration") if key in source.attrs}
     data.attrs = provenance(case.to_toml(), str(source.attrs.get("title", "") or case.title)) | kept
-    notes = [*_doubts(source), *_notes(inverse, reading)]
-    if walled:
-        notes.append(WALL)
+    notes = [f"doubts about the measured curve: {text}" for text in doubts(source.attrs)]
+    notes += [*_notes(inverse, reading), *([WALL] if walled else [])]
     data.attrs |= {"chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join(notes)}
     return data
 
@@ -185,18 +175,11 @@ def classic_forces(inverse: Inverse, reading: CurvePoints, case: Case, distance:
     stop = max((gap.high for gap in inverse.gaps), default=-np.inf)
     order = order[inverse.rows.closest[order] >= stop]
     amplitude, d = motions.amplitude[order], low[order]
-    out = np.full((len(_formulas.FORMULAS), len(distance)), np.nan)
+    out = np.full((len(FORMULAS), len(distance)), np.nan)
     if len(d) >= 2:
         shift = -inverse.balance.virial[order] / (k * amplitude**2)
-        formulas: dict[str, Callable[[Array, Array, Array, float], Array]] = {
-            "sader_jarvis": _formulas.sader_jarvis,
-            "holscher": _formulas.holscher,
-            "payam": _formulas.payam,
-        }
-        for number, name in enumerate(_formulas.FORMULAS):
-            if name in formulas:
-                found = formulas[name](d, shift, amplitude, k)
-                out[number] = np.interp(distance, d, found, left=np.nan, right=np.nan)
+        for number, formula in enumerate((sader_jarvis, holscher, payam)):
+            out[number] = np.interp(distance, d, formula(d, shift, amplitude, k), left=np.nan, right=np.nan)
     plain: Law = inverse.sinusoid
     reached = (distance >= plain.nodes[0]) & (distance <= plain.nodes[-1])
     out[-1] = np.where(reached, force_of(plain, plain.force, distance), np.nan)
@@ -214,11 +197,6 @@ def _known(case: Case, distance: Array) -> Array:
     """Return the force of the case's own law at distances."""
     curve = force_curve(case, distance=distance[::-1]).sel(direction="approach")
     return np.asarray(curve["force"].values[::-1])
-
-
-def _doubts(source: xr.Dataset) -> list[str]:
-    """Return what may be wrong with the curve itself."""
-    return [f"doubts about the measured curve: {text}" for text in doubts(source.attrs)]
 
 
 def _notes(inverse: Inverse, reading: CurvePoints) -> list[str]:
