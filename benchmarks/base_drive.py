@@ -1,4 +1,4 @@
-"""What a base that is shaken costs: 64 motions side by side, against the same under forces.
+"""The cost of a base that is shaken: 64 motions side by side, against the same under forces.
 
     python benchmarks/base_drive.py
 

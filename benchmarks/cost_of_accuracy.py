@@ -1,4 +1,4 @@
-"""What accuracy costs: the time to a settled point against the error of its amplitude and phase, for each method.
+"""The cost of accuracy: the time to a settled point against the error of its amplitude and phase, for each method.
 
     python benchmarks/cost_of_accuracy.py [--quick] [--plot FIG.png]
 

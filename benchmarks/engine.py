@@ -1,4 +1,4 @@
-"""What a period of the engine costs and how exact it is, for motions that tap: `python benchmarks/engine.py`.
+"""The cost and the accuracy of a period of the engine, for motions that tap: `python benchmarks/engine.py`.
 
 Each motion starts at the same swing. Its end is held against SciPy's DOP853 over the plain laws (`witness.py`), at several
 tolerances of a step, and its CPU time is printed in u = one RK4 period by hand (`handwritten.py`): of the motion alone, with

@@ -182,7 +182,7 @@ def differences(case: df.Case | None, before: dict[str, Any], found: dict[str, A
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a fresh case: a word, the estimated and the true error, and the quantity that is farthest off."""
+    """The verdict on a fresh case: a word, the estimated and the true error, and the quantity that is farthest off."""
 
     number: int
     text: str

@@ -1,4 +1,4 @@
-"""What locked states cost: curves in FM-AFM beside the same curves in tapping mode, points of two tones from their neighbors.
+"""The cost of locked states: curves in FM-AFM beside the same curves in tapping mode, points of two tones from their neighbors.
 
     python benchmarks/locked.py [--repeat 7]
 

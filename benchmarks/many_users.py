@@ -56,7 +56,7 @@ class Measure:
 
 @dataclass(frozen=True)
 class Answers:
-    """What people at the window have seen.
+    """Answers that people at the window have seen.
 
     Attributes
     ----------

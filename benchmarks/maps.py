@@ -1,4 +1,4 @@
-"""What a map costs: its blocks in the store, the tasks of a cluster's scheduler, and from both a map of 10^8 points.
+"""The cost of a map: its blocks in the store, the tasks of a cluster's scheduler, and from both a map of 10^8 points.
 
     python benchmarks/maps.py [--blocks 200] [--tasks 10000] [--cluster] [--random 2000] [--points 1000000 2000000 4000000]
 

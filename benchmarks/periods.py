@@ -1,4 +1,4 @@
-"""What one period of motion costs, beside loops written by hand for the same case.
+"""The cost of one period of motion, beside loops written by hand for the same case.
 
     python benchmarks/periods.py [--quick] [--json]
 

@@ -33,7 +33,7 @@ class BlockError(Exception):
 
 
 class Page:
-    """What the blocks of one page share: a folder and a namespace."""
+    """The common part of the blocks of a page: a folder and a namespace."""
 
     def __init__(self) -> None:
         self.temporary = tempfile.TemporaryDirectory(prefix="dforce-docs-")

@@ -171,4 +171,5 @@ assert difference < 1e-21
 # After ``python -m pip install ./brush-force``, ``dforce models brush`` shows its page, and a case needs no ``plugins``.
 #
 # Forces with memory (a relaxing sample) or with two branches (a neck that forms and breaks) are classes of the same kind.
-# :class:`dforce.Force` describes their extra members; copy ``sls.py`` or ``capillary.py`` of the shipped models.
+# :class:`dforce.Force` describes their extra members; copy ``sls_simple.py`` (one state) or
+# ``capillary.py`` of the shipped models.

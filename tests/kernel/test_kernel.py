@@ -172,7 +172,7 @@ def test_functions_that_count_no_references_return_no_array(monkeypatch):
     ready.place(6e-9)
     with interpreted_by(ready, types.SimpleNamespace(**module)):
         ready.observe(with_amplitudes(ready, ready.problem.free), 2)
-    assert {"rk4_cut_at_kink", "steps_divided", "steps_part_step", "loops_passed"} <= seen
+    assert {"rk4_cut_at_kink", "steps_divided", "steps_part_step", "events_passed"} <= seen
 
 
 def test_only_what_somebody_reads_is_measured():

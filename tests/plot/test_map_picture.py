@@ -70,11 +70,23 @@ def test_a_gap_stays_a_gap():
     df.plot.map(grid.assign(peak_force=grid.peak_force * 0.0), "A0", "youngs_modulus", "peak_force")
 
 
-def test_states_at_a_set_point_over_two_parameters_are_a_map():
+def test_states_at_a_set_point_over_two_parameters_are_maps_but_of_the_amplitude_that_is_given():
     case = df.example("figure-3-air").set('experiment.zc={ start = "12 nm", stop = "4 nm", points = 9 }')
     over = {"sample.youngs_modulus": np.geomspace(0.5e9, 2e9, 3), "drive.A0": [8e-9, 9e-9, 10e-9]}
-    (axes,) = df.plot.overview(df.sweep(case, over, quantities=["peak_force"], at_set_point=0.8))
-    assert axes.get_yscale() == "log"
+    found = df.sweep(case, over, at_set_point=0.8)
+    every = df.plot.overview(found)
+    labels = [bar.get_ylabel() for axes in every for bar in axes.figure.axes if bar is not axes]
+    assert labels == ["phase lag $\\phi$ (°)", "peak force $F_\\mathrm{max}$ (N)"]
+    assert {axes.get_yscale() for axes in every} == {"log"}
+    (only,) = df.plot.overview(found[["peak_force"]])
+    assert only.figure.axes[1].get_ylabel().startswith("peak force")
+
+
+def test_a_force_below_its_error_is_none_and_makes_no_scale_of_two_sides():
+    grid = synthetic.grid()
+    force = grid.peak_force.where(grid.peak_force > grid.peak_force.mean(), -1e-18)
+    colors = df.plot.map(grid.assign(peak_force=force), "A0", "youngs_modulus", "peak_force").collections[0]
+    assert colors.get_cmap().name == "viridis" and colors.norm.vmin == 0.0
 
 
 def test_states_at_a_set_point_over_one_parameter_are_lines():

@@ -31,7 +31,7 @@ def test_several_results_have_a_color_and_a_name_in_the_legend_each():
         {"soft": result(), "stiff $ as it is": result("sample.youngs_modulus=5 GPa")}, Picture("zc", ("phase",))
     )
     words = [text.get_text() for text in axes[0].get_legend().get_texts()]
-    assert words == ["soft", "approach", "retract", r"stiff \$ as it is"]
+    assert words == ["soft", r"stiff \$ as it is", "approach", "retract"]
     assert len({line.get_color() for line in axes[0].lines}) == 2
 
 
@@ -39,6 +39,9 @@ def test_each_of_many_results_has_a_color_of_its_own():
     layers = {str(number): result() for number in range(14)}
     axes = df.plot.draw(layers, Picture("zc", ("phase",)))
     assert len({line.get_color() for line in axes[0].lines}) == 14
+    axes[0].figure.canvas.draw()
+    [below] = axes[0].figure.legends  # so many lines would cover the axes
+    assert below.get_window_extent().y1 < axes[0].get_window_extent().y0 and axes[0].get_legend() is None
 
 
 def test_each_of_many_columns_of_a_result_has_a_color_of_its_own():

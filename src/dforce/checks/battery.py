@@ -38,7 +38,7 @@ INSTRUMENT: Mapping[str, float] = {
     "medium.temperature": 298.15,
     "medium.permittivity": 78.5,
 }
-"""What the checks give to shared parameters, by path: a typical experiment, in SI."""
+"""The values of shared parameters in the checks, by path: a typical experiment, in SI."""
 
 DISTANCES = (-1.0, -1e-6, -2e-8, -1e-9, 0.0, 1e-12, 1e-10, 0.165e-9, 0.3e-9, 1e-9, 1e-8, 1e-6, 1.0)
 RATES = (0.0, 1e-3, -1e-3, 1.0)

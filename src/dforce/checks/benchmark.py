@@ -1,4 +1,4 @@
-"""What a curve, a sweep and a first answer cost on this machine."""
+"""The time that a curve, a sweep and a first answer take on this machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was found, as a table for a reader and as JSON for a program."""
+"""Findings as a table for a reader and as JSON for a program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all commands share: printing on any terminal, errors as one sentence, exit codes."""
+"""The common part of all commands: printing on any terminal, errors as one sentence, exit codes."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ DIGITS = 5  # of the values that a case takes
 
 @dataclass(frozen=True)
 class SpectrumCalibration:
-    """What the spectrum does not show."""
+    """Effects that the spectrum does not show."""
 
     sensitivity: Annotated[
         str | None,

@@ -1,1 +1,1 @@
-"""What everything else stands on: errors, units, parameters and quantities, files, progress and the log."""
+"""The base of everything else: errors, units, parameters and quantities, files, progress and the log."""

@@ -1,4 +1,4 @@
-"""What a public function takes: the kinds of things that its annotations name, in words and as a check.
+"""Arguments of a public function: the kinds of things that its annotations name, in words and as a check.
 
 A wrong kind of argument would surface deep inside, as an error of Python's that says nothing to a user.
 """
@@ -25,7 +25,7 @@ CLASSES = {
     "ThermalTune": ("dforce.inverse.thermal", "ThermalTune", "a thermal tune", "df.thermal_tune gives one"),
     "type[Force]": ("dforce.forces", "Force", "a class of forces", "df.forces.DMT is one"),
 }
-"""What is known by its class: module, name there, in words, and where one comes from."""
+"""Things known by their class: module, name there, in words, and where one comes from."""
 
 OF_MEASURED = (
     "df.read_measured reads a measured curve from a file; pandas writes one by .to_csv('curve.csv', index=False)"

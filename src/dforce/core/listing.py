@@ -15,7 +15,7 @@ LEFT = 'style="text-align: left; vertical-align: top"'
 
 
 class Shown:
-    """What shows itself, as :meth:`__repr__` on a terminal and as HTML in a notebook."""
+    """A thing that shows itself, as :meth:`__repr__` on a terminal and as HTML in a notebook."""
 
     def as_text(self) -> str:
         """Return what a terminal shows."""

@@ -1,4 +1,4 @@
-"""What dForce says while it works, beside results and errors."""
+"""Messages of dForce while it works, beside results and errors."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ else:
     Number, MaybeNumber, Numbers = float, float | None, tuple[float, ...]
 
     class Part:
-        """What a field is, for pydantic."""
+        """The type of a field, for pydantic."""
 
         def __class_getitem__(cls, kind: object) -> Any:
             return kind

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with given values, told in one sentence each."""
+"""Faults that pydantic finds in given values, one sentence each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What completion and `help` show of classes of parameters: their own names, and the kinds of values that they take."""
+"""Signatures of classes of parameters for completion and `help`: their own names, and the kinds of values that they take."""
 
 from __future__ import annotations
 

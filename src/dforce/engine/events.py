@@ -1,4 +1,4 @@
-"""What a step ends on: kinks of a law, turns of the tip, switches of a force's branch, crests of the force."""
+"""Events on which a step ends: kinks of a law, turns of the tip, switches of a force's branch, crests of the force."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"
 INNER: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_LAW = range(6)  # places in a lane's numbers
 # places of a lane's state: time in the interval; distance (m) and velocity at both ends of the step; force (N) at its end;
-# the kinks (m) around it, and the number of the upper one; time at which the interval begins; sign of the next velocity;
-# attempts at steps
+# the kinks (m) around it, and the number of the upper one; time at which the interval begins; sign of the velocity until the
+# next turn; attempts at steps
 T, D0, V0, D1, V1, F1, LOW, HIGH, SIDE, BEGIN, HEADING, ATTEMPTS, STATES = range(13)
 # places of the sums: force, times deflection, times velocity, contact, and extremes, in the order of ``observables.measure``;
 # then the force's Fourier sums

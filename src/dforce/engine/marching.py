@@ -108,7 +108,7 @@ class Marcher:
             Errors allowed in a step: of the scaled motion, of the columns, and of the fastest harmonic; or a row of them for
             each motion.
         harmonics
-            Given: each period is measured, with so many harmonics.
+            Given: each period is measured, with so many harmonics; not for parts of a period.
         per_period
             Intervals in a period.
         sampled

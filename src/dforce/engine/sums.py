@@ -1,4 +1,4 @@
-"""What a step adds to the sums and extremes of an interval."""
+"""The part of a step in the sums and extremes of an interval."""
 
 from __future__ import annotations
 

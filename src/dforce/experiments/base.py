@@ -1,4 +1,4 @@
-"""What every experiment shares: the grid of distances, the start of the motion, the plan of a curve, and the base class."""
+"""Common part of experiments: the grid of distances, the start of the motion, the plan of a curve, the base class."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ def _refuse_tones(problem: Problem) -> None:
 
 
 class Experiment(Parameters):
-    """What is done with a case, as a plan; one subclass, in one file, for each kind.
+    """The plan of what is done with a case; one subclass, in one file, for each kind.
 
     Attributes
     ----------

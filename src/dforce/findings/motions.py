@@ -1,4 +1,4 @@
-"""What a reader looks for first in the result of an experiment, of a sweep, and in a force along a path."""
+"""Summaries of the result of an experiment, of a sweep, and of a force along a path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a reader looks for first in results of no experiment: maps, measured curves, and spectra."""
+"""Summaries of results of no experiment: maps, measured curves, and spectra."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes with a set point: the states of a curve in which the amplitude is a given share of the free amplitude."""
+"""States at a set point: those of a curve in which the amplitude is a given share of the free amplitude."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a result holds in a few lines: the numbers that a reader looks for first."""
+"""The summary of a result: in a few lines the numbers that a reader looks for first."""
 
 from __future__ import annotations
 

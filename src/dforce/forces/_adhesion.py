@@ -10,7 +10,7 @@ from dforce.forces._contract import OF_ADHESION, Force
 
 
 class AdhesiveContact(Force):
-    """What adhesive contacts with a pull-off have in common: tip, surface energy, and the ends of the branches."""
+    """The common part of adhesive contacts with a pull-off: tip, surface energy, and the ends of the branches."""
 
     contains = ("van der Waals", "elastic contact")
     dissipative = True

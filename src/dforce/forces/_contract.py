@@ -23,7 +23,7 @@ OF_ADHESION = dict.fromkeys(
     ("gamma", "W", "work_of_adhesion", "adhesion", "adhesion_energy"),
     "write surface_energy = gamma, half of the work of adhesion W = 2 gamma",
 )
-"""What a force with a surface energy answers to other names for it."""
+"""The hint of a force with a surface energy at other names for it."""
 
 INTERACTIONS = (
     "van der Waals",
@@ -37,7 +37,7 @@ INTERACTIONS = (
     "hydration",
     "magnetic",
 )
-"""What a force can count; the attraction that makes a contact adhesive counts as van der Waals."""
+"""The interactions that a force can contain; the attraction that makes a contact adhesive counts as van der Waals."""
 
 
 class Force(Parameters):

@@ -67,7 +67,8 @@ class Custom(Force):
 
     Operators: ``+ - * / **``, comparisons, ``and or not``, ``x if condition else y``, ``where(condition, x,
     y)``. Functions: abs, exp, log, log10, sqrt, sign, sin, cos, tan, asin, acos, atan, sinh, cosh, tanh,
-    min, max; and pi. The expression is compiled and as fast as a built-in force.
+    min, max; and pi. The expression is compiled and as fast as a built-in force. It has no memory and no branches: a law with
+    states of its own is a class in a Python file.
 
     Make it finite at every distance that the tip may reach: the force of contact starts at d = a0, and
     ``max(d, a0)`` keeps an attraction from growing beyond. Comparisons of d or the indentation define kinks for the solvers; a

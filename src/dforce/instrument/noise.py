@@ -16,7 +16,7 @@ ROOM = 298.15  # K
 
 @dataclass(frozen=True)
 class NoiseNumbers:
-    """What shakes the lever and its reading.
+    """The noise of the lever and of its reading.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ from dforce.instrument import beam
 
 @dataclass(frozen=True)
 class ReadoutNumbers:
-    """What the detector reads.
+    """The reading of the detector.
 
     Attributes
     ----------

@@ -1,4 +1,5 @@
 """Integrators: one file, one method, compiled with the forces it marches over (``rk4``, ``lsoda``).
 
-``lanes`` marches the cases of a block side by side with the steps of ``rk4``; ``loops`` holds what the methods share.
+``lanes`` marches the cases of a block side by side with the steps of ``rk4``, ``events`` finds what a step passes, and
+``loops`` holds what the methods share.
 """

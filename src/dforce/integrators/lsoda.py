@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from dforce.integrators.loops import keep_rest, risen, seconds
+from dforce.integrators.events import risen
+from dforce.integrators.loops import keep_rest, seconds
 from dforce.kernel.vocabulary import (
     distance,
     drive_at,

@@ -10,20 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from dforce.integrators.loops import (
-    TAU,
-    grazes,
-    keep_rest,
-    margin,
-    passed,
-    phases,
-    remember,
-    risen,
-    seconds,
-    tabulate,
-    touches_a_jump,
-    turn_behind,
-)
+from dforce.integrators.events import grazes, margin, passed, risen, touches_a_jump, turn_behind
+from dforce.integrators.loops import TAU, keep_rest, phases, remember, seconds, tabulate
 from dforce.integrators.steps import beside, divided, part_step, step
 from dforce.kernel.codegen import OMEGA
 from dforce.kernel.linker import by_address, inlined, uncounted
@@ -65,9 +53,14 @@ LANDED = 1e-8  # relative to the step: how near behind a switch a cut is, and a 
 def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: Any, p: Any) -> Any:
     """Return the motion after step i, cut where it passes a kink or a branch switches; the forces' states are updated.
 
-    `f` is the force at its start, `end` is where the whole step leads. Without memory and branches Newton's method finds
-    the kink, under a drive interpolated between the three of `u`, to an error below that of the step. What this cannot do, as
-    more than one kink in a step, is left to `cut_step`.
+    `f` is the force at its start, `end` is where the whole step leads. Without memory and branches:
+
+    1. the cubic through both ends gives the time `first` to the kink, and Newton's method corrects it;
+    2. a step leads there, with the force held on this side, and a short Taylor step from there to just behind the kink;
+    3. a step with the force of the other side leads on to the end.
+
+    The drive is interpolated between the three of `u`, to an error below that of the step. All else, such as more than one
+    kink in a step, is left to `cut_step`.
     """
     (_, _, period, points), (memory, latched, kinks, _), (u0, u1, u2) = drive, forces, u
     h = TAU / points
@@ -94,7 +87,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
             first -= off * NEAR * h
             if not abs(off) < CLOSE / NEAR:
                 continue
-            # so near, what is left of the way is that of a motion whose acceleration stays
+            # so near, the rest of the way is that of a motion with a constant acceleration
             back, reached = -off * NEAR * h, held(distance(landed, p), limits)
             before = force(reached, rate_of(landed, p), t + seconds(first, p), memory, latched, p)
             a = forced(free_acceleration(uh, landed, p), before, p)

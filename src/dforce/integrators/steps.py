@@ -2,14 +2,14 @@
 
 A force may be like a root of the distance to a kink, or have a spike there that is narrower than a step.
 
-Beside such a kink, on its near side, the force goes like the root of the time since it was passed, or until it is reached: a
-step of the length h leaves an error like h^1.5 there. Its parts end where the cube root of that time has grown by equal
-amounts; so the error of each part is like that of any other. Where the kink is farther away, what the parts change is counted
-less and less, so that the motion after the step has no jumps as a function of that before. A spike, as the attraction just
-before contact is to a tip that moves by many times its range in a step, is treated the same way in steps cut at a kink.
+On the inner side of such a kink the force goes like the root of the time since it was passed, or until it is reached: a step
+of the length h leaves an error like h^1.5 there. So the step is taken in parts, too, which end where the cube root of that time
+has grown by equal amounts: all parts have errors alike. The result is a blend of both. The weight of the parts falls to zero
+with the distance from the kink, so that the end of a step is a continuous function of its beginning. A spike, such as the
+attraction just before contact for a tip that crosses its whole range in a step, is treated the same way.
 
-Between two kinks that are passed within a step there is none as long as the others, whatever their number: it would err alike
-with twice as many. So it has more parts, the more steps there are.
+Two kinks may be so close that a step passes both. The way between them is then equally long with any number of steps a period,
+and its error would not fall with more of them. So it has more parts, the more steps there are.
 
 Source: H. Brunner, Collocation Methods for Volterra Integral and Related Functional Differential Equations, Cambridge (2004),
 chapter 6.2: graded meshes.
@@ -61,7 +61,7 @@ STRIDE = 1.0  # lengths of a step against the distance: a shorter one holds no s
 
 @inlined
 def step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any, p: Any) -> Any:
-    """Return the motion one step later, from the force at its start; others are evaluated within the limits.
+    """Return the motion one step later, from the force `f` at its start; other forces are evaluated within the limits.
 
     `u` and `forces` are those of ``loops``.
     """
@@ -141,7 +141,7 @@ def smooth(x: float) -> float:
 
 @inlined
 def spike(f0: float, fm: float, f1: float, stride: float, h: float, p: Any) -> float:
-    """Return how much parts count in a step for a spike of the force, given at its beginning, middle and end.
+    """Return the weight, 0 to 1, of a step's parts for a spike; the forces are those at its beginning, middle and end.
 
     `stride` is the length of the step against the distance from the surface.
     """
@@ -179,7 +179,7 @@ def until_root(y: Any, end: Any, h: float, kinks: Any, p: Any) -> float:
 
 @uncounted
 def part_step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, points: int, p: Any) -> Any:
-    """Return the motion after a part of one of so many steps a period, on one side of all kinks.
+    """Return the motion after a part, of length h, of a step, on one side of all kinks; a period has `points` steps.
 
     It is divided between two kinks that are passed within a step, near a root, and near a spike.
     """
@@ -220,7 +220,7 @@ def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
 
 @uncounted
 def near_spikes(y: Any, end: Any, f: float, h: float, t: float, forces: Any, around: Any, p: Any) -> Any:
-    """Return how much parts count, see `with_parts`, with what they count for a spike beside a kink."""
+    """Return `around`, see `with_parts`, with the weights that a spike beside a kink asks for."""
     (before, after, at_begin, at_end), (memory, latched, kinks, room) = around, forces
     dt, d0, v0, d1, v1 = seconds(h, p), distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)
     if not 0.0 <= STRIDE * min(d0, d1) < abs(d1 - d0):
@@ -243,7 +243,7 @@ def near_spikes(y: Any, end: Any, f: float, h: float, t: float, forces: Any, aro
 
 @uncounted
 def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
-    """Return how many steps a step begins behind a root and ends before one, and how much parts count for that."""
+    """Return `around`, see `with_parts`, for a step near roots."""
     if is_rooted(p):
         before, after = since_root(y, h, kinks, p), until_root(y, end, h, kinks, p)
         return before, after, weight(before), weight(after)
@@ -252,10 +252,10 @@ def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
 
 @uncounted
 def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
-    """Add to where a step leads, and to the memory there, what parts change.
+    """Return a step's end blended with the end of its parts, the memory there too; the whole step leads to `whole`.
 
-    `around` says how many steps it begins behind a root and ends before one, and how much the parts count: those that become
-    longer from its beginning, and those that become shorter to its end.
+    `around` holds the distance, in steps, from a root behind to its beginning, and from its end to a root ahead; then the
+    weights, 0 to 1, of parts that become longer from its beginning, and of parts that become shorter to its end.
     """
     (before, after, at_begin, at_end), (memory, _, _, room) = around, forces
     if at_begin == 0.0 and at_end == 0.0:
@@ -281,8 +281,8 @@ def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forc
 def in_parts(y: Any, mesh: Any, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
     """Return the motion one step later, taken in parts.
 
-    `mesh` says how many of its lengths the step begins behind a root, how many parts it has, and whether the lengths count from
-    its end instead, to the root.
+    `mesh` holds the distance, in steps, from a root behind to its beginning, the number of parts, and whether the distance is
+    that from its end to a root ahead instead.
     """
     (steps, parts, mirrored), (u0, u1, u2), (memory, latched, kinks, room) = mesh, u, forces
     share, now, limits = 0.0, room[7], between_kinks(distance(y, p), kinks, p)

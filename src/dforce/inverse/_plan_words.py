@@ -1,4 +1,4 @@
-"""What a plan says in sentences: which states are meant, what is recommended, and what would help where nothing is."""
+"""The sentences of a plan: which states are meant, what is recommended, and what would help where nothing is."""
 
 from __future__ import annotations
 

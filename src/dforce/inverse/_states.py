@@ -148,7 +148,7 @@ def one_of_each(points: PlannedPoints, length: Array) -> Any:
 
 @dataclass(frozen=True)
 class Rest:
-    """What a plan says beside the states themselves.
+    """The rest of a plan, beside the states themselves.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a calibrated curve tells without any model of the force: whether it can be, and roughly where the surface is."""
+"""Checks of a calibrated curve without any model of the force: whether it can be, and roughly where the surface is."""
 
 from __future__ import annotations
 

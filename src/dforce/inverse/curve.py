@@ -49,7 +49,7 @@ class Told(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Asked:
-    """What a user says about a file, checked; see :func:`dforce.read_measured`."""
+    """The user's statements on a file, checked; see :func:`dforce.read_measured`."""
 
     columns: Mapping[str, str]
     units: Mapping[str, str]

@@ -37,7 +37,7 @@ AT_RESONANCE = 90.0  # degrees
 
 
 class Given(NamedTuple):
-    """What a user says about the free part and the noise, in SI units and degrees."""
+    """The user's statements on the free part and the noise, in SI units and degrees."""
 
     free_part: tuple[float, float] | None
     free_amplitude: float | None

@@ -1,4 +1,4 @@
-"""What a plan asks for: limits such as ``"< 100 pN"``, margins, and a goal; read with the units module, never evaluated."""
+"""Wishes of a plan: limits such as ``"< 100 pN"``, margins, and a goal; read with the units module, never evaluated."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ class Threads(Hands):
 
 @dataclass(frozen=True)
 class Sent:
-    """What the workers of a cluster are told: the case as text, the files of its plug-ins, what is kept, and the version."""
+    """The order to the workers of a cluster: the case as text, the files of its plug-ins, what is kept, and the version."""
 
     text: str
     plugins: tuple[tuple[str, bytes], ...]

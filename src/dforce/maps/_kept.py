@@ -1,4 +1,4 @@
-"""What a sweep keeps of each case: quantities, of all its points or of the states at a set point alone."""
+"""Quantities that a sweep keeps of each case: of all its points or of the states at a set point alone."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What is measured on the motion: over each period, from its samples."""
+"""Measurements on the motion: over each period, from its samples."""

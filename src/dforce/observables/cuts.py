@@ -1,4 +1,7 @@
-"""Steps that are cut: where the motion turns, where the force has a kink, where a branch switches, and at first contact.
+"""Averages of the force over steps that are cut: at turns, kinks of the force, switches of a branch, and first contact.
+
+The integrator has cut its steps, too, see ``integrators.rk4``, but its samples lie at even times. So the steps between them are
+cut again here, for the averages over a period.
 
 The force acts on the motion on either side of a kink in another way, so that no smooth interpolant leads across it. The
 motion is taken up to the kink by one Runge–Kutta step from where it is known, and a Taylor step of what is left; so each

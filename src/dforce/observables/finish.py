@@ -182,16 +182,16 @@ def driving_tone(problem: Problem, mode: int) -> int:
     return next((j for j, tone in enumerate(problem.tones) if tone.mode == mode), 0)
 
 
-def multipliers(tangents: Array) -> tuple[Array, Array]:
-    """Return moduli and angles (degrees) of the eigenvalues of each tangent, the largest first."""
-    if tangents.shape[1] == 2:  # by hand: LAPACK takes as long for a small matrix as the orbit itself
-        half = 0.5 * (tangents[:, 0, 0] + tangents[:, 1, 1])
-        determinant = tangents[:, 0, 0] * tangents[:, 1, 1] - tangents[:, 0, 1] * tangents[:, 1, 0]
+def multipliers(monodromy: Array) -> tuple[Array, Array]:
+    """Return moduli and angles (degrees) of the eigenvalues of monodromy matrices, (matrices, size), the largest first."""
+    if monodromy.shape[1] == 2:  # by hand: LAPACK takes as long for a small matrix as the orbit itself
+        half = 0.5 * (monodromy[:, 0, 0] + monodromy[:, 1, 1])
+        determinant = monodromy[:, 0, 0] * monodromy[:, 1, 1] - monodromy[:, 0, 1] * monodromy[:, 1, 0]
         root = np.sqrt((half * half - determinant).astype(complex))
         found = np.stack([half + root, half - root], axis=1)
     else:
-        found = np.full(tangents.shape[:2], np.nan, dtype=complex)
-        known = np.isfinite(tangents).all(axis=(1, 2))
-        found[known] = np.linalg.eigvals(tangents[known])
+        found = np.full(monodromy.shape[:2], np.nan, dtype=complex)
+        known = np.isfinite(monodromy).all(axis=(1, 2))
+        found[known] = np.linalg.eigvals(monodromy[known])
     found = np.take_along_axis(found, np.argsort(-modulus(found), axis=1, kind="stable"), 1)
     return modulus(found), angle(found)

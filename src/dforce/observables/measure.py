@@ -73,7 +73,9 @@ FLAT, STEEP, CUTS, BESIDE, BROKEN = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
 def measure(samples: Any, turns: Any, drive: Any, kinks: Any, p: Any, room: Any, out: Any) -> None:
-    """Write the averages, extremes and lock-ins of one period into `out`; lengths are scaled, forces and times SI.
+    """Write the averages, extremes and lock-ins of one period into `out`.
+
+    Deflections and their lock-ins are scaled by the free amplitude; all other columns are in SI units.
 
     `room` is scratch, (ROOM, samples), taken once: fresh memory costs more than what is done with it.
     """

@@ -1,4 +1,4 @@
-"""What all pictures share: colors, units for the reader, axes of one color, titles, saving."""
+"""The common part of all pictures: colors, units for the reader, axes of one color, titles, saving."""
 
 from __future__ import annotations
 

@@ -21,6 +21,7 @@ from dforce.results.significance import largest_error
 BACK = (0, (4, 1.5))  # dashes of the way back
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
 LONGEST_NAME = 40
+MOST_INSIDE = 6  # entries of a legend that leave room for lines; more stand below the axes
 Layers = Mapping[str, xr.Dataset]
 
 
@@ -56,16 +57,19 @@ class _Drawing:
                 if one is not axes[0]:
                     one.grid(False)
         else:
-            figure = new_figure(figure, 6.0, 1.5 + 2.2 * len(names))
+            figure = new_figure(figure, 6.0, 1.5 + 2.2 * len(names) + 0.12 * max(len(self.layers) - MOST_INSIDE, 0))
             axes = list(np.ravel(figure.subplots(len(names), 1, sharex=True)))
             for one, name in zip(axes, names, strict=True):
                 self._frame(one, [name])
             for one in axes[:-1]:
                 one.set_xlabel("")
-        if len(self.looks) > 1:
-            axes[-1 if self.picture.together else 0].legend(
-                list(self.looks.values()), list(self.looks), framealpha=0.85, fontsize="small", loc="best"
-            )
+        looks = dict(sorted(self.looks.items(), key=lambda look: look[1].get_color() == GRAY))
+        entries = list(looks.values()), list(looks)
+        if len(looks) > MOST_INSIDE:
+            figure.legend(*entries, fontsize="small", loc="outside lower center", ncols=2)
+        elif len(looks) > 1:
+            on = axes[-1 if self.picture.together else 0]
+            on.legend(*entries, framealpha=0.85, fontsize="small", loc="best")
         if not self.several:
             head(axes[0], self.first)
         return axes

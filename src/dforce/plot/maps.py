@@ -20,6 +20,7 @@ from dforce.plot._style import LIGHT, axis_text, head, new_figure, shown, take
 from dforce.plot.regimes import draw_edges, fill_regimes, is_regime_map
 from dforce.results.curves import first_state
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
+from dforce.results.significance import is_none
 
 LINES = 7  # of equal value, about
 RESONANCE = 90.0  # degrees: the phase lag of a free lever; above it attraction prevails, below it repulsion
@@ -39,7 +40,8 @@ def map(
     """Draw a quantity over two parameters: colors, with lines of equal value on top.
 
     An axis with equal factors between its values is logarithmic. A phase lag has its neutral color at 90°, a quantity of both
-    signs at 0. The first of several tones, modes, harmonics or states is drawn; points without a result are gray. The lines
+    signs at 0. An amount below its estimated error is drawn as 0. The first of several tones, modes, harmonics or states is
+    drawn; points without a result are gray. The lines
     interpolate linearly between the values, also across jumps. The quantity `regime` of a regime map (:func:`dforce.regimes`)
     has a color for each regime, with its boundaries.
 
@@ -66,10 +68,12 @@ def map(
         return _regimes(dataset, x, y, sides, figure)
     if x == y:
         raise ParameterError(f"x and y are both '{x}'; a map is over two parameters")
-    variable = take(first_state(dataset), quantity, x, y)
+    first = first_state(dataset)
+    variable = take(first, quantity, x, y)
     for name in (x, y):
         if name not in variable.dims:
             raise ParameterError(f"'{quantity}' does not vary along '{name}', so it has no map over it")
+    variable = variable.where(~is_none(first, quantity), 0.0)  # an amount below its error is none
     variable = variable.isel(dict.fromkeys((dim for dim in variable.dims if dim in COLUMN_DIMS), 0)).transpose(y, x)
     values, text = shown(variable)
     scale, _ = reader_unit(variable)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 
 from dforce.core.errors import ParameterError
-from dforce.plot._style import head
+from dforce.plot._style import head, new_figure
 from dforce.plot.laid_over import lay_over
 from dforce.plot.maps import map as map_of_two
 from dforce.results.curves import Picture, drawable, first_state, goes_along
@@ -21,7 +21,7 @@ from dforce.results.status import check_computed
 
 MOST = 12  # cases in a picture, so that each has a color of its own and a line in the legend
 FIRST = ("share", "amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities
-PANELS = 3
+PANELS, MAPS = 3, 2
 
 
 def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
@@ -39,7 +39,7 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
     at_set_point, along = "crossing" in dataset.dims, usual_along(dataset)
     over = [name for name in swept(dataset) if dataset[name].dtype.kind == "f" and dataset.sizes[name] > 1]
     if at_set_point and len(over) > 1:
-        return [_map_at_set_point(dataset, over, figure)]
+        return _maps_at_set_point(dataset, over, figure)
     layers = _states(dataset, along) if at_set_point else cases_of(first_state(dataset), along)
     known = drawable(next(iter(layers.values())), along) if along and layers else []
     left_out = {along, "amplitude"} if at_set_point else {along}  # there the amplitude is given
@@ -83,11 +83,13 @@ def _states(dataset: xr.Dataset, along: str) -> dict[str, xr.Dataset]:
     return {f"state {number}": one for number, one in enumerate(found, start=1) if one["zc"].notnull().any()}
 
 
-def _map_at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | None) -> Axes:
+def _maps_at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | None) -> list[Axes]:
     """Draw the first states at a set point over the first two of some parameters, of others at their first values."""
-    names = [name for name in dict.fromkeys((*FIRST, *map(str, dataset.data_vars))) if name in dataset]
+    known = [name for name in dict.fromkeys((*FIRST, *map(str, dataset.data_vars))) if name in dataset]
+    names = [name for name in known if name != "amplitude"][:MAPS]  # the amplitude is given
     first = dataset.isel({name: 0 for name in swept(dataset) if name not in over[:2]})
-    return map_of_two(first, over[1], over[0], names[0], figure=figure)
+    parts = new_figure(figure, 6.4, 4.8 * len(names)).subfigures(len(names), 1, squeeze=False).ravel()
+    return [map_of_two(first, over[1], over[0], name, figure=part) for name, part in zip(names, parts, strict=True)]
 
 
 def _words(dataset: xr.Dataset, case: dict[str, int]) -> str:

@@ -31,7 +31,7 @@ NO_JUMP = (np.nan, np.nan, np.nan, "", np.nan)  # fills up the jumps of a case t
 
 @dataclass
 class Found:
-    """What was found for cases with the same points.
+    """The results found for cases with the same points.
 
     Attributes
     ----------

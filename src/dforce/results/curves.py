@@ -1,4 +1,4 @@
-"""What of a result can be drawn against what: its lines, for pictures on paper and in the window alike."""
+"""The lines of a result that can be drawn, for pictures on paper and in the window alike."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a result says about its variables: units, names, symbols, and the unit in which each reads best."""
+"""The attributes of a result's variables: units, names, symbols, and the unit in which each reads best."""
 
 from __future__ import annotations
 

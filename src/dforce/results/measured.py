@@ -1,4 +1,4 @@
-"""What was measured along a curve, by the names that the model has for it."""
+"""The quantities measured along a curve, by the names that the model has for them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a store holds: its arrays, how they are cut into blocks, and the files that are written once."""
+"""The layout of a store: its arrays, how they are cut into blocks, and the files that are written once."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Blocks:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a store holds.
+    """The layout of a store.
 
     Attributes
     ----------

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.integrators.loops import TAU, keep_rest, phases, risen, seconds
+from dforce.integrators.events import risen
+from dforce.integrators.loops import TAU, keep_rest, phases, seconds
 from dforce.kernel.codegen import SPEED
 from dforce.kernel.vocabulary import (
     distance,

@@ -60,7 +60,7 @@ ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the 
 class _Orbits:
     """Some orbits of a block: of which problems, at which values, where they start, and what was found on them."""
 
-    times = 1  # the block's samples, with which orbits were measured last
+    times = 1  # the block's samples, with which the last Newton step was taken
 
     def __init__(self, block: Block, values: Array, points: Points, places: tuple[Indices, Indices]) -> None:
         self.block, self.cases = block, places[0]
@@ -72,7 +72,7 @@ class _Orbits:
         )
         self.tables = block.tables_of(self.cases, self.at)
         self.error: Array = np.full(len(self.at), np.nan)
-        # the orbits with twice as many samples, and how far they lie from where they were measured
+        # where the last Newton step led with more samples, the measurement there, and the length of the next such step
         self.next, self.next_rows, self.astray = self.states.copy(), self.rows.copy(), np.full(len(self.at), np.inf)
 
     def measured(self, rows: Array, which: Indices) -> dict[str, Array]:
@@ -336,7 +336,7 @@ def _error_on_curve(among: ParameterRange, orbit: Orbit) -> float:
 
 
 def assure_in_grace(block: Block, values: Array, points: Points) -> int:
-    """Do so for a run that was stopped, from the first value on, for some seconds at most; return how many values are done.
+    """Do as `assure` for a stopped run, from the first value on, for some seconds at most; return how many values are done.
 
     Nothing is compiled for it.
     """

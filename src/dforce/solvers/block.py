@@ -270,7 +270,7 @@ class Block(TipEquations):
         self._solvers.entry("find_orbits")(slots, orbits, marching)
 
     def shifts(self, which: Indices, states: States, at: Array, slopes: Array, repeats: int) -> Array:
-        """Return by how much of the parameter (SI) curves lie aside of steep orbits found with other samples, NaN if unknown.
+        """Return how far (SI), along the parameter, curves lie from steep orbits found with other samples; NaN if unknown.
 
         Each orbit is found again in the plane across its curve, as at a fold none may be left at the same value.
         `slopes` are the curves' slopes there (per unit of the parameter).

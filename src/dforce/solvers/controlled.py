@@ -41,7 +41,7 @@ IRREGULAR = 16384  # periods without drift or decay of errors that are no noise:
 
 @dataclass(frozen=True)
 class ToneControllers:
-    """What the controllers of a tone hold, and how fast.
+    """The values that the controllers of a tone hold, and how fast.
 
     Attributes
     ----------

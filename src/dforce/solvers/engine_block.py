@@ -35,7 +35,7 @@ FINER = 4.0  # errors of steps fall with this power of the samples that a finer 
 
 
 class NewtonOrbits(NamedTuple):
-    """What Newton's method has found, a row for each slot.
+    """The orbits that Newton's method has found, a row for each slot.
 
     Attributes
     ----------

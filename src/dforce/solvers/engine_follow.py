@@ -36,7 +36,7 @@ ONE_BY_ONE = 1  # how many values a step may lead to, where those that it passed
 
 
 class OrbitFinder(Protocol):
-    """What finds orbits of problems side by side."""
+    """A block that finds orbits of problems side by side."""
 
     predicted: float
     unit: Array

@@ -28,7 +28,7 @@ class UnstableStates:
         self._ranges = np.sort(np.array(ends).reshape(-1, 2), axis=1)
 
     def at(self, value: float) -> Array:
-        """Return the scaled motions of all unstable states at a scaled value of the parameter, (states, 2 modes)."""
+        """Return the scaled motions and memories of all unstable states at a scaled value of the parameter, (states, size)."""
         here = np.flatnonzero((self._ranges[:, 0] <= value) & (value <= self._ranges[:, 1]))
         return np.array([u[:-1] for i in here for u in _meet(*self._parts[i], value)])
 

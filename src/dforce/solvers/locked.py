@@ -43,7 +43,7 @@ FAR = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # free amplitudes above 
 
 
 class LockedStates(NamedTuple):
-    """What was found, a row for each state.
+    """The states found, a row for each.
 
     Attributes
     ----------

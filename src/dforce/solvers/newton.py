@@ -10,7 +10,7 @@ Memory and branches of the forces follow the motion: they are carried on from pe
 So M holds how the motion answers once the memory has answered, too. Where the memory relaxes det(1 - M) is that of motion and
 memory together but for a positive factor: folds and the signs of indices are the same. Other multipliers are not, where the
 memory lasts about as long as a period, and those of the memory itself are missing. Where they count the memory belongs to
-the vector x; see ``orbit``.
+the vector x; see ``parameter_range``.
 
 `choose_next` says which slots are to be integrated, and `take_steps` uses the ends: any integrator can stand between them.
 
@@ -39,7 +39,7 @@ PENDING, NEARBY, CONVERGED, FAILED = 0, 1, 2, 3  # what became of a slot
 
 
 class Orbits(NamedTuple):
-    """What Newton's method finds for slots, a row for each.
+    """The orbits that Newton's method finds, a row for each slot.
 
     Attributes
     ----------

@@ -295,7 +295,7 @@ class ParameterRange:
         return self.vectors(States(slots.ends[:, 0], slots.memory_after, slots.branch_after)), slots
 
     def steady(self, orbit: Orbit) -> Steady:
-        """Return an orbit as what is found at a point, with its largest multipliers, two for each mode.
+        """Return an orbit as what is found at a point, with as many of its largest multipliers as a motion has numbers.
 
         The largest is below 1 where the orbit is stable, and nowhere else: where it may be 1 it is not written as less.
         """

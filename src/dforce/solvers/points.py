@@ -1,4 +1,4 @@
-"""What is found for the problems of a block at the values of a parameter: orbits, other motions, and jumps between them."""
+"""Motions found for the problems of a block at the values of a parameter: orbits, others, and jumps between them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class StateJump:
 
 @dataclass
 class Points:
-    """What was found: for each problem and value an orbit, or a steady motion of the single run's kind.
+    """The motions found: for each problem and value an orbit, or a steady motion of the single run's kind.
 
     Attributes
     ----------

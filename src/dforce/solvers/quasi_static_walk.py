@@ -22,7 +22,7 @@ from dforce.solvers.points import Points, StateJump, amplitude_at, amplitude_of,
 from dforce.solvers.quasi_static import ENDED, FOLLOWED, SMALLEST, TOO_ROUGH, Stretch
 from dforce.solvers.quasi_static_steps import CHORD
 from dforce.solvers.settling import apart, gone, polished, settled
-from dforce.solvers.state_ends import End, Ended, Left, ahead_of, directions, doubled, located
+from dforce.solvers.state_ends import End, Ended, Left, ahead_of, assured_places, directions, doubled
 from dforce.solvers.states import States
 from dforce.solvers.transient import steady
 
@@ -286,7 +286,7 @@ class Walk:
         some = np.flatnonzero(~goes_on & np.isfinite(self.state.x[cases]).all(axis=1))
         before = cases, self.done[cases] - 1
         those = Ended(cases, ends, place, way, self.points.states.take(before), self.values[before], targets, cycles)
-        exact, errors = located(self.block, those.take(some))
+        exact, errors = assured_places(self.block, those.take(some))
         for i, at, error in zip(some.tolist(), exact.tolist(), errors.tolist(), strict=True):
             end = End(last.motion(i), float(ends.last_value[i]), edge[i], at, cycles, error)
             self._note_jump(int(cases[i]), end, found.rows[i, 0] if good[i] else None)

@@ -25,9 +25,18 @@ STILL_INSIDE = 0.1  # how far from the unit circle the multiplier of a state tha
 
 
 class End(NamedTuple):
-    """Where a state ends: its last motion and value, the place (scaled motion and value) of the end itself, its periods.
+    """Where a state ends.
 
-    `error` is the estimated error of the place, as a share of the parameter's unit; infinite where it is unknown.
+    Attributes
+    ----------
+    last, value
+        Its last motion, and the value (SI) there.
+    edge, place
+        The end itself, a little behind: scaled motion and value (SI).
+    cycles
+        Common periods after which the state repeats.
+    error
+        Estimated error of the place, as a share of the parameter's unit; infinite where it is unknown.
     """
 
     last: Motion
@@ -75,7 +84,7 @@ def directions(ends: Stretch, way: Array) -> tuple[Any, Any, Array]:
 
 
 def ahead_of(ends: Stretch, way: Array, folding: Bools, unit: Array) -> Array:
-    """Return how far behind the last orbits of states the folds lie that these foretell; zero where they foretell none."""
+    """Return how far (SI) the foretold folds lie behind the last orbits of states; zero where there is none."""
     ahead = np.where(folding, way * (ends.fold - ends.last_value), np.nan)
     return np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
 
@@ -139,12 +148,12 @@ class Ended(NamedTuple):
         return np.asarray(np.nan_to_num(error, nan=np.inf))
 
 
-def located(block: Block, ended: Ended) -> tuple[Array, Array]:
+def assured_places(block: Block, ended: Ended) -> tuple[Array, Array]:
     """Return where states ended as accurately as asked for, with the estimated errors as shares of the parameter's unit.
 
-    Where the error of a steep end is too large the state is followed again with more samples: where another end lies may depend
-    on the steps that lead there. A jump lies between the points that it parts:
-    a place that does not stays where it was, and its error is the whole change.
+    Where the error of a steep end is too large the state is followed again with more samples. Other ends stay: their places
+    may depend on the steps that lead there. A jump lies between the points beside it: a place found outside is not taken, and
+    its distance from the first one counts as an error.
     """
     accuracy, unit = block.settings.accuracy, block.unit[ended.cases]
     places, errors = ended.places.copy(), ended.errors(block.finer(TWICE * block.points))
@@ -164,7 +173,7 @@ def located(block: Block, ended: Ended) -> tuple[Array, Array]:
 
 
 def doubled(block: Block, case: int, at: float, single: States, aside: Array, cycles: int) -> States | None:
-    """Return the state of twice the period behind a period doubling of one that repeats after `cycles`; None if there is none.
+    """Return the doubled state behind a period doubling of a state that repeats after `cycles`; None if there is none.
 
     It stands on both sides of the single state, which has lost its stability, along the unit vector `aside`.
     """

@@ -36,7 +36,7 @@ Force = Callable[[Array, Array], Array]
 
 
 class Held(NamedTuple):
-    """What is held of a tone, two of four numbers; None: the motion decides. The phase (rad) is a lag."""
+    """The numbers of a tone that are held, two of four; None: the motion decides. The phase (rad) is a lag."""
 
     drive: float | None = None
     frequency: float | None = None

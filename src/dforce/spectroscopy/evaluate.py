@@ -20,7 +20,7 @@ Motion = Callable[[float], tuple[float, float]]
 
 @dataclass(frozen=True)
 class Answer:
-    """What :func:`follow` returns at each time (s): distance (m), force (N), energy taken (J), latch."""
+    """The result of :func:`follow` at each time (s): distance (m), force (N), energy taken (J), latch."""
 
     time: Array
     distance: Array

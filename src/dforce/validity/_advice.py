@@ -1,4 +1,4 @@
-"""What a piece of advice is, and how it is kept in a result."""
+"""A piece of advice, and how it is kept in a result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the pieces of advice look at: a case, and what its result says, each computed once."""
+"""The evidence for advice: a case, and what its result shows, each computed once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What dForce gives, held against published equations, exact balances and independent integrators."""
+"""Results of dForce, checked against published equations, exact balances and independent integrators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a check is: a number found, the number expected, how far apart they may be; parts of checks make a report."""
+"""A check: a number found, the number expected, how far apart they may be; parts of checks make a report."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ SIZES = {
     "total_virial": "π F0 A0",
     "total_dissipated_energy": "π F0 A0",
 }
-"""What each disagreement is relative to; ``orbit`` is that of the complex amplitudes."""
+"""The scale of each disagreement; ``orbit`` is that of the complex amplitudes."""
 
 
 def disagreement(problem: Problem, found: Mapping[str, Any], exact: Mapping[str, Any]) -> dict[str, float]:

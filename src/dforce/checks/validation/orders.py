@@ -39,7 +39,7 @@ TEXT = (
 
 @dataclass(frozen=True)
 class Slope:
-    """What is measured: over which forces, the setting that is refined and its values, and the slope expected.
+    """One measurement of an order: the forces, the setting that is refined and its values, and the slope expected.
 
     `lowest` and `highest` bound the slope.
     """

@@ -166,7 +166,7 @@ class OwnLaw(QuietElement, component="own_law.js"):
 
 
 class Companion(Protocol):
-    """What stands at the fields of numbers: sliders, and the fit of a measured curve."""
+    """The additions to the fields of numbers: sliders, and the fit of a measured curve."""
 
     def clear(self) -> None:
         """Forget all fields: they are made anew."""

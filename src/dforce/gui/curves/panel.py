@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Scene:
-    """What the chart shows.
+    """The content of the chart.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Panel:
 
     @property
     def label(self) -> str:
-        """What the tab says: its title, perhaps with a number."""
+        """The text of the tab: its title, perhaps with a number."""
         return self.title
 
     def suits(self, scene: Scene) -> bool:

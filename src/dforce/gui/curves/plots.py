@@ -61,7 +61,7 @@ class Answer(ui.element, component="answer.js"):
 
 
 class WaitingWords:
-    """What is waited for, in the middle of the container that is open when it is made."""
+    """A sign of the work that is waited for, in the middle of the container that is open when it is made."""
 
     def __init__(self) -> None:
         with ui.element("div").classes("df-waiting") as self.frame:

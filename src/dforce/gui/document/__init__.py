@@ -1,1 +1,1 @@
-"""What a person is working on: the case as typed, its history, the results kept, and what is computed of it."""
+"""The document that a person is working on: the case as typed, its history, the results kept, and what is computed."""

@@ -1,4 +1,4 @@
-"""What a person is working on, as one immutable value: the case as typed, sliders, plots, and the results shown."""
+"""The document that a person works on, as one immutable value: the case as typed, sliders, plots, results shown."""
 
 from __future__ import annotations
 

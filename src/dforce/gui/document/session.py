@@ -30,7 +30,7 @@ LOOKED_EVERY = 0.1  # s between two looks at a run
 
 
 class PageView(Protocol):
-    """What a session tells a page that shows it."""
+    """The news that a session sends to a page that shows it."""
 
     def show(self, anew: bool) -> None:
         """Show the session's document; `anew`: its forms have changed, not only values."""

@@ -1,4 +1,4 @@
-"""What a session keeps: its document, written whole at each change, and its results, with what tells them apart."""
+"""The files of a session: its document, written whole at each change, and its results, with what tells them apart."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ BROKEN = "this project is damaged or was cut short"
 
 
 class Project(NamedTuple):
-    """What a project holds: its document, by identifier its results, measured curve and fit, and a result over parameters."""
+    """A project: its document, by identifier its results, measured curve and fit, and a result over parameters."""
 
     document: Document
     results: dict[str, xr.Dataset]

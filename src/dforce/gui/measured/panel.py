@@ -37,7 +37,7 @@ NO_MODEL = "The case has no curve against the distance; press Match the experime
 
 
 class MeasuredPanel(QuietElement, component="measured.js"):
-    """What the panel shows."""
+    """The content of the panel."""
 
 
 class MeasuredCurve(Panel):
@@ -236,7 +236,7 @@ class MeasuredCurve(Panel):
 
 
 class FitAtField(QuietElement, component="at_field.js"):
-    """What stands at one field."""
+    """The additions to one field."""
 
 
 class FitAtFields:

@@ -233,7 +233,7 @@ AMPLITUDE_IS, HEIGHT_GROWS = ("read", "amplitude_is"), ("read", "height_grows")
 
 
 class TableForm(ui.element, component="table_form.js"):
-    """What the dialog shows."""
+    """The content of the dialog."""
 
 
 def ask_table(

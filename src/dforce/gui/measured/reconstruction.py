@@ -126,7 +126,7 @@ class ReconstructJob(Job):
 
 
 class ReconstructionShown(QuietElement, component="reconstructing.js"):
-    """What the tab shows, around its chart."""
+    """The content of the tab, around its chart."""
 
 
 class Reconstruction(Panel):

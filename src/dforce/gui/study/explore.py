@@ -41,7 +41,7 @@ MOST_BYTES = 20_000_000  # of a quantity that is read for a sentence
 
 @dataclass(frozen=True)
 class Choice:
-    """What is looked at: a quantity along `x`, and along `y` unless that is empty, at places along other dimensions."""
+    """The view chosen: a quantity along `x`, and along `y` unless that is empty, at places along other dimensions."""
 
     quantity: str = ""
     x: str = ""

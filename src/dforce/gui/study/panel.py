@@ -50,7 +50,7 @@ ENDS = {"low": "50 %", "high": "95 %"}  # of the set point, as suggested
 
 
 class ExplorePanel(QuietElement, component="explore.js"):
-    """What the panel shows, around its chart."""
+    """The content of the panel, around its chart."""
 
 
 class Explorer(Panel):

@@ -1,4 +1,4 @@
-"""What a session looks at over parameters: a plan or a sweep that was opened, or one that is computed here."""
+"""The result over parameters that a session shows: a plan or a sweep that was opened, or one computed here."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ class ShownParts:
 
 @dataclasses.dataclass(frozen=True)
 class Said:
-    """What is said about a document: what is wrong, where, and the advice on its case."""
+    """The messages on a document: what is wrong, where, and the advice on its case."""
 
     wrong: str = ""
     where: Path = ()
@@ -121,7 +121,7 @@ class Said:
 
 @dataclasses.dataclass(frozen=True)
 class Waiting:
-    """What an empty chart says: a sentence, and the share that is done (0 before it is known, None: nothing is under way)."""
+    """Text of an empty chart: a sentence, and the share that is done (0: not known yet, None: nothing is under way)."""
 
     text: str = ""
     share: float | None = None
@@ -137,7 +137,7 @@ class DrawnResult:
 
 @dataclasses.dataclass(frozen=True)
 class WantedResult:
-    """What a page is to show: the curve that follows a document, or a result of its case.
+    """The content of a page: the curve that follows a document, or a result of its case.
 
     Attributes
     ----------

@@ -124,7 +124,7 @@ class View:
 
     @property
     def waiting(self) -> Waiting:
-        """What is waited for: nothing once there is a mistake, else what was last said, else the run of this case."""
+        """The work waited for: none once there is a mistake, else what was last said, else the run of this case."""
         job = self.session.job
         if self.said.wrong:
             return Waiting(NOTHING)

@@ -1,4 +1,4 @@
-"""What a reader of a fit should know: where its numbers mean less than they seem to."""
+"""Advice on a fit: where its numbers mean less than they seem to."""
 
 from __future__ import annotations
 

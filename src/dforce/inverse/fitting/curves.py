@@ -67,7 +67,7 @@ class BranchPoints:
 
 @dataclass
 class SolvedCurve:
-    """What was found for some problems at all points.
+    """The motions found for some problems at all points.
 
     Attributes
     ----------

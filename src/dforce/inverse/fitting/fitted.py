@@ -1,4 +1,4 @@
-"""What a fit found, before it is written as a Dataset."""
+"""The result of a fit, before it is written as a Dataset."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dforce.inverse.fitting.starts import SearchStart
 
 @dataclass
 class Fitted:
-    """What a fit found.
+    """The result of a fit.
 
     Attributes
     ----------

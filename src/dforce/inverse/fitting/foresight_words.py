@@ -1,4 +1,4 @@
-"""What `df.identify` found, as a table and in sentences."""
+"""The findings of `df.identify`, as a table and in sentences."""
 
 from __future__ import annotations
 

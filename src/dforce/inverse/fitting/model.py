@@ -1,4 +1,4 @@
-"""What a case says about a measured curve, as a function of the unknowns, with its derivatives."""
+"""A measured curve as a case predicts it, as a function of the unknowns, with its derivatives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ANEW = 100.0  # times the steps
 
 @dataclass(frozen=True)
 class Prediction:
-    """What the model says at some values of the unknowns.
+    """The model's prediction at some values of the unknowns.
 
     Attributes
     ----------

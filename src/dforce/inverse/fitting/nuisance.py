@@ -1,4 +1,4 @@
-"""What a fit varies beside the parameters asked for, because a measurement does not know it of itself."""
+"""The unknowns that a fit varies beside the parameters asked for, as no measurement contains them."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ AT_ONCE = 64  # points whose paths are held together: what keeps arrays in the c
 
 
 class Motions(NamedTuple):
-    """What is known of the motion at each point: one value each.
+    """The motion at each point as far as it is known: one value each.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Paths(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What force and damping of unit size at each node do along the paths.
+    """The effect along the paths of a force and a damping of unit size at each node.
 
     Attributes
     ----------

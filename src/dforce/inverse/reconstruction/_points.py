@@ -1,4 +1,4 @@
-"""What a curve, computed or measured, tells of the force at each of its points: virial and energy of the fundamental."""
+"""The force at each point of a curve, computed or measured: virial and energy of the fundamental."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LOCKED_BETWEEN = (0.1, 5.0)  # resonance frequencies
 
 @dataclass(frozen=True)
 class CurvePoints:
-    """What was read at each point of a curve; one value each, in SI, angles in rad.
+    """The readings at each point of a curve; one value each, in SI, angles in rad.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class CurvePoints:
 
 @dataclass(frozen=True)
 class Balance:
-    r"""What the motion tells of the force: :math:`V = \langle F z \rangle` and the energy E of the tip's fundamental (J)."""
+    r"""The force's averages: :math:`V = \langle F z \rangle` and the energy E of the tip's fundamental (J)."""
 
     motions: Motions
     virial: Array
