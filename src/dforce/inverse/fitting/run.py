@@ -83,7 +83,7 @@ def fit(
         `point`, the result of :func:`dforce.calibrate`, with `height` (m, larger is farther), `amplitude` (m) and `phase`
         (degrees of lag, 90 when free at resonance). Optional are `amplitude_2` and `phase_2`, `direction` and `branch` (1
         before, -1 behind a jump). Its attributes are `amplitude_error` (m), `phase_error` (degrees), and optional
-        `height_error` (m) and `neighbor_correlation`.
+        `height_error` (m), `neighbor_correlation` and `noise_points` (number of points that the noise was measured in).
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
     progress
