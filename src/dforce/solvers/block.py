@@ -329,7 +329,7 @@ class Block(TipEquations):
         return ends[:, 0].copy(), np.ascontiguousarray(slopes)
 
     def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> tuple[Array, States, Array]:
-        """Return what is measured, (problems, periods, columns), on the orbits that one Newton step from some states leads to.
+        """Return the measurement, (problems, periods, columns), of the orbits that one Newton step from some states leads to.
 
         With it come the states there, and how far the next step would lead, (problems,). `monodromy` are matrices known from
         elsewhere: of the same orbits with other samples.

@@ -108,7 +108,7 @@ def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: f
 
 
 def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -> States:
-    """Return motions once they have left the neighborhood of the states that ended, or no longer get farther from them."""
+    """Integrate motions away from the states that ended, until they are far away or get no farther; return them."""
     state, going = start.copy(), np.arange(len(cases))
     spans = np.maximum(1, block.decay(cases) // 4)
     farthest, nearer = np.zeros(len(cases)), np.zeros(len(cases), np.int64)
