@@ -312,5 +312,5 @@ def test_a_run_with_a_custom_force_equals_one_with_the_built_in():
 
 
 def test_all_names_of_a_law_are_listed_where_one_is_unknown():
-    with pytest.raises(ParameterError, match="'v'; known: E_eff, H, P1, .*, t, velocity, z$"):
+    with pytest.raises(ParameterError, match=r"'v'; known: E_eff, H, P1, .*, t, velocity, z$"):
         df.forces.Custom(law="-P1*v")
