@@ -107,6 +107,25 @@ def test_a_result_finds_its_plugin_beside_itself_or_says_where_it_looked(folder,
         df.load_case(elsewhere / "out.nc")
 
 
+TABLE = "TABLE = np.array([{}])\n\n\nclass Repulsion"
+
+
+def test_a_result_is_not_continued_with_a_plugin_whose_code_or_array_has_changed(folder):
+    def write(number):
+        text = GOOD.replace("import dforce as df", "import numpy as np\nimport dforce as df")
+        (folder / "repulsion.py").write_text(text.replace("class Repulsion", TABLE.format(number)))
+        return df.load_case(folder / "case.toml")
+
+    case, over, store = write(1.0), {"forces.repulsion.strength": ["1 nN", "2 nN"]}, folder / "swept.zarr"
+    stopped = df.run(case).assign_attrs(interrupted=1)
+    df.sweep(case, over, store=store)  # from another folder
+    assert df.sweep(write(1.0), over, store=store, resume=True).sizes["strength"] == 2
+    changed = write(2.0)
+    for go_on in (lambda: df.run(changed, resume=stopped), lambda: df.sweep(changed, over, store=store, resume=True)):
+        with pytest.raises(ParameterError, match="a plug-in of this result has changed"):
+            go_on()
+
+
 def test_a_plugin_that_has_changed_is_run_again_and_gives_another_kernel(folder):
     before = df.load_case(folder / "case.toml")
     text = compose(1, before.problem.forces, {})

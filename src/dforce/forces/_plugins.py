@@ -12,6 +12,7 @@ import os
 import re
 import sys
 import traceback
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -81,6 +82,17 @@ def read_plugin(file: Path) -> bytes:
         When it cannot be read.
     """
     return read_input(file, "plug-in", MOST_BYTES, ParameterError, name=f"the plug-in '{shorten(str(file), 300)}'")
+
+
+def code_of(forces: Iterable[Force]) -> str:
+    """Return the hash of the plug-ins that some forces come from, with the arrays that they hold; empty without plug-ins."""
+    names = sorted({type(force).__module__ for force in forces if type(force).__module__.startswith(PREFIX)})
+    hashed = hashlib.sha256()
+    for module in (sys.modules[name] for name in names):
+        hashed.update(_LOADED[Path(str(module.__file__))].digest.encode())
+        for array in (value for value in vars(module).values() if hasattr(value, "tobytes")):
+            hashed.update(array.tobytes())
+    return hashed.hexdigest() if names else ""
 
 
 def _imported(file: Path) -> tuple[type[Force], ...]:

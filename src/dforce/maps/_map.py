@@ -31,6 +31,7 @@ from dforce.maps._result import SweepLayout
 from dforce.maps._resume import check_same
 from dforce.maps.axes import Axis
 from dforce.results import store
+from dforce.results.provenance import of_plugins
 from dforce.results.seal import identity_of, part
 from dforce.results.status import Status
 from dforce.results.store_plan import Blocks, Plan, Variable
@@ -114,7 +115,9 @@ class Map:
         """Return a name for this sweep: the same for another one only where all its numbers are the same."""
         axes = [(axis.path, axis.dim, axis.coordinate()[1].tolist()) for axis in self.layout.axes]
         kept = sorted(self.kept.names), self.kept.set_point
-        return identity_of([self.asked.to_toml(complete=True), axes, *kept, __version__])
+        return identity_of(
+            [self.asked.to_toml(complete=True), axes, *kept, __version__, *of_plugins(self.asked.forces).values()]
+        )
 
     def _check(self, writer: Writer) -> None:
         """Check that a store is one of this sweep, and of this version where anything is to be computed."""

@@ -11,12 +11,13 @@ import numpy as np
 from dforce.case import Case
 from dforce.case.paths import changed
 from dforce.core.errors import DForceError, ParameterError
+from dforce.core.files import beside
 from dforce.core.quantities import jumps_along
 from dforce.experiments.base import CurveExperiment
 from dforce.maps.axes import Axis, amplitude_axis, dims_of
 from dforce.procedures.found import Layout
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_plugins, provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +67,10 @@ class SweepLayout(Layout):
         if not self.choices:
             return [case]
         paths, values = [axis.path for axis in self.choices], (axis.values for axis in self.choices)
-        cases = [type(case)(**changed(case, zip(paths, chosen, strict=True))) for chosen in itertools.product(*values)]
+        with beside(case.folder):
+            cases = [
+                type(case)(**changed(case, zip(paths, chosen, strict=True))) for chosen in itertools.product(*values)
+            ]
         for one in cases:
             self.check(one)
         return cases
@@ -79,10 +83,10 @@ class SweepLayout(Layout):
 
     def case_at(self, place: Mapping[str, int]) -> Case:
         """Return the case at a place of the grid, validated as a whole."""
+        values = [(axis.path, axis.values[place[axis.dim]]) for axis in self.axes]
         try:
-            return type(self.case)(
-                **changed(self.case, [(axis.path, axis.values[place[axis.dim]]) for axis in self.axes])
-            )
+            with beside(self.case.folder):  # of its plug-ins
+                return type(self.case)(**changed(self.case, values))
         except DForceError as error:
             raise type(error)(f"at {self.where(place)}: {error}") from None
 
@@ -125,5 +129,5 @@ def finished(data: xr.Dataset, case: Case, layout: SweepLayout) -> xr.Dataset:
         data = data.assign_coords(zc=layout.distances).assign_attrs(along=RATIO)
     data = describe(data).assign_coords({axis.name: axis.coordinate() for axis in layout.axes})
     over = {"over": " ".join(axis.path for axis in layout.axes)}
-    data.attrs = provenance(case.to_toml(complete=True), case.title) | over | data.attrs
+    data.attrs = provenance(case.to_toml(complete=True), case.title) | of_plugins(case.forces) | over | data.attrs
     return data

@@ -9,7 +9,7 @@ import numpy as np
 from dforce.case import Case
 from dforce.core.errors import ParameterError
 from dforce.maps._result import SweepLayout
-from dforce.results.provenance import OTHER_CASE
+from dforce.results.provenance import OTHER_CASE, check_plugins
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +31,7 @@ def check_same(case: Case, layout: SweepLayout, resume: xr.Dataset, set_point: f
         )
     if resume.attrs.get("case") != case.to_toml(complete=True):
         raise ParameterError(f"this sweep belongs to another case; {OTHER_CASE}")
+    check_plugins(case.forces, resume)
     paths = [axis.path for axis in layout.axes]
     before = resume.attrs["over"].split()
     if paths != before:

@@ -6,10 +6,16 @@ import datetime
 import functools
 import importlib.metadata
 import platform
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from dforce.core.errors import ParameterError
+from dforce.forces import Force, code_of
+
 if TYPE_CHECKING:
-    pass
+    import xarray as xr
+
+PLUGINS = "plugins_sha256"  # attribute of results
 
 # ends the sentence on a result that is to be continued with another case
 OTHER_CASE = "load its own by df.load_case(FILE), or write to another file without resume"
@@ -27,6 +33,27 @@ def provenance(case: str, title: str = "") -> dict[str, str]:
     """
     date = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
     return {"title": title, "case": case, **_surroundings(), "date": date}
+
+
+def of_plugins(forces: Iterable[Force]) -> dict[str, str]:
+    """Return the attribute with the hash of the plug-ins of some forces; nothing without plug-ins."""
+    code = code_of(forces)
+    return {PLUGINS: code} if code else {}
+
+
+def check_plugins(forces: Iterable[Force], resume: xr.Dataset) -> None:
+    """Refuse to continue a result that was computed with other code of its plug-ins.
+
+    Raises
+    ------
+    ParameterError
+        When a plug-in, or an array in it, has changed.
+    """
+    code = code_of(forces)
+    if resume.attrs.get(PLUGINS, code) != code:
+        raise ParameterError(
+            "a plug-in of this result has changed; compute it anew, or write to another file without resume"
+        )
 
 
 @functools.cache  # reading them anew takes as long as solving a curve
