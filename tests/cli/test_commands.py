@@ -367,6 +367,7 @@ def test_models_are_listed_with_their_parameters():
         ("adhesion", {"adhesion_hysteresis", "dmt", "jkr", "maugis_dugdale"}),
         ("viscoelastic", {"generalized_maxwell", "kelvin_voigt", "power_law", "sls", "sls_simple"}),
         ("Derjaguin", {"dlvo", "dmt"}),
+        ("memory", {"generalized_maxwell", "power_law", "sls", "sls_simple"}),
     ],
 )
 def test_a_word_lists_the_models_that_mention_it(word, found):

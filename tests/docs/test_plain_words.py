@@ -103,6 +103,12 @@ def docstrings():
                     yield from (Sentence(where, line, sentence) for sentence in sentences(block))
 
 
+def test_no_docstring_begins_with_what():
+    files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "docs").rglob("*.py"), *(ROOT / "benchmarks").rglob("*.py")]
+    found = [path for path in files if re.search(r'^ *r?"""What ', path.read_text(encoding="utf-8"), re.MULTILINE)]
+    assert not found, "name the thing"
+
+
 ROOMS = (pages, made_pages, scripts, texts, helps, cases, docstrings)
 
 

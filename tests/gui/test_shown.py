@@ -182,7 +182,7 @@ def test_a_law_that_stays_is_drawn_anew_only_once_nothing_changes(tmp_path, live
             view, draw = page.view, page.view.force.draw
 
             def resting():
-                return not (view._latest.busy or view._beside.busy or view._advising.busy)
+                return not any(work.busy for work in view._works)
 
             view.force.draw = lambda figure: drawn.append(figure["data"][0]["x"]) or draw(figure)
             view.edit(DOCUMENT)
@@ -196,6 +196,22 @@ def test_a_law_that_stays_is_drawn_anew_only_once_nothing_changes(tmp_path, live
             view.edit(view.document.put(("sample", "youngs_modulus"), "50 MPa"))
             await until(lambda: view.shown.of(PagePart.FORCE) is view.document)
             assert len(drawn) == 3
+
+    asyncio.run(flow())
+
+
+def test_advice_does_not_wait_for_the_force_which_waits_for_other_pages(tmp_path, live_as):
+    live_as(lambda case, *_: Live(result()))
+
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            view, going = page.view, asyncio.Event()
+            view.force.follow = lambda *_: going.wait()
+            view.edit(DOCUMENT.put(("cantilever", "Q"), "100"))  # has advice
+            await until(lambda: view.said.advice)
+            assert view.shown.of(PagePart.FORCE) is None
+            going.set()
+            await until(lambda: view.shown.of(PagePart.FORCE) is view.document)
 
     asyncio.run(flow())
 

@@ -15,6 +15,7 @@ from dforce.inverse.fitting.selection import PointSelection, measured
 from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
 from dforce.solvers.newton import TOLERANCE
+from dforce.solvers.settling import remeasured
 
 NUISANCE = ("zc_offset", "A0", "phase_offset")
 Q = "cantilever.Q"
@@ -242,3 +243,19 @@ def test_unknowns_are_varied_by_their_logarithm_where_they_cannot_be_negative() 
     one: Unknown = made[E]
     assert one.value(one.varied(3e9)) == pytest.approx(3e9, rel=1e-14)
     assert made["zc_offset"].value(made["zc_offset"].varied(1e-10)) == pytest.approx(1e-10, rel=1e-14)
+
+
+def test_values_behind_a_branch_are_finite_where_a_step_at_its_end_leads_nowhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model, varied = model_of("stiff", [E, H, ETA])
+    off = varied.copy()
+    off[[one.name for one in model.unknowns].index(H)] += np.log(0.4)
+
+    def nowhere(*arguments: object) -> tuple[object, ...]:
+        rows, *others = remeasured(*arguments)
+        return np.full_like(rows, np.nan), *others
+
+    monkeypatch.setattr("dforce.inverse.fitting.curves.remeasured", nowhere)
+    told = model.predict(off)
+    assert told.lost.any() and np.isfinite(told.values).all()

@@ -1,5 +1,7 @@
 """Errors to both sides of a fit, and the branches that they are found on."""
 
+from dataclasses import replace
+
 import fitted_curves as fc
 import numpy as np
 import pytest
@@ -8,8 +10,9 @@ from fitted_curves import ETA, E, H
 
 import dforce as df
 from dforce.inverse.fitting.model import CurveModel
-from dforce.inverse.fitting.selection import checked_reading, measured
+from dforce.inverse.fitting.selection import PointSelection, checked_reading, measured
 from dforce.inverse.fitting.unknowns import make_unknowns, start_vector
+from dforce.inverse.free_part import stretch
 
 NUISANCE = ("zc_offset", "A0", "phase_offset")
 ERRORS = (0.06, 0.045, 0.25, 5e-4, 4e-4, 0.06)  # of E, H, eta by their logarithms, offset and A0 in A0, phase: about
@@ -85,3 +88,49 @@ def test_no_curve_beside_the_best_loses_a_branch_at_an_edge_of_the_map() -> None
     places = best + 0.7 * np.array(ERRORS) * np.random.default_rng(5).standard_normal((150, len(best)))
     lost = [int(told.lost.sum()) for told in CurveModel(case, unknowns, data).predict_many(places)]
     assert max(lost) < 3  # one or two lie behind the fold; a branch cut at an edge loses a dozen
+
+
+def test_intervals_hold_their_share_of_truths_where_few_points_show_the_noise() -> None:
+    draw, count, trials = np.random.default_rng(1), 11, 6000
+    wider = replace(measured(fc.data_of("liquid"), PointSelection()), noise_points=count).widening
+    height = np.arange(float(count))
+    noise = np.array([stretch(height, draw.normal(size=count)).noise for _ in range(trials)])
+    away = np.abs(draw.normal(size=trials)) / noise
+    for level, share, plain in ((wider[0], 0.683, 0.65), (1.96 * wider[1], 0.95, 0.91)):
+        error = np.sqrt(share * (1.0 - share) / trials)
+        assert (away < level).mean() == pytest.approx(share, abs=3.0 * error + 0.005)  # t is an approximation
+        assert (away < level / (wider[0] if share < 0.9 else wider[1])).mean() < plain + 0.015 < share
+
+
+def test_few_points_of_noise_widen_intervals_and_no_error() -> None:
+    case, data = fc.case_of("liquid"), fc.data_of("liquid")
+    known = df.fit(case, data, free=[E], search=False)
+    few = df.fit(case, data.assign_attrs(noise_points=11), free=[E], search=False, profile=[E])
+    given = {"amplitude": fc.SIGMA["liquid"][0], "phase": fc.SIGMA["liquid"][1]}
+    told = df.fit(case, data.assign_attrs(noise_points=11), free=[E], search=False, errors=given)
+    assert np.array_equal(few["error"], known["error"]) and np.array_equal(told["error_low"], known["error_low"])
+    one, most = 1.0779474, 1.2101414  # quantiles of t with 6.9 degrees of freedom over normal ones
+    for name in (E, "zc_offset", "A0"):
+        wide, usual, same = (fit.sel(parameter=name) for fit in (few, known, told))
+        assert float(wide["error_low"] / usual["error_low"]) == pytest.approx(one, rel=0.01)
+        span = float(usual["interval_high"] - usual["interval_low"])
+        assert float(wide["interval_high"] - wide["interval_low"]) / span == pytest.approx(most, rel=0.01)
+        assert float(same["interval_high"] - same["interval_low"]) == span
+    assert few.attrs["interval_rises"] == pytest.approx([one**2, 3.84 * most**2], rel=1e-6)
+
+
+def test_noise_that_is_set_in_the_calibration_is_known() -> None:
+    data = fc.data_of("liquid").drop_vars("branch").assign_coords(direction=("point", ["approach"] * 91))
+    data = data.assign_attrs(phase_convention="lag")
+    assert df.calibrate(data, fc.case_of("liquid")).attrs["noise_points"] > 9
+    given = {"amplitude": fc.SIGMA["liquid"][0], "phase": fc.SIGMA["liquid"][1]}
+    assert "noise_points" not in df.calibrate(data, fc.case_of("liquid"), errors=given).attrs
+
+
+def test_a_profile_counts_the_correlation_of_the_noise() -> None:
+    case, data = fc.case_of("liquid"), fc.data_of("liquid").assign_attrs(neighbor_correlation=0.5)
+    usual, there = (df.fit(case, data, free=[E], search=False, profile=names) for names in ([], [E]))
+    assert usual.attrs["inflation"] == pytest.approx(3.0)
+    for name in ("error_low", "error_high", "interval_low", "interval_high"):
+        one, other = (float(fit[name].sel(parameter=E)) for fit in (usual, there))
+        assert one == pytest.approx(other, rel=0.01), name

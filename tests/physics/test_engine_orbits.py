@@ -30,6 +30,11 @@ CASES = {
         "forces": [{"model": "jkr", "surface_energy": "0.02 J/m^2"}],
         "experiment": {"kind": "approach", "zc": ["22 nm", "17 nm"]},
     },
+    "adhesion hysteresis, which switches where the tip turns": STIFF
+    | {
+        "forces": [{"model": "adhesion_hysteresis"}, {"model": "hertz"}],
+        "experiment": {"kind": "approach", "zc": ["22 nm", "17 nm"]},
+    },
     "frequencies": STIFF
     | {
         "forces": [DMT],
@@ -45,6 +50,7 @@ def test_the_engine_finds_the_orbits_of_rk4(name):
         df.run(df.Case(**CASES[name], solver={"integrator": integrator})) for integrator in ("rk4", "engine")
     )
     assert (found["status"].values == 0).all()
+    np.testing.assert_allclose(found["multiplier_modulus"], plain["multiplier_modulus"], atol=1e-3)
     A0 = float(plain.attrs.get("A0", 20e-9))
     assert np.abs(found["amplitude"].values - plain["amplitude"].values).max() < 1e-4 * A0
     for force in ("peak_force", "min_force", "mean_force"):

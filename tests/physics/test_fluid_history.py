@@ -217,6 +217,15 @@ def test_multipliers_of_the_free_lever_are_those_of_lever_and_fluid_together():
     assert modulus == pytest.approx(np.sort(np.abs(wanted))[::-1], abs=1e-6)
 
 
+def test_every_state_of_two_modes_in_their_fluid_is_sought():
+    asked = case(modes=2)
+    found = df.branches(asked, zc=("12 nm", "11 nm"), search=1)
+    assert "no single state is missing" in found.attrs["completeness"]
+    (at_end,) = np.flatnonzero(found["zc"].values == 11e-9)
+    amplitude = df.approach(asked, zc=["11 nm"])["amplitude"].values[0, 0]
+    assert float(found["amplitude"][at_end, 0]) == pytest.approx(amplitude, rel=1e-6, abs=0.0)
+
+
 def test_every_experiment_finds_the_same_motion():
     water = case()
     approach = df.approach(water, zc=[12e-9, 10e-9, 9e-9])

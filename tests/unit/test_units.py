@@ -156,6 +156,7 @@ def test_a_scale_is_the_decimal_number_that_it_is_by_definition():
 
 def test_a_value_is_shown_with_as_many_digits_as_asked_for():
     assert units.show(4.0553735e-9, "m", 5) == "4.0554 nm"
+    assert units.show(-123.4e-9, "m", 2) == "-120 nm"  # without an exponent
     assert units.show(math.inf, "m", 3).startswith("inf")
 
 

@@ -73,7 +73,8 @@ def _mentioning(word: str) -> list[type[df.Force]]:
     for title, members in df.forces.grouped(df.forces.REGISTRY.values()).items():
         for model in members:
             page = model.__doc__ or ""
-            head = f"{model.name} {model.also_called} {model.contains} {first_sentence(page)}"
+            kind = "memory" if model.evolve else ""
+            head = f"{model.name} {model.also_called} {model.contains} {kind} {first_sentence(page)}"
             for tier, text in zip(tiers, (head, title, f"{page} {model.source}"), strict=True):
                 tier += [model] if len(word) > 2 and word in text.lower() else []
     return next(filter(None, tiers), [])

@@ -345,7 +345,7 @@ def show(value: float, unit: str, digits: int | None = None) -> str:
     if not math.isfinite(value):
         return f"{value}{suffix}"
     if digits is not None:
-        return f"{value / scale:.{digits}g}{suffix}"
+        return f"{float(f'{value / scale:.{digits}g}'):.15g}{suffix}"  # 140, not 1.4e+02
     exact = Decimal(repr(value)) / Decimal(repr(scale))
     digits_of_it = len(exact.normalize().as_tuple().digits)  # where the unit only shifts the point, none can be spared
     for places in range(digits_of_it if digits_of_it < 18 else 1, 18):

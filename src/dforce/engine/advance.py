@@ -21,6 +21,7 @@ from dforce.engine.events import (
     largest_switch,
     place_between,
     salt,
+    slopes_of_switch,
 )
 from dforce.engine.lanes import (
     ATTEMPTS,
@@ -280,11 +281,12 @@ def march(lane: Any, laws: Any, interval: float, sums: Any) -> bool:
                 change_latches(lane, laws, level + (-1e-15 if v1 < 0.0 else 1e-15), v1)
             f1 = force_now(lane, laws)
             if f1 != before:
-                salt(lane, before - f1, v1)
+                salt(lane, before - f1, v1, before, 1.0, 0.0)
         elif aim == SWITCH:
+            by_x, by_v = slopes_of_switch(lane, laws, lane.state[D0], lane.state[V0])
             change_latches(lane, laws, lane.state[D0], lane.state[V0])
             f1 = force_now(lane, laws)
-            salt(lane, before - f1, v1)
+            salt(lane, before - f1, v1, before, by_x, by_v)
             if lane.state[T] - since > REST:
                 changes, since = 0, lane.state[T]
             changes += 1

@@ -9,7 +9,7 @@ import numpy as np
 
 from dforce.engine.lanes import BEGIN, D0, D1, HIGH, LENGTH, LOW, OMEGA, SIDE, SPEED, V0, ZC, T, compiled
 from dforce.engine.laws import call_over_points
-from dforce.engine.step import BESIDE, bend, inside
+from dforce.engine.step import BESIDE, DISTANCE_STEP, RATE_STEP, bend, inside
 from dforce.engine.tableau import C
 
 NOTHING, KINK, TURN, SWITCH, PEAK = 0, 1, 2, 3, 4
@@ -54,7 +54,7 @@ def root(lane: Any, h: float, bent_x: float, bent_v: float, level: float, wanted
 
 @compiled
 def event_in(lane: Any, h: float, turned: bool) -> Any:
-    """Return what comes first in a step that passes a kink or turns: KINK or TURN, the kink, and when."""
+    """Return the first event in a step that passes a kink or turns: KINK or TURN, the kink, and its time."""
     low, high, d1, last, level = lane.state[LOW], lane.state[HIGH], lane.state[D1], h, 0.0
     zc, length = lane.numbers[ZC], lane.numbers[LENGTH]
     bent_x, bent_v, _, _ = bend(lane, h)
@@ -145,18 +145,40 @@ def crest(force: Any, f1: float, lowest: float, highest: float) -> float:
 
 
 @compiled
-def salt(lane: Any, jump: float, v: float) -> None:
+def slopes_of_switch(lane: Any, laws: Any, d: float, v: float) -> Any:
+    """Return the slopes of the largest switch by scaled deflection and velocity; one of the distance alone has (1, 0)."""
+    largest, by_x, by_v = -np.inf, 1.0, 0.0
+    for f in range(laws.address.shape[0]):
+        if laws.address[f, 2] != 0:
+            value = call_law(lane, laws, f, SWITCHING, d, v)
+            if value > largest:
+                largest, by_v = value, (call_law(lane, laws, f, SWITCHING, d, v + RATE_STEP) - value) / RATE_STEP
+                beside = call_law(lane, laws, f, SWITCHING, d + DISTANCE_STEP, v)
+                by_x = (beside - value) / DISTANCE_STEP * lane.numbers[LENGTH]
+    return (by_x, by_v) if by_v != 0.0 else (1.0, 0.0)
+
+
+@compiled
+def salt(lane: Any, jump: float, v: float, before: float, by_x: float, by_v: float) -> None:
     """Apply the saltation matrix of a jump of the force to the derivatives of the motion, the columns of u.
 
-    A neighboring motion meets the jump earlier or later.
+    A neighboring motion meets the jump earlier or later: where a function of deflection and velocity, with the slopes `by_x`
+    and `by_v`, passes zero. The force `before` (N) acts until then.
 
     Source: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer (2004).
     """
-    length = lane.numbers[LENGTH]
-    for k in range(1, lane.u.shape[2]):
-        moved = lane.unit[k - 1] / length
-        for n in range(lane.u.shape[0]):
-            moved += lane.u[n, 0, k]
-        for n in range(lane.u.shape[0]):
-            lane.u[n, 0, k] -= lane.mode[n, 4] * jump * moved / v
-            lane.u[n, 1, k] -= lane.mode[n, 3] * jump * moved / v
+    length, mode, turn, u, a = lane.numbers[LENGTH], lane.mode, lane.turn, lane.u, 0.0
+    for j in range(turn.shape[0]):
+        a -= turn[j, 0] * turn[j, 0] * (turn[j, 1] * turn[j, 3] - turn[j, 2] * turn[j, 4])
+    for n in range(u.shape[0]):
+        a += mode[n, 3] * before - mode[n, 2] * u[n, 0, 0] - 2.0 * mode[n, 0] * u[n, 1, 0]
+    rise = by_x * v + by_v * a
+    for k in range(1, u.shape[2]):
+        moved, faster = lane.unit[k - 1] / length, 0.0
+        for n in range(u.shape[0]):
+            moved += u[n, 0, k]
+            faster += u[n, 1, k]
+        ahead = by_x * moved + by_v * faster
+        for n in range(u.shape[0]):
+            u[n, 0, k] -= mode[n, 4] * jump * ahead / rise
+            u[n, 1, k] -= mode[n, 3] * jump * ahead / rise

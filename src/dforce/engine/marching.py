@@ -177,7 +177,7 @@ class Marcher:
 def measured(
     parts: Parts, free: Complexes, ratios: Array, phases: Array, ends: Array, harmonics: int, sums: Array
 ) -> Array:
-    """Return what ``observables`` reads of each period, from the sums over it.
+    """Return the rows that ``observables`` reads of each period, from the sums over it.
 
     The Fourier sums U of the deviation u of a part follow from those of the force F and from its ends, with c = 2 eta:
     (K - w^2 + i w c) U = (g + (i w + c) b) F - [(v + (i w + c) u) exp(-i w t)] from start to end.

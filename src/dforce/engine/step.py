@@ -45,7 +45,7 @@ def waves(square: float) -> Any:
 
 @inlined
 def propagator(eta: float, kappa: float, stiff: float, s: float) -> Any:
-    """Return what a mode does in a time without forces, and what then takes a change of its velocity back to the frame."""
+    """Return a mode's propagator over a time without forces, row by row, and the second column of its inverse."""
     grow, shrink = waves(-eta * eta * s * s)
     c, q = waves(kappa * s * s)
     q, shrink = q * s, eta * s * shrink
@@ -55,7 +55,7 @@ def propagator(eta: float, kappa: float, stiff: float, s: float) -> Any:
 
 @inlined
 def tone_at(ratio: float, re: float, im: float, co0: float, si0: float, s: float) -> Any:
-    """Return what a tone adds to deflection and velocity of the free tip, and the wave of its angle since the start."""
+    """Return a tone's share of deflection and velocity of the free tip, and the wave of its angle since the start."""
     c, q = waves(ratio * ratio * s * s)
     q *= ratio * s
     co, si = co0 * c - si0 * q, si0 * c + co0 * q

@@ -81,15 +81,16 @@ def at_set_point(
 
 
 @checked
-def read_at_set_point(result: xr.Dataset, set_point: float, names: Collection[str] | None = None) -> xr.Dataset:
-    """Return the states as :func:`at_set_point` does, all of them read on straight lines: quick, and for a picture.
+def read_at_set_point(result: xr.Dataset, set_point: float, names: Collection[str]) -> dict[str, AnyArray]:
+    """Return quantities of the states of :func:`at_set_point`, read on straight lines between points: quick, for a picture.
 
     Raises
     ------
     ParameterError
         See :func:`at_set_point`.
     """
-    return _states(result, RATIO, set_point, names, solve=False)
+    found, _, known = _met(result, RATIO, set_point)
+    return {name: found.read(result, name) for name in names if name in known}
 
 
 @checked
@@ -106,12 +107,8 @@ def at_distance(result: xr.Dataset, distance: float, names: Collection[str] | No
     return _states(result, "zc", float(distance), names)
 
 
-def _states(
-    result: xr.Dataset, met: str, value: float, names: Collection[str] | None, solve: bool = True
-) -> xr.Dataset:
-    """Return the states of curves at which the quantity `met` has a value, solved where they can be."""
-    import xarray as xr
-
+def _met(result: xr.Dataset, met: str, value: float) -> tuple[Crossings, str, list[str]]:
+    """Return where curves meet the value of a quantity, along which quantity, and the names of all along them."""
     check_computed(result)
     check_shape(result)
     if "crossing" in result.dims:
@@ -127,28 +124,34 @@ def _states(
     if "status" not in result.variables:
         raise ParameterError("this result has lost its status, without which no point is used; keep it")
     known = [name for name in drawable(first, along) if name != "stable"]  # a number once .where was applied
+    return Crossings.of(result, along, row, over, met, value), along, known
+
+
+def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] | None) -> xr.Dataset:
+    """Return the states of curves at which the quantity `met` has a value, solved where they can be."""
+    import xarray as xr
+
+    found, along, known = _met(result, met, value)
+    over = found.over
     always = [along, *(name for name in ("zc", "virial") if name in known)]
     wanted = dict.fromkeys([*always, *(known if names is None else names)])
     for name in wanted:
         if name not in known:
             raise ParameterError(f"this curve has no '{name}'{nearest(name, known)}")
-    found = Crossings.of(result, along, row, over, met, value)
     values = {name: found.read(result, name) for name in wanted}
-    solved = np.zeros(len(found.case), dtype=bool)
-    if solve:
-        columns, solved = found.solved(result, along, met, value)
-        for name in wanted.keys() & columns.keys():
-            values[name][solved] = _kept(columns[name][solved], result, name)
+    columns, solved = found.solved(result, along, met, value)
+    for name in wanted.keys() & columns.keys():
+        values[name][solved] = _kept(columns[name][solved], result, name)
     variables = {name: found.laid_out(result, name, one) for name, one in values.items()}
     coords: dict[str, Any] = {name: variables.pop(name) for name in dict.fromkeys((along, "zc")) if name in variables}
     if "virial" in variables:
         dims, virial, _ = variables["virial"]
         words = np.where(virial[..., 0] > 0.0, "attractive", np.where(virial[..., 0] < 0.0, "repulsive", ""))
         coords["regime"] = dims[:-1], words
-    if "direction" in result[RATIO].dims:
-        coords["direction"] = found.table(result["direction"].values[found.way], "")
+    if "direction" in result.variables[RATIO].dims:
+        coords["direction"] = found.table(result.variables["direction"].values[found.way], "")
     if "stable" in result:
-        stable = result["stable"].values.astype(bool)
+        stable = result.variables["stable"].values.astype(bool)
         coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
     coords["solved"] = found.table(solved, False)
     # a user may have chosen some harmonics, or one
@@ -167,7 +170,7 @@ def _kept(solved: AnyArray, result: xr.Dataset, name: str) -> AnyArray:
     (dim,) = OBSERVABLES[name].dims
     if dim not in result.coords:
         raise ParameterError(f"{name} of this result has lost its {dim}; choose a list, such as .isel({dim}=[0])")
-    return np.asarray(solved[..., result[dim].values - 1])
+    return np.asarray(solved[..., result.variables[dim].values - 1])
 
 
 @checked

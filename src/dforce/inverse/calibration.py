@@ -80,8 +80,8 @@ def calibrate(
     xarray.Dataset
         The curve, with `free` and `passive_margin` along `point`, and `virial`, `dissipated_energy` and their errors if k and Q
         are known. Attributes: `amplitude_error`, `free_amplitude`, `free_amplitude_error`, `height_offset` (m), `phase_error`,
-        `phase_offset`, `phase_offset_error` (degrees), `neighbor_correlation`, `k`, `f0`, `Q` with `k_error`, `f0_error`,
-        `Q_error` if known, the same for tone 2, and `history`.
+        `phase_offset`, `phase_offset_error` (degrees), `neighbor_correlation`, `noise_points` (if the noise is measured), `k`,
+        `f0`, `Q` with `k_error`, `f0_error`, `Q_error` if known, the same for tone 2, and `history`.
 
     Raises
     ------

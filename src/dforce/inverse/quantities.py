@@ -37,14 +37,15 @@ FITS = table(
              ("parameter",)),
     Quantity("error", "", "SI", "", "error", "standard deviation of a value from the covariance; NaN if the data do "
              "not constrain the parameter, infinite if they constrain only a product with others", ("parameter",)),
-    Quantity("error_low", "", "SI", "", "error below", "distance below the value at which chi-square rises by 1, with "
-             "the other parameters at their best; from the profile if requested", ("parameter",)),
-    Quantity("error_high", "", "SI", "", "error above", "distance above the value at which chi-square rises by 1",
+    Quantity("error_low", "", "SI", "", "error below", "distance below the value at which chi-square rises by 1, more "
+             "if few free points show the noise, with the other parameters at their best; from the profile if requested",
              ("parameter",)),
+    Quantity("error_high", "", "SI", "", "error above", "distance above the value at which chi-square rises by 1, "
+             "as `error_low`", ("parameter",)),
     Quantity("interval_low", "", "SI", "", "95 % interval, lower end", "lowest value at which chi-square is within "
-             "3.84 of its least, over all minima", ("parameter",)),
+             "3.84 of its least, or more if few free points show the noise, over all minima", ("parameter",)),
     Quantity("interval_high", "", "SI", "", "95 % interval, upper end", "highest value at which chi-square is within "
-             "3.84 of its least, over all minima", ("parameter",)),
+             "3.84 of its least, as `interval_low`", ("parameter",)),
     Quantity("error_given", "", "SI", "", "error passed on", "contribution of the errors of fixed values, such as k",
              ("parameter",)),
     Quantity("start", "", "SI", "", "start", "start value of the fit", ("parameter",)),
@@ -76,7 +77,7 @@ FITS = table(
     Quantity("minimum_chi2", r"\chi^2", "1", "1", "chi-square of the minima", "chi-square of each different minimum",
              ("minimum",)),
     Quantity("minimum_excluded", "", "1", "", "minimum excluded", "whether a minimum has lost points, or a chi-square "
-             "more than 3.84 above the least; the intervals of 95 % cover the others", ("minimum",)),
+             "more than 3.84 above the least, as `interval_low`; the intervals of 95 % cover the others", ("minimum",)),
     Quantity("search_value", "", "SI", "", "value of the starts", "value of a parameter at the start of each search",
              ("search", "parameter")),
     Quantity("minimum_value", "", "SI", "", "value of the minima",

@@ -226,6 +226,7 @@ def take_amplitudes(work: Work, case: Case | None) -> None:
                     f"the {name} is equal at every point of the free part, so its noise is unknown; "
                     f"write errors = {{'{name}': ...}}"
                 )
+            attrs["noise_points"] = sum(map(len, work.free.values()))
         attrs[f"{name}_error"] = noise
         source = "as set" if name in work.given.errors else "from the free part"
         work.history.append(f"noise: {shown(noise, None, UNITS[name])} of the {name}, {source}")

@@ -1,4 +1,4 @@
-"""What a user types or reads: numbers with a unit, and values with an error, ``"2.7(2) N/m"``, ``"180(4)"`` or a pair."""
+"""Values as typed or read: numbers with a unit, and values with an error, ``"2.7(2) N/m"``, ``"180(4)"`` or a pair."""
 
 from __future__ import annotations
 

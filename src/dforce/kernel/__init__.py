@@ -159,10 +159,10 @@ def base_of(tones: Array) -> Complexes:
 
 
 def base_in_motion(problem: Problem, tones: Array) -> Array:
-    """Return what of the scaled motion that tone tables (..., tones, columns) lead to is that of the base, (..., numbers).
+    """Return the base's share of the scaled motion, (..., numbers), from tone tables (..., tones, columns).
 
-    It is that at the start of a common period. Of the problem only the tones' own modes count. The states of the fluid's
-    memory, behind, follow base and deflection together, and stay.
+    The motion is that at the start of a common period. Of the problem only the tones' own modes count. The states of the
+    fluid's memory, behind, follow base and deflection together, and stay.
     """
     base = base_of(tones) * np.exp(1j * tones[..., 1])
     moved = np.zeros((*tones.shape[:-2], size_of(problem)))
@@ -271,7 +271,7 @@ class Kernel:
 
 
 def signature(force: Force) -> tuple[Any, ...]:
-    """Return what of a force decides its compiled form: its law, its numbers of states and arguments, and its roots."""
+    """Return the parts of a force that decide its compiled form: law, numbers of states and arguments, and roots."""
     return type(force), force.law_function(), force.memory, force.layout(), force.is_rooted
 
 

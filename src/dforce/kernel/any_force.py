@@ -48,7 +48,7 @@ def functions_of(forces: Sequence[Force]) -> Functions:
 
 
 def _given(name: str) -> str:
-    """Return what a function of the vocabulary takes, whatever the forces."""
+    """Return the arguments of a function of the vocabulary, whatever the forces."""
     return (PLAIN | WITH_STATES)[name][0]
 
 
@@ -105,7 +105,7 @@ def _number(place: int, several: int | None) -> str:
 
 
 def _lanes(modes: int, first: int) -> list[str]:
-    """Return what ``codegen`` does for lanes, for any number of tones; the laws' numbers begin at a place of `p`."""
+    """Return the functions of lanes as ``codegen`` does, for any number of tones; the laws' numbers begin at a place of `p`."""
     tones = "\n".join(
         f"    u{n} = 0.0\n    for k in range(waves.shape[0]):\n        u{n} += amplitudes[k * {modes} + {n}, j] * waves[k, i]"
         for n in range(modes)

@@ -131,7 +131,7 @@ class Linker:
         self.text.append(f"@{decorator}\n{text}" if decorator else text)
 
     def _resolve(self, own: dict[str, Any], used: str, user: str) -> str:
-        """Return what stands in the text for a name that a function reads from its file."""
+        """Return the text for a name that a function reads from its file."""
         if used not in own:
             raise ForceError(f"'{user}' uses '{used}', which is not defined")
         value = own[used]

@@ -128,7 +128,7 @@ def first_amplitude(problem: Problem, rows: Array, weights: Array) -> float:
 
 
 def held_signals(problem: Problem, mean: Array, base: Complexes, of_mode: Any) -> Complexes:
-    """Return what the lock-ins of tones from the first on read, relative to the drives and in units of A0, (motions, tones).
+    """Return the lock-ins' readings of tones from the first on, relative to the drives and in units of A0, (motions, tones).
 
     That is the deflection of the tone's own mode, or the signal of the detector. Given are means of rows, (motions, columns),
     and the scaled motion of the base at these tones, (motions, tones).
@@ -142,7 +142,7 @@ def held_signals(problem: Problem, mean: Array, base: Complexes, of_mode: Any) -
 
 
 def detected(problem: Problem, moves: Complexes, tip: Complexes, base: Complexes) -> Complexes:
-    """Return what the detector reads at tones from the first on, (motions, tones).
+    """Return the detector's readings at tones from the first on, (motions, tones).
 
     Given are the deflections of the modes, (motions, tones, modes), the tip's motion, (motions, tones), and the base's.
     """
@@ -153,7 +153,7 @@ def detected(problem: Problem, moves: Complexes, tip: Complexes, base: Complexes
 
 
 def apparent_energy(problem: Problem, total: Complexes, numbers: Array, tables: Array) -> Array:
-    r"""Return what amplitude and phase say that the sample takes in a period of each tone (J), (motions, tones).
+    r"""Return the energy (J) that the sample takes in a period of each tone by amplitude and phase alone, (motions, tones).
 
     .. math:: E = \frac{\pi k r A}{Q} (A_0 \sin\phi - A), \qquad r = \omega / \omega_0
 

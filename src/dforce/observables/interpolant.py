@@ -31,7 +31,7 @@ def cubic_rate(s: float, h: float, x0: float, v0: float, x1: float, v1: float) -
 
 @inlined
 def bends(h: float, x0: float, v0: float, a0: float, x1: float, v1: float, a1: float) -> Any:
-    """Return what the accelerations at both ends of a step add to its cubic, as `quintic` takes it."""
+    """Return the terms that the accelerations at both ends of a step add to its cubic, as `quintic` takes them."""
     rise = 3.0 * (x1 - x0)
     return 0.5 * h * h * a0 - rise + h * (2.0 * v0 + v1), 0.5 * h * h * a1 + rise - h * (v0 + 2.0 * v1)
 

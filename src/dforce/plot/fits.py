@@ -112,7 +112,7 @@ def fit_errors(result: xr.Dataset, figure: FigureBase | None = None) -> list[Axe
         scale, unit = reader_unit(along.rename("profile_varied"))
         rise = part["profile_chi2"].values - result.attrs["chi2"]
         axes.plot(along.values / scale, rise, ".-", color=BLUE)
-        for level in (1.0, 3.84):
+        for level in np.atleast_1d(result.attrs.get("interval_rises", (1.0, 3.84))):
             axes.axhline(level, color=GRAY, linewidth=0.6, linestyle="--")
         axes.set_xlabel(f"{name.split('.')[-1]} ({unit})")
         axes.set_ylabel("rise of chi2")

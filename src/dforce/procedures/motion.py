@@ -29,7 +29,7 @@ def scales_of(problem: Problem) -> Array:
 
 
 def base_of(problem: Problem) -> Array:
-    """Return what of the numbers of a scaled motion is that of the base."""
+    """Return the base's share of the numbers of a scaled motion."""
     return base_in_motion(problem, tone_table(problem))
 
 

@@ -57,7 +57,7 @@ def record_traces(data: xr.Dataset, integrator: Integrator, motion: Motion, coun
 
 
 def base_motion(integrator: Integrator, period: int) -> Array:
-    """Return what of each mode's motion (m), as it is solved, is that of the base over a period, (modes, samples)."""
+    """Return the base's share of each mode's motion (m), as it is solved, over a period, (modes, samples)."""
     problem, out = integrator.problem, np.zeros((len(integrator.problem.modes), integrator.points))
     turns = period + np.arange(integrator.points) / integrator.points
     for tone, moved in zip(problem.tones, problem.base, strict=True):

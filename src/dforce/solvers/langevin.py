@@ -161,7 +161,7 @@ class Langevin(Integrator):
         )
 
     def key(self, seed: int) -> tuple[int, int]:
-        """Return what the random numbers of a seed depend on, at this distance of this problem."""
+        """Return the key of the random numbers of a seed, at this distance of this problem."""
         # nine digits: the last ones of a number may depend on the machine
         text = " ".join(f"{number:.9g}" for number in (*self.p, *self.tones.ravel(), self.points))
         case = zlib.crc32(text.encode())

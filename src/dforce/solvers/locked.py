@@ -175,7 +175,7 @@ class Locked:
         return self.block.tables_driven(*self.driven(unknowns))
 
     def signal(self, unknowns: Array, rows: Array) -> Complexes:
-        """Return what the lock-in reads, relative to the drive and in units of the set point."""
+        """Return the reading of the lock-in, relative to the drive and in units of the set point."""
         base = np.zeros((len(rows), 1), dtype=complex)
         if self.problem.shaken is not None:
             base = kernel.base_of(self.tables(unknowns)[1])

@@ -209,7 +209,7 @@ class ParameterRange:
         return None if found is None else replace(found, special=orbit.special, steps=orbit.steps)
 
     def remeasured(self, orbit: Orbit) -> tuple[Array, Array]:
-        """Return what one Newton step in that plane leads to: the unknowns, and what is measured over each period there."""
+        """Return the unknowns after one Newton step in the plane of `across`, and the measurement over each period there."""
         u, rows = orbit.u.copy(), np.full(orbit.rows.shape, np.nan)
         ends, _ = self._march(orbit.x[None], orbit.value, orbit.kept.branch, orbit.repeats)
         if np.isfinite(ends).all():

@@ -114,7 +114,7 @@ def is_any_wanted(slots: Any, which: Any, count: int) -> bool:
 
 
 def first_column(each: int) -> int:
-    """Return what the first of so many columns of a slot is: 0, the state itself, or 1, its first neighbor."""
+    """Return the number of the first of so many columns of a slot: 0, the state itself, or 1, its first neighbor."""
     return 1 if each == motion_size() else 0
 
 

@@ -16,7 +16,7 @@ LARGEST = 0.1  # of the parameter's unit: step
 EXACT = 1e-8  # of the free amplitude: where predictions are so good, as far from the surface, steps may be longer
 SAFETY, GROWTH = 0.9, 3.0  # of the step that the tests allow; of the one before, at most
 SHRINK, SHORTENED = 0.25, 0.5  # of a step that failed: at least, and at most
-STEEP, TOWARDS = 1.0, 0.75  # slope (per unit) from which a fold is foretold; share of the way there in a step
+FOLDING, TOWARDS = 1.0, 0.75  # slope (per unit) from which a fold is foretold; share of the way there in a step
 TINY = 1e-12  # of what a test allows, or of a step
 PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction continues the one before
 CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
@@ -80,7 +80,7 @@ def fold_ahead(value: float, slope: float, value_before: float, slope_before: fl
     Near a fold the state moves like the square root of the distance to it, so the inverse square of the slope falls linearly to
     zero.
     """
-    if not (slope > slope_before > STEEP):
+    if not (slope > slope_before > FOLDING):
         return np.nan
     return value + (value - value_before) * slope_before**2 / (slope**2 - slope_before**2)
 

@@ -347,16 +347,16 @@ def _starts(known: Known) -> Iterator[Array]:
 
 def _size(known: Known) -> Array:
     """Return half the sides of a box that holds the known orbits with room around, and of one that reaches the sample."""
-    integrator, n = known.among.integrator(known.value), known.among.size
-    first = integrator.problem.tones[0].frequency
-    speeds = np.array([mode.f0 / first for mode in integrator.problem.modes])
-    free = np.abs(integrator.problem.free).sum(0) / integrator.scales.length
-    reach = np.abs([np.zeros(n), *(orbit.x for orbit in known.single())]).max(0)
+    integrator = known.among.integrator(known.value)
+    problem = integrator.problem
+    speeds = np.array([mode.f0 for mode in problem.modes]) / problem.tones[0].frequency
+    free = np.abs(problem.free).sum(0) / integrator.scales.length
+    reach = np.abs([np.zeros(known.among.size), *(orbit.x for orbit in known.single())]).max(0)[: 2 * len(speeds)]
     size = ROOMY * np.maximum(reach[::2], np.maximum(reach[1::2] / speeds, free))
-    gap = integrator.p[0] / integrator.scales.length
-    deep = size.copy()
+    deep, gap = size.copy(), integrator.p[0] / integrator.scales.length
     deep[0] = max(deep[0], ROOMY * gap) if gap < DEEPEST else deep[0]
-    return np.array([np.column_stack([box, box * speeds]).ravel() for box in (size, deep)])
+    boxes = [np.column_stack([box, box * speeds]).ravel() for box in (size, deep)]
+    return np.array([[*box, *np.repeat(box[1::2], problem.late_fluid)] for box in boxes])  # fluid follows its mode
 
 
 def _primes(count: int) -> list[int]:

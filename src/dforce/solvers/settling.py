@@ -35,7 +35,7 @@ def polished(block: Block, cases: Indices, start: States, at: Array, cycles: int
 def remeasured(
     block: Block, which: Indices, states: States, at: Array, monodromy: Array
 ) -> tuple[Array, States, Array]:
-    """Return what is measured, (problems, periods, columns), on the orbits that one Newton step from some states leads to.
+    """Return the measurement, (problems, periods, columns), of the orbits that one Newton step from some states leads to.
 
     With it come the states there, and how far the next step would lead, (problems,). `monodromy` are matrices known from
     elsewhere: of the same orbits with other samples. A memory comes nearly to rest, with as many Newton steps: else what it
@@ -158,7 +158,7 @@ def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: f
 
 
 def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -> States:
-    """Return motions once they have left the neighborhood of the states that ended, or no longer get farther from them."""
+    """Integrate motions away from the states that ended, until they are far away or get no farther; return them."""
     state, going = start.copy(), np.arange(len(cases))
     spans = np.maximum(1, block.decay(cases) // 4)
     farthest, nearer = np.zeros(len(cases)), np.zeros(len(cases), np.int64)

@@ -196,9 +196,9 @@ class Sliders:
         if field.shapes[0].kind == "whole":
             text = round(value)
         elif field.quantity is None:
-            self.view.drag(self.view.document.put(path, value), name=f"slide {path}")
+            self.view.edit(self.view.document.put(path, value), name=f"slide {path}")
             return
-        self.view.drag(self.view.document.put(path, text), name=f"slide {path}")
+        self.view.edit(self.view.document.put(path, text), name=f"slide {path}")
 
     def _range(self, path: Path, field: Field, ends: Sequence[str]) -> None:
         unit = number_at(self.view, path, field)[1]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dforce.core.arrays import Array
+from dforce.core.arrays import AnyArray, Array
 from dforce.findings.jumps import Jump, jumps_of_all
 from dforce.gui.curves.chart import (
     hover_of,
@@ -64,12 +64,16 @@ TITLED = 52  # px, at the left of frames with their titles above
 
 @dataclass(frozen=True)
 class Layer:
-    """A result in a figure, with its name and color where it is one of several, and its states at the set point."""
+    """A result in a figure, with its name and color where it is one of several, and its states at the set point.
+
+    `rings` are the quantities of a picture where its lines meet the set point.
+    """
 
     result: xr.Dataset
     name: str = ""
     color: int = 0
     states: xr.Dataset | None = None
+    rings: Mapping[str, AnyArray] = field(default_factory=dict)
 
 
 class Place(NamedTuple):
@@ -261,8 +265,8 @@ class _FigureBuilder:
                 if across.size:
                     ends = {"xaxis": x_axis, "x": packed(across[0] / self.x_scale), "y": packed(across[1] / scale)}
                     self.dotted.append(look | JUMP | ends | {"yaxis": y_axis, "line": look["line"] | DOTTED})
-            if layer.states is not None and name in layer.states:
-                rings = _rings(layer.states, self.wanted.x, name, self.x_scale, scale)
+            if {self.wanted.x, name} <= layer.rings.keys():
+                rings = _rings(layer.rings[self.wanted.x] / self.x_scale, layer.rings[name] / scale)
                 self.layout["shapes"] += [{"xref": x_axis, "yref": y_axis, **ring} for ring in rings]
 
     def _jumps(self, layer: Layer) -> Mapping[int, list[Jump]]:
@@ -359,11 +363,11 @@ def _marks(line: Line, x_scale: float, scale: float, color: int) -> Iterator[Fig
         }
 
 
-def _rings(states: xr.Dataset, x: str, y: str, x_scale: float, scale: float) -> Iterator[Figure]:
-    """Give a ring for each state at the set point."""
-    for across, values in zip(states[x].values, states[y].values, strict=True):
-        for up in np.ravel(values) / scale:
-            yield ring(float(np.ravel(across)[0] / x_scale), float(up), RING)
+def _rings(across: AnyArray, upward: AnyArray) -> Iterator[Figure]:
+    """Give a ring for each state at the set point, and each column of it."""
+    for x, values in zip(across, upward, strict=True):
+        for y in np.ravel(values):
+            yield ring(float(np.ravel(x)[0]), float(y), RING)
 
 
 def empty(text: str) -> Figure:

@@ -162,7 +162,7 @@ class Plots:
         self.wait()
 
     async def prepare(self, result: xr.Dataset | None) -> None:
-        """Solve, in a thread, the states at the set point, which are remembered until figure and table are made."""
+        """Solve, in a thread, the states at the set point, which are remembered until table and words are made."""
         layers = self.kept.layers(result)
         if layers and (usual := pictures_of(layers[-1].result)):
             await asyncio.to_thread(self.set_point.marked, layers, self.wanted(layers[-1].result, usual))
@@ -180,7 +180,7 @@ class Plots:
             self.drawn = figures.Drawn(figures.empty("The run was stopped before its first result."))
         else:
             self.usual, self.shown = usual, self.wanted(first, usual)
-            self.layers = self.set_point.marked(self.layers, self.shown, solve=not self.view.dragged)
+            self.layers = self.set_point.ringed(self.layers, self.shown)
             self.drawn = figures.picture(self.layers, self.shown)
             points = [self.motion.place_in(layer.result) for layer in (*self.layers, *self._behind())]
             self.drawn = clicked(self.drawn, self.shown, points)
@@ -273,6 +273,7 @@ class Plots:
     async def _redraw(self) -> None:
         try:
             await self.view.draw()
+            await self.prepare(self.result)
             self.view.show_beside()
         except Exception:  # a plot that stays as it was would show what nobody asked for
             log.exception("the results could not be drawn")

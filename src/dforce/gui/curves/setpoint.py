@@ -11,7 +11,7 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
-from dforce.core.arrays import Bools
+from dforce.core.arrays import AnyArray, Bools
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import AMOUNTS, NONE
 from dforce.findings.set_point import SHOWN, read_at_set_point
@@ -62,18 +62,17 @@ class SetPoint(Panel):
         self.element.props.update(low=100.0 * LOWEST_SET_POINT, high=100.0 * HIGHEST_SET_POINT)
         self.element.on("percent", self._changed)
 
-    def marked(self, layers: Sequence[Layer], wanted: Picture, solve: bool = True) -> list[Layer]:
-        """Return layers, each curve with its states at the set point; the last that were solved are remembered.
+    def ringed(self, layers: Sequence[Layer], wanted: Picture) -> list[Layer]:
+        """Return layers, each curve with rings where its lines meet the set point: nothing is solved for them."""
+        share = self.view.document.set_point
+        return [dataclasses.replace(layer, rings=rings_of(layer.result, share, wanted)) for layer in layers]
 
-        Without `solve` states that are not known are read on the curve, for its picture.
-        """
+    def marked(self, layers: Sequence[Layer], wanted: Picture) -> list[Layer]:
+        """Return layers, each curve with its states at the set point; the last that were solved are remembered."""
         share = self.view.document.set_point
         asked = share, wanted, [(layer.name, layer.color, id(layer.result)) for layer in layers]
         if self._marked[0] != asked:
-            find = states_of if solve else rings_of
-            marked = [dataclasses.replace(layer, states=find(layer.result, share, wanted)) for layer in layers]
-            if not solve:
-                return marked
+            marked = [dataclasses.replace(layer, states=states_of(layer.result, share, wanted)) for layer in layers]
             self._marked = asked, marked
         return self._marked[1]
 
@@ -118,13 +117,12 @@ def states_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset |
         return None
 
 
-def rings_of(result: xr.Dataset, share: float, wanted: Picture) -> xr.Dataset | None:
-    """Return the states as :func:`states_of` does, with what a picture draws alone, and read on the curve."""
-    names = [name for name in dict.fromkeys([wanted.x, *wanted.y]) if name in result.variables]
+def rings_of(result: xr.Dataset, share: float, wanted: Picture) -> dict[str, AnyArray]:
+    """Return the quantities of a picture where the lines of a result meet a set point; none where it is no curve."""
     try:
-        return read_at_set_point(result, share, names)
-    except df.ParameterError:  # it is no curve
-        return None
+        return read_at_set_point(result, share, {wanted.x, *wanted.y})
+    except df.ParameterError:
+        return {}
 
 
 def table_of(layers: Sequence[Layer], wanted: Picture) -> tuple[list[ReadoutColumn], list[dict[str, Any]]]:

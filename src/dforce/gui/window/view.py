@@ -32,7 +32,6 @@ log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
 ADVICE_AFTER = 0.4  # s without a change
-RESTS = ADVICE_AFTER  # s without a value of a slider, after which it counts as no longer dragged
 BESIDE_EVERY = 0.5  # s between two looks of what stands beside the curves, while something is dragged
 SAY_AFTER = 1.0  # s after which a word says why nothing follows
 COMPUTING = "Computing ..."
@@ -71,7 +70,7 @@ class View:
     compose
         Makes the figure of the main chart from the result that it shows.
     prepare
-        Solves the states that the figure and the table show.
+        Solves the states that the table and the words show.
     picture
         Returns what the main chart shows; None for a map, or nothing.
     on_beside
@@ -104,7 +103,9 @@ class View:
         self._works: list[Latest[Any]] = []
         self._latest = self.latest(self._safely(self._follow))
         self._beside = self.latest(self._safely(self._show_beside))
-        self._beside_at, self._dragged_at = -BESIDE_EVERY, -RESTS
+        self._beside_at = -BESIDE_EVERY
+        self._made: tuple[Document, df.Case] | None = None  # the last case, and what it was made of
+        self._forcing = self.latest(self._safely(self._follow_force))
         self._advising = self.latest(self._safely(self._advise))
 
     @property
@@ -162,16 +163,6 @@ class View:
         """Take a new document; see :meth:`Session.edit`."""
         self.session.edit(document, name=name, anew=anew)
 
-    def drag(self, document: Document, name: str) -> None:
-        """Take a document while a slider is dragged: pictures are quick meanwhile, and are drawn anew at rest."""
-        self._dragged_at = time.monotonic()
-        self.edit(document, name=name)
-
-    @property
-    def dragged(self) -> bool:
-        """Whether a slider was dragged a moment ago."""
-        return time.monotonic() - self._dragged_at < RESTS
-
     def open(self, document: Document) -> None:
         """Show a document from elsewhere; where its curve takes long, it is run at once."""
         self.edit(document, anew=True)
@@ -184,7 +175,7 @@ class View:
             hook(anew)
         if self._latest.busy:  # with what may take long; what is wrong is said at once
             with self._saying_what_is_wrong(self.document):
-                self.document.case()
+                self._case(self.document)
                 if self.said.wrong:
                     self._say(Said(), self.document)
         self._latest.ask(WantedResult(self.document))
@@ -223,10 +214,16 @@ class View:
             return said.wrong
         return ""
 
+    def _case(self, document: Document) -> df.Case:
+        """Return the case of a document: made once, for the word on a mistake and for the curve."""
+        if self._made is None or self._made[0] is not document:
+            self._made = document, document.case()
+        return self._made[1]
+
     async def _follow(self, wanted: WantedResult) -> None:
         """Draw the curve of a document, and ask for what stands beside it."""
         with self._saying_what_is_wrong(wanted.document, curves=True):
-            case = self.session.limits.check(wanted.document.case())
+            case = self.session.limits.check(self._case(wanted.document))
             if case.experiment is None:
                 raise df.ParameterError("experiment is missing; choose one under Experiment")
             if self.said.wrong:
@@ -255,7 +252,7 @@ class View:
         return self.session.kept_of(case)
 
     async def _show_beside(self, followed: Followed) -> None:
-        """Show what stands beside the curves and the force, and ask for the advice."""
+        """Show what stands beside the curves, and ask for the force and the advice."""
         await self.main.drawn()
         await self._latest.rest(self._beside_at + BESIDE_EVERY - time.monotonic())
         if self._beside.overtaken or self.said.wrong:  # of a later document, which asks for nothing beside
@@ -263,14 +260,19 @@ class View:
         self._beside_at = time.monotonic()
         await self.prepare(self.result)
         self.show_beside()
-        with self._saying_what_is_wrong(followed.document):
-            if not self.force.has_law(followed.case) and not await self._follow_force(followed):
-                return
+        if self.force.has_law(followed.case):
             self.shown.show(PagePart.FORCE, followed.document)
+        self._forcing.ask(followed)
         self._advising.ask(followed)
 
-    async def _follow_force(self, followed: Followed) -> bool:
-        return await self.force.follow(followed.case, lambda: self._beside.overtaken)
+    async def _follow_force(self, followed: Followed) -> None:
+        """Show the force; over other distances alone once nothing has changed for a moment."""
+        if self.force.has_law(followed.case):
+            await asyncio.sleep(ADVICE_AFTER)
+        if not self._forcing.overtaken:
+            with self._saying_what_is_wrong(followed.document):
+                if await self.force.follow(followed.case, lambda: self._forcing.overtaken):
+                    self.shown.show(PagePart.FORCE, followed.document)
 
     async def _advise(self, followed: Followed) -> None:
         """Show the advice once nothing has changed for a moment: while something is dragged nobody reads it."""
@@ -278,10 +280,8 @@ class View:
         if self._advising.overtaken or self._latest.busy or self._beside.busy or self.said.wrong:
             return
         with self._saying_what_is_wrong(followed.document):
-            await self._follow_force(followed)
             advice = df.advice(followed.case) if followed.result is None else advice_in(followed.result)
             self._say(Said.of_advice(followed.document, advice), followed.document)
-        await self.draw()  # as it is at rest
 
     def show_beside(self) -> None:
         """Show what stands beside the curves."""
@@ -359,8 +359,6 @@ class View:
             await self.session.load_shown()
             await self.session.measured.load(self.document)
             curve = self.curve
-            if not self.dragged:
-                await self.prepare(self.result)
             await self.main.draw(self.compose(self.result))
             self.shown.show(PagePart.CURVES, None if curve is None else curve.document)
 

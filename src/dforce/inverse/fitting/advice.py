@@ -67,7 +67,7 @@ def _minima(found: Fitted) -> Iterator[Advice]:
     if not others:
         return
     told = "; ".join(f"chi2 {one.chi2:.1f} at {_place(found, one)}" for one in others)
-    inside = len(not_excluded(found.minima)) - 1
+    inside = len(not_excluded(found.minima, found.certain)) - 1
     joined = {
         0: "The intervals of 95 % do not cover these values, but they are excluded by less than 3 standard deviations",
         len(others): "The data do not distinguish them, and the intervals of 95 % cover all",

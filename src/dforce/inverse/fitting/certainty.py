@@ -16,6 +16,8 @@ FAINT = 1e-6  # the same for others: of the largest column
 CORRELATED = 0.1  # of neighbors: below, the noise counts as white
 QUARTER, NEAR_QUARTER = 0.25, 0.02  # powers in a product are rounded to quarters, where they are near
 PIVOTS = ("radius", ".k", ".Q")  # what strengths are multiplied by in a product: H R, E sqrt(R), ...
+ONE, MOST = 1.0, 3.84  # rise of chi2 at one standard deviation, and at 95 %
+SURE = 1.96  # standard deviations of an interval of 95 %
 SMALL_POWER = 0.1  # powers below are none
 TOGETHER = 0.98  # correlation beyond which two parameters are known only together
 NOT_TOLD = 0.5  # relative error beyond which a parameter is not told
@@ -35,12 +37,15 @@ class Certainty:
         Directions in which nothing is known: powers of each unknown, (directions, unknowns).
     inflation
         By how much correlated noise of neighbors has raised the covariance.
+    widening
+        By how much intervals of 68 % and 95 % are wider than for known noise.
     """
 
     seen: Bools
     covariance: Array
     dead: Array
     inflation: float = 1.0
+    widening: tuple[float, float] = (1.0, 1.0)
 
     @classmethod
     def unknown(cls, count: int) -> Certainty:
@@ -51,6 +56,16 @@ class Certainty:
     def errors(self) -> Array:
         """Standard deviations of what is varied; infinite where only a product is known."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def levels(self) -> tuple[float, float]:
+        """Standard deviations from a value to the ends of its intervals of 68 % and 95 %."""
+        return self.widening[0], SURE * self.widening[1]
+
+    @property
+    def rises(self) -> tuple[float, float]:
+        """Rises of chi2 at these ends."""
+        return self.inflation * ONE * self.widening[0] ** 2, self.inflation * MOST * self.widening[1] ** 2
 
     @property
     def without_errors(self) -> Certainty:
@@ -72,7 +87,9 @@ class Certainty:
         return float(strength[i, j]), (int(i), int(j))
 
 
-def certainty(jacobian: Array, unknowns: Sequence[Unknown], inflation: float = 1.0) -> Certainty:
+def certainty(
+    jacobian: Array, unknowns: Sequence[Unknown], inflation: float = 1.0, widening: tuple[float, float] = (1.0, 1.0)
+) -> Certainty:
     """Return how well unknowns are known from the derivatives of all residuals by what is varied."""
     size = len(unknowns)
     norms = np.sqrt((jacobian**2).sum(axis=0))
@@ -101,7 +118,7 @@ def certainty(jacobian: Array, unknowns: Sequence[Unknown], inflation: float = 1
         covariance[np.ix_(seen, seen)] = inner
         dead = np.zeros((int(flat.sum()), size))
         dead[:, seen] = unknown
-    return Certainty(seen, inflation * covariance, dead, inflation)
+    return Certainty(seen, inflation * covariance, dead, inflation, widening)
 
 
 def known_products(dead: Array, unknowns: Sequence[Unknown]) -> list[str]:

@@ -244,6 +244,7 @@ class ModelBranches:
         out.memory[case, known], out.branch[case, known] = found.memory[:done], found.branch[:done]
         if done < len(places):
             away = np.abs(values - found.last_value) / block.batch.length[case]
+            end = end if np.isfinite(end).all() else read[-1]  # at a fold a Newton step may lead nowhere
             out.values[case, places[done:]] = beyond(end, read, away[:done], away[done:])
         return True
 

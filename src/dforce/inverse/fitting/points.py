@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtr, ndtri, stdtrit
 
 from dforce.core.arrays import Array, Bools, Indices, Texts
 
@@ -66,6 +67,22 @@ class MeasuredPoints:
     def tones(self) -> int:
         """How many tones were measured."""
         return int(self.amplitude.shape[1])
+
+    @property
+    def widening(self) -> tuple[float, float]:
+        r"""How much wider intervals of 68 % and 95 % are than for known noise: quantiles of Student's t over normal ones.
+
+        The noise of n free points comes from the differences of neighbors. Its square scatters as with
+        :math:`\nu = 2 (n - 1)^2 / (3 n - 4)` degrees of freedom (J. von Neumann et al., Ann. Math. Stat. 12, 153 (1941)), so
+        :math:`(\hat p - p) / s` of a parameter known from one channel has the distribution of t. Amplitude and phase have each
+        their own noise: a parameter known from both has :math:`\nu` to :math:`2 \nu` degrees of freedom (F. E. Satterthwaite,
+        Biometrics Bull. 2, 110 (1946)). The smaller number counts.
+        """
+        if math.isinf(self.noise_points):
+            return 1.0, 1.0
+        freedom = 2.0 * (self.noise_points - 1.0) ** 2 / (3.0 * self.noise_points - 4.0)
+        one, most = (float(stdtrit(freedom, share) / ndtri(share)) for share in (ndtr(1.0), 0.975))
+        return one, most
 
     @property
     def count(self) -> int:

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from dforce.core.arrays import Array
+from dforce.inverse.fitting.certainty import Certainty
 from dforce.inverse.fitting.folds import slide
 from dforce.inverse.fitting.minimize import EXACT, ROUGH, Minimum, Objective
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.unknowns import limits
 
 STEPS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0)  # of the error, to each side, until both levels are passed
-ONE, MOST = 1.0, 3.84  # rise of chi2 at one standard deviation, and at 95 %
 MOST_RUNS = 15  # of the model at each value
 TRIES, MOST_STEPS = 5, 20  # values at which an end of an interval is sought, and evaluations at each
 ROUGHLY = 0.01  # of chi2: two steps that lower it by less end the search for an end of an interval
@@ -35,8 +35,8 @@ class Profile:
     varied, chi2
         What is varied, in order, and the least chi2 there.
     ends
-        How far below and above the best chi2 has risen by 1 (of what is varied), then by 3.84: an interval of 95 %; infinite
-        where it does not.
+        How far below and above the best chi2 has risen as at the ends of the interval of 68 % (of what is varied), then of
+        95 %; infinite where it does not.
     """
 
     varied: Array
@@ -45,9 +45,10 @@ class Profile:
 
 
 def profile_of(
-    model: CurveModel, best: Minimum, index: int, error: float, on_run: Callable[[Objective], None]
+    model: CurveModel, best: Minimum, index: int, certain: Certainty, on_run: Callable[[Objective], None]
 ) -> Profile:
     """Return the profile of one unknown."""
+    error = float(certain.errors[index])
     step = min(error, WIDEST) if math.isfinite(error) else WIDEST
     others = [i for i in range(len(best.varied)) if i != index]
     low, high = limits(model.unknowns)
@@ -67,22 +68,26 @@ def profile_of(
                 there = objective.best
             found.append((float(start[index]), there.chi2))
             last = there.varied
-            if there.chi2 > best.chi2 + MOST:
+            if there.chi2 > best.chi2 + certain.rises[1]:
                 break
     found.sort()
     varied, chi2 = (np.array(column) for column in zip(*found, strict=True))
-    at = [_reach(varied, chi2, best, index, level, side) for level in (ONE, MOST) for side in (-1.0, 1.0)]
+    at = [_reach(varied, chi2, best, index, level, side) for level in certain.rises for side in (-1.0, 1.0)]
     return Profile(varied, chi2, at)
 
 
 @dataclass(frozen=True)
 class Way:
-    """Where one unknown leads away from a minimum: its place, all unknowns along a unit of it, those that are free, a step."""
+    """Where one unknown leads away from a minimum: its place, all unknowns along a unit of it, those that are free, a step.
+
+    The goal is the root of the rise of chi2 at the end of the interval.
+    """
 
     index: int
     along: Array
     others: list[int]
     step: float
+    goal: float
 
 
 @dataclass(frozen=True)
@@ -110,11 +115,11 @@ class ProfilePoint:
 def end_of(
     model: CurveModel, best: Minimum, way: Way, floor: float, known: ProfilePoint, on_run: Callable[[Objective], None]
 ) -> ProfilePoint | Minimum:
-    """Return how chi2 rises along one unknown up to 3.84 above a floor, or a minimum below the floor where one is met.
+    """Return how chi2 rises along one unknown up to its goal above a floor, or a minimum below the floor where one is met.
 
     What is known of it beforehand counts. One place lies about halfway: that tells one standard deviation.
     """
-    goal, (low, high) = math.sqrt(MOST), limits(model.unknowns)
+    goal, (low, high) = way.goal, limits(model.unknowns)
     ends = ProfilePoint([0.0, *known.ways], [math.sqrt(max(best.chi2 - floor, 0.0)), *known.roots])
     ahead, far, root, tries = way.along, way.step, math.inf, 0
     while tries <= TRIES:

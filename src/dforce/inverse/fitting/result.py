@@ -52,7 +52,7 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
         rows = [found.model.values(place.varied) for place in places]
         variables[f"{kind}_value"] = ((kind, "parameter"), np.array(rows).reshape(-1, len(unknowns)))
     variables["minimum_chi2"] = ("minimum", np.array([one.chi2 for one in found.minima]))
-    covered = not_excluded(found.minima)
+    covered = not_excluded(found.minima, found.certain)
     variables["minimum_excluded"] = ("minimum", np.array([one not in covered for one in found.minima]))
     names = [one.name for one in unknowns]
     coords = {
@@ -192,6 +192,7 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
             "height_error": data.height_error,
             "neighbor_correlation": data.correlation,
             "inflation": found.certain.inflation,
+            "interval_rises": list(found.certain.rises),
             "samples_per_period": model.curves.samples,
             "sampling_change": found.coarse,
             "evaluations": found.runs,

@@ -83,7 +83,7 @@ def fit(
         `point`, the result of :func:`dforce.calibrate`, with `height` (m, larger is farther), `amplitude` (m) and `phase`
         (degrees of lag, 90 when free at resonance). Optional are `amplitude_2` and `phase_2`, `direction` and `branch` (1
         before, -1 behind a jump). Its attributes are `amplitude_error` (m), `phase_error` (degrees), and optional
-        `height_error` (m) and `neighbor_correlation`.
+        `height_error` (m), `neighbor_correlation` and `noise_points` (number of points that the noise was measured in).
     free
         Paths of the parameters to fit, such as ``["sample.youngs_modulus"]``.
     progress
@@ -271,7 +271,7 @@ class _FitRun:
     def _profiles(self) -> dict[str, Profile]:
         certain = self._certainty()
         return {
-            name: profile_of(self.model, self.minima[0], index, float(certain.errors[index]), self.on_run)
+            name: profile_of(self.model, self.minima[0], index, certain, self.on_run)
             for index, name in enumerate(one.name for one in self.unknowns)
             if name in self.settings.profile and certain.seen[index]
         }
@@ -302,9 +302,9 @@ class _FitRun:
     def _sides_of_all(self) -> Sides | Minimum:
         """Return the sides of the best minimum, and of all others that the data do not exclude, or a lower minimum."""
         best, out = self.minima[0], None
-        for one in not_excluded(self.minima):
+        for one in not_excluded(self.minima, self._certainty()):
             by = self._derivatives() if one is best else jacobian(self.model, one.varied, one.predicted)
-            certain = certainty(by, self.unknowns, self._inflation())
+            certain = self._certainty(by)
             sides = sides_of(self.model, one, by, certain, best.chi2, self.on_run)
             if isinstance(sides, Minimum):
                 return sides
@@ -319,13 +319,11 @@ class _FitRun:
             self._by = best, jacobian(self.model, best.varied, best.predicted)
         return self._by[1]
 
-    def _inflation(self) -> float:
-        """Return by how much correlated noise raises the covariance, by the residuals of the best."""
-        return inflation(self.model, self.minima[0].predicted)
-
-    def _certainty(self) -> Certainty:
-        """Return how well the unknowns are known at the best."""
-        return certainty(self._derivatives(), self.unknowns, self._inflation())
+    def _certainty(self, by: Array | None = None) -> Certainty:
+        """Return how well the unknowns are known, by derivatives at the best or elsewhere; the residuals are of the best."""
+        by = self._derivatives() if by is None else by
+        larger = inflation(self.model, self.minima[0].predicted)
+        return certainty(by, self.unknowns, larger, self.data.widening)
 
     def _is_poor(self) -> bool:
         """Return whether the model is so far from the data that its values have no errors, and no ends of intervals."""

@@ -65,8 +65,12 @@ def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
         raise ParameterError(f"the data have {second[0]} alone of tone 2; remove it to fit the first tone")
     height, names = _column(data, "height"), ("", "_2")[: 1 + len(second) // 2]
     amplitude, phase = ([_column(data, f"{name}{ending}") for ending in names] for name in ("amplitude", "phase"))
-    points = _noise_points(data, reading)
-    attrs = {**data.attrs, **({"noise_points": points} if math.isfinite(points) else {})}
+    points = float(data.attrs.get("noise_points", math.inf))
+    if {f"{channel}{name}" for channel in ("amplitude", "phase") for name in names} <= set(reading.errors or {}):
+        points = math.inf
+    attrs = {**data.attrs, "noise_points": points}
+    if math.isinf(points):
+        del attrs["noise_points"]
     found = MeasuredPoints(
         height,
         np.stack(amplitude, axis=1),
@@ -132,17 +136,6 @@ def _of_the_unit(value: float, data: xr.Dataset, name: str, unit: str) -> float:
             f"{units.show(span, unit, 4)} span of the curve; is the unit missing?"
         )
     return value
-
-
-def _noise_points(data: xr.Dataset, reading: PointSelection) -> float:
-    """Return from how many points the noise is known; infinite where it was given."""
-    if reading.errors:
-        return math.inf
-    if "noise_points" in data.attrs:  # of a fit that is done again
-        return float(data.attrs["noise_points"])
-    if "free" not in data.variables:
-        return math.inf
-    return max(float(np.asarray(data["free"].values, dtype=bool).sum()), 2.0)
 
 
 def _chosen(found: MeasuredPoints, reading: PointSelection) -> Any:

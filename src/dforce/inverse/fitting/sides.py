@@ -14,18 +14,17 @@ import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import DForceError
-from dforce.inverse.fitting.certainty import Certainty
+from dforce.inverse.fitting.certainty import MOST, Certainty
 from dforce.inverse.fitting.folds import fold_beside
 from dforce.inverse.fitting.minimize import Minimum, Objective
 from dforce.inverse.fitting.model import CurveModel, allowed
 from dforce.inverse.fitting.profile import ProfilePoint, Way, end_of
 from dforce.inverse.fitting.unknowns import limits
 
-SURE = 1.96  # standard deviations of an interval of 95 %
 WIDEST = 1.0  # of a logarithm: farthest place where chi2 is asked for
-UNEVEN = 0.05  # of 1.96 errors of the covariance: ends of intervals farther from there are asked for
+UNEVEN = 0.05  # of the interval of the covariance: ends of intervals farther from there are asked for
 BENT = 0.5  # of the root of the distance from a fold: no straight line leads so far in it
-MOST = 4.0  # times the error of the covariance: chi2 that rises so slowly tells no end
+FARTHEST = 4.0  # times the error of the covariance: chi2 that rises so slowly tells no end
 MOST_STEPS = 6  # of Gauss and Newton beside each place
 LEFT = 0.05  # of chi2: what another step would lower it by, at most, where it is the least
 STRAIGHT = ("A0", "phase_offset", "amplitude_scale")  # these scale or shift a curve: their covariance is right
@@ -53,16 +52,16 @@ class Sides(NamedTuple):
         return Sides(*(np.where(np.isnan(mine), np.nan, np.fmax(mine, ends + way)) for mine, ends, way in each))
 
 
-def not_excluded(minima: Sequence[Minimum]) -> list[Minimum]:
+def not_excluded(minima: Sequence[Minimum], certain: Certainty) -> list[Minimum]:
     """Return the minima that an interval of 95 % covers, the lowest first: no point is lost there, unless at the lowest."""
-    best = minima[0]
-    return [one for one in minima if one is best or (one.chi2 - best.chi2 < SURE**2 and not one.lost)]
+    best, most = minima[0], certain.levels[1] ** 2
+    return [one for one in minima if one is best or (one.chi2 - best.chi2 < most and not one.lost)]
 
 
 def plain_sides(certain: Certainty) -> Sides:
     """Return the sides that the covariance gives."""
-    errors = certain.errors
-    return Sides(errors, errors, SURE * errors, SURE * errors)
+    one, most = (level * certain.errors for level in certain.levels)
+    return Sides(one, one, most, most)
 
 
 def sides_of(
@@ -70,10 +69,10 @@ def sides_of(
 ) -> Sides | Minimum:
     """Return the sides of all unknowns, or a lower minimum where one is met.
 
-    Chi2 is asked for halfway to 1.96 errors of the covariance and there, with the other unknowns where they lower it most:
-    first along the covariance, then by steps of Gauss and Newton beside it. Where it rises unevenly, it is asked for once more
-    where it seems to have risen by 3.84. All these curves are followed at once. Where the steps do not end, or points are lost
-    on the way, chi2 is minimized over the others.
+    Chi2 is asked for halfway to the interval of 95 % of the covariance and there, with the other unknowns where they lower it
+    most: first along the covariance, then by steps of Gauss and Newton beside it. Where it rises unevenly, it is asked for once
+    more where it seems to have risen as at the end of the interval. All these curves are followed at once. Where the steps do
+    not end, or points are lost on the way, chi2 is minimized over the others.
 
     Parameters
     ----------
@@ -82,12 +81,12 @@ def sides_of(
     floor
         The chi2 above which rises count: that of the lowest minimum.
     """
-    errors = certain.errors
+    errors, (one, sure) = certain.errors, certain.levels
     moving = certain.seen & np.isfinite(errors) & (errors > 0.0)
     if not model.curves.is_smooth or not moving.any():
         return plain_sides(certain)
     root = math.sqrt(certain.inflation)
-    ways = _Ways(model, best.varied, by, moving, SURE * errors / root)
+    ways = _Ways(model, best.varied, by, moving, sure * errors / root)
     which, step, along, every = ways.which, ways.step, ways.along, np.arange(len(ways.which))
     shares = np.tile([0.5, 1.0, np.nan], (len(which), 1))  # of the steps, at which chi2 is asked for
     lowest = np.full((len(which), 3), np.nan)
@@ -101,17 +100,18 @@ def sides_of(
         rows = zip(shares * step[:, None], rises, errors[which] / root, strict=True)
         return np.array([_reach(level, before, *row) for row in rows])
 
-    share = reaches(SURE) / step
+    share = reaches(sure) / step
     more = np.flatnonzero((np.abs(share - 1.0) > UNEVEN) & np.isfinite(lowest[:, 1]))
     shares[more, 2], away = share[more], share[more, None]
     lowest[more, 2], _ = ways.eased(more, away * along[more] + away**2 * (far - along)[more])
-    both = {level: reaches(level) for level in (1.0, SURE)}
+    both = {level: reaches(level) for level in (one, sure)}
     known = np.isfinite(lowest[:, :2]).all(axis=1) & (np.isfinite(lowest[:, 2]) | np.isnan(shares[:, 2]))
-    asked = np.array([one.prior is None and one.name.removesuffix("_2") not in STRAIGHT for one in model.unknowns])
+    asked = np.array([it.prior is None and it.name.removesuffix("_2") not in STRAIGHT for it in model.unknowns])
     for row in np.flatnonzero(asked[which] & ~known).tolist():
         others = np.flatnonzero(moving & (np.arange(len(moving)) != which[row])).tolist()
         first = ways.places(np.array([row]), along[[row]])[0]
-        way = Way(int(which[row]), (first - best.varied) / step[row], others, float(step[row]))
+        goal = math.sqrt(MOST) * certain.widening[1]
+        way = Way(int(which[row]), (first - best.varied) / step[row], others, float(step[row]), goal)
         there = np.isfinite(lowest[row])
         rises = np.sqrt(np.maximum(lowest[row, there] - floor, 0.0))
         found = ProfilePoint((shares[row, there] * step[row]).tolist(), rises.tolist())
@@ -120,7 +120,7 @@ def sides_of(
             return end
         for level, reach in both.items():
             plain = level * float(errors[which[row]]) / root
-            reach[row] = min(end.reach(level), max(MOST * plain, *end.ways))
+            reach[row] = min(end.reach(level), max(FARTHEST * plain, *end.ways))
             if math.inf in end.roots:  # a search may miss a state that exists
                 reach[row] = max(reach[row], plain)
     out = []
@@ -238,4 +238,4 @@ def _reach(level: float, before: float, ways: Array, rises: Array, error: float)
     else:
         steep = (rises[-1] - rises[-2]) / (ways[-1] - ways[-2])
         found = float(ways[-1] + (level - rises[-1]) / steep) if steep > 0.0 else math.inf
-    return min(found, MOST * level * error)
+    return min(found, FARTHEST * level * error)
