@@ -105,7 +105,7 @@ class Crossings:
         if self.over:
             return self._solve(result, met, value, near)
         # of one curve the same states are asked for again and again: by summary, table and picture
-        place = [str(one.values) for one in result.coords.values() if not one.dims]
+        place = [str(result.variables[name].values) for name in result.coords if not result.variables[name].dims]
         arrays = [one.tobytes() for one in (*near.values(), self.before, self.after)]
         key = result.attrs.get("case"), met, value, *place, *arrays
         found = _RECENT.get(key)

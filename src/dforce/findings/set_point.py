@@ -148,10 +148,10 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
         dims, virial, _ = variables["virial"]
         words = np.where(virial[..., 0] > 0.0, "attractive", np.where(virial[..., 0] < 0.0, "repulsive", ""))
         coords["regime"] = dims[:-1], words
-    if "direction" in result[RATIO].dims:
-        coords["direction"] = found.table(result["direction"].values[found.way], "")
+    if "direction" in result.variables[RATIO].dims:
+        coords["direction"] = found.table(result.variables["direction"].values[found.way], "")
     if "stable" in result:
-        stable = result["stable"].values.astype(bool)
+        stable = result.variables["stable"].values.astype(bool)
         coords["stable"] = found.table(stable[found.before] & stable[found.after], False)
     coords["solved"] = found.table(solved, False)
     # a user may have chosen some harmonics, or one
@@ -170,7 +170,7 @@ def _kept(solved: AnyArray, result: xr.Dataset, name: str) -> AnyArray:
     (dim,) = OBSERVABLES[name].dims
     if dim not in result.coords:
         raise ParameterError(f"{name} of this result has lost its {dim}; choose a list, such as .isel({dim}=[0])")
-    return np.asarray(solved[..., result[dim].values - 1])
+    return np.asarray(solved[..., result.variables[dim].values - 1])
 
 
 @checked

@@ -104,6 +104,7 @@ class View:
         self._latest = self.latest(self._safely(self._follow))
         self._beside = self.latest(self._safely(self._show_beside))
         self._beside_at = -BESIDE_EVERY
+        self._made: tuple[Document, df.Case] | None = None  # the last case, and what it was made of
         self._forcing = self.latest(self._safely(self._follow_force))
         self._advising = self.latest(self._safely(self._advise))
 
@@ -174,7 +175,7 @@ class View:
             hook(anew)
         if self._latest.busy:  # with what may take long; what is wrong is said at once
             with self._saying_what_is_wrong(self.document):
-                self.document.case()
+                self._case(self.document)
                 if self.said.wrong:
                     self._say(Said(), self.document)
         self._latest.ask(WantedResult(self.document))
@@ -213,10 +214,16 @@ class View:
             return said.wrong
         return ""
 
+    def _case(self, document: Document) -> df.Case:
+        """Return the case of a document: made once, for the word on a mistake and for the curve."""
+        if self._made is None or self._made[0] is not document:
+            self._made = document, document.case()
+        return self._made[1]
+
     async def _follow(self, wanted: WantedResult) -> None:
         """Draw the curve of a document, and ask for what stands beside it."""
         with self._saying_what_is_wrong(wanted.document, curves=True):
-            case = self.session.limits.check(wanted.document.case())
+            case = self.session.limits.check(self._case(wanted.document))
             if case.experiment is None:
                 raise df.ParameterError("experiment is missing; choose one under Experiment")
             if self.said.wrong:
