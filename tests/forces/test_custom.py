@@ -309,3 +309,8 @@ def test_a_run_with_a_custom_force_equals_one_with_the_built_in():
     for name in ("amplitude", "phase", "peak_force"):
         # 60 periods of roundings in another order
         np.testing.assert_allclose(runs[1][name], runs[0][name], rtol=1e-9)
+
+
+def test_all_names_of_a_law_are_listed_where_one_is_unknown():
+    with pytest.raises(ParameterError, match=r"'v'; known: E_eff, H, P1, .*, t, velocity, z$"):
+        df.forces.Custom(law="-P1*v")

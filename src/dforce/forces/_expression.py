@@ -306,7 +306,8 @@ class _Builder:
             return _name(name)
         if name in NAMES:
             raise ParameterError(f"has the function '{name}' without its arguments; write {name}(...)")
-        raise ParameterError(f"has the unknown name '{shorten(name, 40)}'{nearest(name[:100], NAMES)}")
+        known = (*MOTION, *PARAMETERS, *CONSTANTS)
+        raise ParameterError(f"has the unknown name '{shorten(name, 40)}'{nearest(name[:100], known)}")
 
     def _operation(self, node: ast.BinOp) -> _Term:
         terms = [self.number(node.left), self.number(node.right)]

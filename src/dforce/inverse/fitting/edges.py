@@ -45,12 +45,8 @@ def over_edges(block: Block, which: Any, stretch: Stretch, values: Array) -> Non
 
 def _go_on(block: Block, which: Any, stretch: Stretch, values: Array, case: int, ahead: Stretch) -> None:
     """Take the orbit ahead of one stretch, those on the way to it, and what follows."""
-    same, done, start, stop = (
-        which[case : case + 1],
-        int(stretch.done[case]),
-        stretch.last_value[case],
-        ahead.last_value[0],
-    )
+    same, done = which[case : case + 1], int(stretch.done[case])
+    start, stop = stretch.last_value[case], ahead.last_value[0]
     share = (values[done:] - start) / (stop - start)
     passed = share[: int(np.argmax(share > 1.0)) if (share > 1.0).any() else len(share)]
     count = len(passed)
