@@ -14,8 +14,8 @@ from dforce.inverse.fitting.model import CurveModel, Prediction
 from dforce.inverse.fitting.selection import PointSelection, measured
 from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
-from dforce.solvers.block import Block
 from dforce.solvers.newton import TOLERANCE
+from dforce.solvers.settling import remeasured
 
 NUISANCE = ("zc_offset", "A0", "phase_offset")
 Q = "cantilever.Q"
@@ -251,12 +251,11 @@ def test_values_behind_a_branch_are_finite_where_a_step_at_its_end_leads_nowhere
     model, varied = model_of("stiff", [E, H, ETA])
     off = varied.copy()
     off[[one.name for one in model.unknowns].index(H)] += np.log(0.4)
-    remeasure = Block.remeasure
 
     def nowhere(*arguments: object) -> tuple[object, ...]:
-        rows, *others = remeasure(*arguments)
+        rows, *others = remeasured(*arguments)
         return np.full_like(rows, np.nan), *others
 
-    monkeypatch.setattr(Block, "remeasure", nowhere)
+    monkeypatch.setattr("dforce.inverse.fitting.curves.remeasured", nowhere)
     told = model.predict(off)
     assert told.lost.any() and np.isfinite(told.values).all()

@@ -39,6 +39,13 @@ def test_without_noise_the_truth_comes_back(tmp_path):
     assert np.sqrt(peak[0]) == pytest.approx(1.57980855077e-12, rel=1e-10)
 
 
+@pytest.mark.parametrize(("highest", "scale"), [(74e3, "linear"), (700e3, "log")])
+def test_a_narrow_spectrum_has_a_linear_axis(tmp_path, highest, scale):
+    frequency = np.linspace(66e3 if scale == "linear" else 7e3, highest, 4000)
+    tune = df.thermal_tune(written(tmp_path, table(frequency, measured_curve.density(frequency))), calibrated="mode")
+    assert df.plot.thermal_spectrum(tune.dataset()).get_xscale() == scale
+
+
 @pytest.mark.parametrize(
     ("heading", "power", "scale"),
     [

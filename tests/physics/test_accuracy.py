@@ -105,6 +105,19 @@ def test_the_estimate_tells_the_error_of_a_smooth_motion():
         assert error / 3.0 < float(found.error_estimate) < 3.0 * error
 
 
+def test_the_estimate_tells_what_a_slow_memory_is_off_by():
+    arms = {"arm_moduli": ["26 MPa", "0.83 GPa"], "arm_times": ["2.7 us", "38 us"]}
+    case = df.Case(
+        cantilever={"f0": "115.5 kHz", "k": "20.35 N/m", "Q": 41.4}, drive={"A0": "0.7 nm"}, tip={"radius": "23.7 nm"},
+        sample={"youngs_modulus": "10 GPa", "poisson_ratio": 0.4},
+        forces=[{"model": "generalized_maxwell", "elements": 8, "relaxed_modulus": "13 MPa", **arms}],
+        experiment={"kind": "dwell", "zc": "0.761 nm"}, solver={"accuracy": 1e-2},
+    )  # fmt: skip
+    found, exact = df.run(case), df.run(case.replace("solver.points_per_period", 4096))
+    error = abs(float(found.peak_force / exact.peak_force) - 1.0)
+    assert error / 3.0 < float(found.error_estimate) < 3.0 * error
+
+
 def test_a_narrow_attraction_is_met_by_shorter_steps_where_q_adds_up_its_errors():
     case = df.Case(
         cantilever=df.Cantilever(f0="19.7 kHz", k="7.95 N/m", Q=3230), drive=df.Drive(A0="845 nm"),

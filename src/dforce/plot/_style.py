@@ -51,6 +51,7 @@ LEAST_WIDTH, LARGEST_WIDTH = 0.03, 1.0  # m; of a picture on paper
 LEAST_DPI, LARGEST_DPI = 10, 5000
 SMALLEST_TEXT = 0.7  # of its size as drawn; smaller is not read in print
 LONGEST_LINE = 70  # characters of a title
+UNBROKEN = "\N{NO-BREAK SPACE}"
 MOST_POINTS = 20_000  # of a line; more are not seen, but make a PDF heavy
 
 
@@ -185,10 +186,10 @@ def color_cycle(count: int) -> list[str]:
 def head(target: Axes | FigureBase, dataset: xr.Dataset, extra: str = "") -> None:
     """Write the title of a result, as it is (a dollar is no formula), on axes or a whole figure."""
     title = str(dataset.attrs.get("title", ""))
-    text = ", ".join(part for part in (title, extra) if part)
+    text = ", ".join(part for part in (title, extra.replace(" ", UNBROKEN)) if part)
     if not text:
         return
-    lines = wrapped(text, LONGEST_LINE)
+    lines = wrapped(text, LONGEST_LINE).replace(UNBROKEN, " ")
     if isinstance(target, Axes):
         target.set_title(lines, fontsize="medium", parse_math=False)
     else:

@@ -91,7 +91,7 @@ def phase_axis(axes: Axes) -> None:
     bottom = max(low - margin, 0.0) if low >= 0.0 else low - margin
     top = min(high + margin, 180.0) if high <= 180.0 else high + margin
     axes.set_ylim(bottom, top)
-    axes.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 9, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 5, 10]))
     axes.axhline(90.0, color=GRAY, linewidth=0.8, linestyle=":", zorder=1)
     for text, side, place in (("net attraction", 3.0, "bottom"), ("net repulsion", -3.0, "top")):
         axes.annotate(

@@ -41,9 +41,8 @@ def map(
 
     An axis with equal factors between its values is logarithmic. A phase lag has its neutral color at 90°, a quantity of both
     signs at 0. An amount below its estimated error is drawn as 0. The first of several tones, modes, harmonics or states is
-    drawn; points without a result are gray. The lines
-    interpolate linearly between the values, also across jumps. The quantity `regime` of a regime map (:func:`dforce.regimes`)
-    has a color for each regime, with its boundaries.
+    drawn; points without a result are gray. The lines interpolate linearly between the values, also across jumps. The
+    quantity `regime` of a regime map (:func:`dforce.regimes`) has a color for each regime, with its boundaries.
 
     Parameters
     ----------

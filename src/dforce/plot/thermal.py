@@ -13,6 +13,8 @@ from dforce.plot._style import BLUE, VERMILLION, axis_text, head, new_figure, sh
 from dforce.results.curves import BELOW
 from dforce.results.dataset import reader_unit
 
+WIDE = 10.0  # highest over lowest frequency of a logarithmic axis
+
 
 @checked
 def thermal_spectrum(dataset: xr.Dataset, figure: FigureBase | None = None) -> Axes:
@@ -46,10 +48,11 @@ def thermal_spectrum(dataset: xr.Dataset, figure: FigureBase | None = None) -> A
     ]
     axes.plot(across, density.values / scale, color=BLUE, linewidth=0.7, label="record")
     axes.plot(across, fitted.values / scale, color=VERMILLION, linewidth=1.4, label="\n".join(["fit", *peaks]))
-    axes.set_xscale("log")
     axes.set_yscale("log")
     lowest = float(told.min() / BELOW / dataset["frequency"][-1]) * across[-1] if len(told) else 0.0
-    axes.set_xlim(max(lowest, across[0]), across[-1])
+    lowest = max(lowest, across[0])
+    axes.set_xscale("log" if across[-1] > WIDE * lowest else "linear")  # a narrow one has no powers of ten
+    axes.set_xlim(lowest, across[-1])
     axes.set_xlabel(text)
     axes.set_ylabel(axis_text(density, unit))
     axes.legend(loc="upper left", fontsize="small", framealpha=0.85)

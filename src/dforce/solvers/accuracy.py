@@ -36,7 +36,7 @@ from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.points import Points, repeated
 from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.sample_counts import MOST_SAMPLES
-from dforce.solvers.settling import apart, polished
+from dforce.solvers.settling import apart, polished, remeasured
 from dforce.solvers.states import States
 from dforce.solvers.transient import Steady, decay_periods, march, steady
 
@@ -97,7 +97,7 @@ class _Orbits:
     def _step_on(self, some: Indices, states: States, times: int) -> Array:
         """Take one Newton step with so many times the block's samples; note and return the measurement there."""
         given = self.cases[some], states, self.at[some], self.monodromy[some]
-        rows, states, self.astray[some] = self.block.finer(times * self.block.points).remeasure(*given)
+        rows, states, self.astray[some] = remeasured(self.block.finer(times * self.block.points), *given)
         self.times, self.next_rows[some] = times, rows
         self.next.put(some, states)
         return rows

@@ -17,7 +17,7 @@ from dforce.problem import Problem
 from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS, Integrator, sample_count
 from dforce.solvers.model import DISTANCE, FREQUENCY, Marching, Model
-from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits, solve_each
+from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, FD_STEP, NOTHING, Slots
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.quasi_static import COLUMNS, FOLLOWED, Path, Stretch, set_out
@@ -151,7 +151,7 @@ class Block(TipEquations):
         follow = self._solvers.entry("follow")
         goes_on = values.shape[1] > 1 or not np.array_equal(values[:, 0], at)
         ahead = max(1, COLUMNS // (self.size + 2)) if self.is_smooth and goes_on else 1
-        for part in self._parts(len(values)):
+        for part in self.parts(len(values)):
             most = len(counts[part]) * ahead
             stretch, marching = found.take(part), self.marching(which[part], most, self.size + 2, repeats)
             here = (
@@ -196,7 +196,7 @@ class Block(TipEquations):
             np.full(cases, np.nan),
         )
 
-    def _parts(self, cases: int) -> Iterator[slice]:
+    def parts(self, cases: int) -> Iterator[slice]:
         """Give the problems that are solved in one call."""
         abreast = 1 if len(self.memory_scale) else ABREAST
         for start in range(0, cases, abreast):
@@ -211,7 +211,7 @@ class Block(TipEquations):
                 out.put([i], States.of(motion))
             return out
         advance = self._solvers.entry("advance_block")
-        for part in self._parts(len(which)):
+        for part in self.parts(len(which)):
             slots = self.slots(out.take(part), at[part])
             marching = self.marching(which[part], len(slots.case), 1)
             for done in range(0, periods, LONGEST):
@@ -276,7 +276,7 @@ class Block(TipEquations):
         `slopes` are the curves' slopes there (per unit of the parameter).
         """
         out = np.empty(len(which))
-        for part in self._parts(len(which)):
+        for part in self.parts(len(which)):
             slots, orbits = self.slots(states.take(part), at[part], repeats), empty_orbits(len(which[part]), self.size)
             slots.wanted[:] = NOTHING
             orbits.normal[:, :-1] = slopes[part]
@@ -327,27 +327,6 @@ class Block(TipEquations):
         ends = slots.ends[:, :columns]
         slopes = (ends[:, 1:] - ends[:, :1]).swapaxes(1, 2) / FD_STEP
         return ends[:, 0].copy(), np.ascontiguousarray(slopes)
-
-    def remeasure(self, which: Indices, states: States, at: Array, monodromy: Array) -> tuple[Array, States, Array]:
-        """Return the measurement, (problems, periods, columns), of the orbits that one Newton step from some states leads to.
-
-        With it come the states there, and how far the next step would lead, (problems,). `monodromy` are matrices known from
-        elsewhere: of the same orbits with other samples.
-        """
-        rows, out, steps = np.empty((len(which), self.common, self.columns)), states.copy(), np.empty(len(which))
-        for part in self._parts(len(which)):
-            slots, matrix = self.slots(states.take(part), at[part]), np.eye(self.size) - monodromy[part]
-            slots.case[:] = which[part]
-            for measured in (False, True):
-                self.march(slots, 1, measured)
-                step = solve_each(matrix, (slots.ends[:, 0] - slots.x)[:, :, None])[:, :, 0]
-                if not measured:
-                    slots.x[:] += step
-                    slots.memory[:], slots.branch[:] = slots.memory_after, slots.branch_after
-            rows[part], steps[part] = slots.rows, np.nan_to_num(np.abs(step).max(axis=1), nan=np.inf)
-            out.put(part, States(slots.x, slots.memory, slots.branch))
-            self.check_cancelled()
-        return rows, out, steps
 
     def most_periods(self, which: Any) -> Indices:
         """Return after how many common periods motions are given up."""

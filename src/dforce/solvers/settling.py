@@ -9,6 +9,8 @@ import numpy as np
 
 from dforce.core.arrays import Array, Indices
 from dforce.solvers.block import Block
+from dforce.solvers.newton import solve_each
+from dforce.solvers.period_map import REPEATED, Slots, foretell, unrest
 from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.relaxation import ARRIVED
 from dforce.solvers.states import States
@@ -20,12 +22,60 @@ AT_REST, STAYS = (
     1e-9,
     20,
 )  # of the free amplitude, and quarters of a decay time: what gets no farther so long does not leave
+MEMORY_STEPS = 8  # periods in which a memory comes to rest with other samples, at most
+NEARLY = 0.35  # of its distance from rest in the first of them: what is left changes an error little
 MOST_GHOSTS = 20  # retries behind the ghost of a saddle-node: a slow passage that looks settled
 
 
 def polished(block: Block, cases: Indices, start: States, at: Array, cycles: int = 1) -> Stretch:
     """Return the orbits that Newton's method finds near some states, where they are stable."""
     return block.follow(cases, start, at, at[:, None], repeats=cycles)
+
+
+def remeasured(
+    block: Block, which: Indices, states: States, at: Array, monodromy: Array
+) -> tuple[Array, States, Array]:
+    """Return the measurement, (problems, periods, columns), of the orbits that one Newton step from some states leads to.
+
+    With it come the states there, and how far the next step would lead, (problems,). `monodromy` are matrices known from
+    elsewhere: of the same orbits with other samples. A memory comes nearly to rest, with as many Newton steps: else what it
+    is off by with the other samples would not count.
+    """
+    rows, out, steps = np.empty((len(which), block.common, block.columns)), states.copy(), np.empty(len(which))
+    for part in block.parts(len(which)):
+        slots, matrix = block.slots(states.take(part), at[part]), np.eye(block.size) - monodromy[part]
+        slots.case[:] = which[part]
+        last = np.zeros((len(slots.case), 2, slots.memory.shape[1]))
+        for attempt in range(MEMORY_STEPS):
+            block.march(slots, measured=attempt > 0)
+            step = solve_each(matrix, (slots.ends[:, 0] - slots.x)[:, :, None])[:, :, 0]
+            left = _unrest(block, slots)
+            if attempt == 0:
+                enough = np.maximum(NEARLY * left, REPEATED)
+            elif attempt == MEMORY_STEPS - 1 or (left <= enough).all():
+                break
+            slots.x[:] += step
+            _take_rest(block, slots, last, attempt > 0)
+        steps[part] = np.nan_to_num(np.abs(step).max(axis=1), nan=np.inf)
+        rows[part] = slots.rows
+        out.put(part, States(slots.x, slots.memory, slots.branch))
+        block.check_cancelled()
+    return rows, out, steps
+
+
+def _unrest(block: Block, slots: Slots) -> Array:
+    """Return how far from rest the memory of slots was before a period, as a share of its scale, (slots,)."""
+    if block.is_smooth:
+        return np.zeros(len(slots.case))
+    ends = zip(slots.memory_after, slots.memory, slots.branch_after, slots.branch, block.gain[slots.case], strict=True)
+    return np.array([unrest(*one, block.memory_scale) for one in ends])
+
+
+def _take_rest(block: Block, slots: Slots, last: Array, known: bool) -> None:
+    """Extrapolate the memory of slots to its state of rest behind a period."""
+    for s, gain in enumerate(block.gain[slots.case] if len(block.memory_scale) else ()):
+        foretell(slots.memory_after[s], slots.memory[s].copy(), last[s], known, gain, block.elements)
+    slots.memory[:], slots.branch[:] = slots.memory_after, slots.branch_after
 
 
 def settled(block: Block, cases: Indices, start: States, at: Array) -> tuple[States, Stretch, Any, Array]:

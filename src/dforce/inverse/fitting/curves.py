@@ -34,7 +34,7 @@ from dforce.solvers.period_map import MOTION
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.quasi_static_walk import AT_ONCE
-from dforce.solvers.settling import apart, polished, settled
+from dforce.solvers.settling import apart, polished, remeasured, settled
 from dforce.solvers.states import States
 
 FAR = 1.15  # of the free amplitude: from there on the branch of free motion is followed
@@ -211,7 +211,7 @@ class ModelBranches:
         ends = np.zeros((len(which), self.columns))
         if len(ended):
             at = found.last_value[ended]
-            rows, _, _ = block.remeasure(which[ended], last.take(ended), at, found.last_monodromy[ended])
+            rows, _, _ = remeasured(block, which[ended], last.take(ended), at, found.last_monodromy[ended])
             ends[ended] = self.read(block, which[ended], at, rows)
         for i, case in enumerate(which.tolist()):
             if self._keep(block, stretch, case, found.take(i), values[case], ends[i], out):
@@ -294,7 +294,7 @@ class ModelBranches:
         which = np.repeat(np.arange(len(beside)), self.count)
         at = (solved.at[0] + shifts[:, None]).ravel()
         states = States(*(np.tile(part[0], times) for part in (solved.x, solved.memory, solved.branch)))
-        rows, _, _ = block.remeasure(which, states, at, np.tile(solved.monodromy[0], (*times, 1)))
+        rows, _, _ = remeasured(block, which, states, at, np.tile(solved.monodromy[0], (*times, 1)))
         return self.read(block, which, at, rows).reshape(len(beside), self.count, self.columns)
 
     def _anew(self, beside: Sequence[Problem], shifts: Array, solved: SolvedCurve, turns: Array) -> Array:

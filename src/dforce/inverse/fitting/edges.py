@@ -13,7 +13,7 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.solvers.block import Block
 from dforce.solvers.quasi_static import Stretch
-from dforce.solvers.settling import apart, polished
+from dforce.solvers.settling import apart, polished, remeasured
 from dforce.solvers.states import States
 
 STEPS = (3e-5, 1e-4, 2e-4, 3e-4, 5e-4, 1e-3, 2e-3)  # of the block's unit: tried in turns from the last orbit on
@@ -45,12 +45,8 @@ def over_edges(block: Block, which: Any, stretch: Stretch, values: Array) -> Non
 
 def _go_on(block: Block, which: Any, stretch: Stretch, values: Array, case: int, ahead: Stretch) -> None:
     """Take the orbit ahead of one stretch, those on the way to it, and what follows."""
-    same, done, start, stop = (
-        which[case : case + 1],
-        int(stretch.done[case]),
-        stretch.last_value[case],
-        ahead.last_value[0],
-    )
+    same, done = which[case : case + 1], int(stretch.done[case])
+    start, stop = stretch.last_value[case], ahead.last_value[0]
     share = (values[done:] - start) / (stop - start)
     passed = share[: int(np.argmax(share > 1.0)) if (share > 1.0).any() else len(share)]
     count = len(passed)
@@ -59,8 +55,8 @@ def _go_on(block: Block, which: Any, stretch: Stretch, values: Array, case: int,
         x = stretch.last_x[case] + passed[:, None] * (ahead.last_x[0] - stretch.last_x[case])
         memory, hysteresis = (np.repeat(part, count, axis=0) for part in (ahead.last_memory, ahead.last_branch))
         monodromy = np.repeat(ahead.last_monodromy, count, axis=0)
-        stretch.rows[case, here], _, _ = block.remeasure(
-            np.repeat(same, count), States(x, memory, hysteresis), values[here], monodromy
+        stretch.rows[case, here], _, _ = remeasured(
+            block, np.repeat(same, count), States(x, memory, hysteresis), values[here], monodromy
         )
         stretch.x[case, here], stretch.memory[case, here], stretch.branch[case, here] = x, memory, hysteresis
         stretch.monodromy[case, here], stretch.done[case] = monodromy, done + count

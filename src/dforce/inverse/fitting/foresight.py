@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.case import Case
+from dforce.case.paths import value_at
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError, checked, shorten
 from dforce.experiments import Approach
@@ -18,7 +19,7 @@ from dforce.inverse.fitting.certainty import NOT_TOLD, TOGETHER, Certainty, cert
 from dforce.inverse.fitting.curves import ModelBranches
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
-from dforce.inverse.fitting.unknowns import Unknown, make_unknowns, start_vector
+from dforce.inverse.fitting.unknowns import Unknown, amplitude_path, make_unknowns, start_vector
 from dforce.inverse.measured import check_measured
 from dforce.inverse.values import number_of
 from dforce.results.provenance import provenance
@@ -50,6 +51,10 @@ class _Branches:
     jacobian: Array
     kind: Indices
     nearer: Bools
+
+    def rows(self, which: Any = slice(None)) -> tuple[list[Unknown], Array]:
+        """Return the unknowns, and the derivatives at some of the points."""
+        return self.unknowns, self.jacobian[which]
 
 
 @checked
@@ -98,14 +103,14 @@ def identify(
         raise ParameterError('free must name the parameters to fit, such as ["sample.youngs_modulus"]')
     if hasattr(zc, "data_vars"):
         zc, errors = _measured(zc, errors)
-    curves = dict(_rows(_branches(case, zc, names, errors or {}), ""))
+    errors = errors or {}
+    curves = _parts(_branches(case, zc, names, errors))
     if helps:
         for words, factor in OTHERS.items():
-            curves |= _rows(_branches(*_with_amplitude(case, zc, factor), names, errors or {}), words)
+            curves[words] = _branches(*_with_amplitude(case, zc, factor), names, errors).rows()
         other = with_second_tone(case)
         if other is not None:
-            given = {"amplitude_2": SECOND_ERROR, **(errors or {})}
-            curves |= _rows(_branches(other, zc, names, given), WITH_SECOND)
+            curves[WITH_SECOND] = _branches(other, zc, names, {"amplitude_2": SECOND_ERROR, **errors}).rows()
     return _dataset(case, names, curves)
 
 
@@ -138,13 +143,8 @@ def with_second_tone(case: Case) -> Case | None:
 
 def _with_amplitude(case: Case, zc: object, factor: float) -> tuple[Case, Any]:
     """Return a case with another free amplitude, and distances in proportion."""
-    grid = factor * _distances(case, zc)
-    tones = case.drive.tones
-    path = "drive.tones.1" if tones else "drive"
-    owner = tones[0] if tones else case.drive
-    name = "A0" if owner.A0 is not None else "base_amplitude"
-    value = float(getattr(owner, name))
-    return case.replace(f"{path}.{name}", factor * value), grid
+    path = amplitude_path(case, 0)
+    return case.replace(path, factor * float(value_at(case, path))), factor * _distances(case, zc)
 
 
 def _distances(case: Case, zc: object) -> Array:
@@ -255,20 +255,17 @@ def _quality_paths(case: Case) -> list[str]:
     return ["cantilever.Q"] if isinstance(case.cantilever.Q, float) else []
 
 
-def _rows(found: _Branches, words: str) -> dict[str, tuple[list[Unknown], Array]]:
+def _parts(found: _Branches) -> dict[str, tuple[list[Unknown], Array]]:
     """Return the parts of the Jacobian that curves see, by what these are called."""
     behind = found.kind == BEHIND_JUMP
-    if words:
-        return {words: (found.unknowns, found.jacobian)}
     if not behind.any():
-        return {"approach": (found.unknowns, found.jacobian)}
-    parts = {
-        "approach": ~behind | found.nearer,
-        "approach and retract": np.ones(len(behind), bool),
-        "before the jump": ~behind,
-        "behind the jump": behind,
+        return {"approach": found.rows()}
+    return {
+        "approach": found.rows(~behind | found.nearer),
+        "approach and retract": found.rows(),
+        "before the jump": found.rows(~behind),
+        "behind the jump": found.rows(behind),
     }
-    return {name: (found.unknowns, found.jacobian[rows]) for name, rows in parts.items()}
 
 
 def _with_known(unknowns: list[Unknown], jacobian: Array, free: Sequence[str], known: str) -> tuple[list[int], Array]:

@@ -177,7 +177,7 @@ def _made(case: Case, tones: int, name: str) -> Unknown:
     if word == "amplitude_scale":
         doc = "measured amplitude over the amplitude of the case"
         return Unknown(name, SCALE, "", tone, "1", "s_A", doc, 1.0, 0.0, math.inf, 0.0)
-    path = name if word != "A0" else _amplitude_path(case, tone)
+    path = name if word != "A0" else amplitude_path(case, tone)
     quantity = case.quantity(path)
     value = value_at(case, path)
     if value is None and path.endswith("A0"):
@@ -190,7 +190,7 @@ def _made(case: Case, tones: int, name: str) -> Unknown:
     return Unknown(name, CASE, path, tone, *words, start, low, high, size)
 
 
-def _amplitude_path(case: Case, tone: int) -> str:
+def amplitude_path(case: Case, tone: int) -> str:
     """Return where the size of a tone's drive stands in a case."""
     tones = case.drive.tones
     owner, prefix = (tones[tone], f"drive.tones.{tone + 1}") if tones else (case.drive, "drive")
