@@ -109,7 +109,7 @@ def test_a_sweep_that_goes_on_claims_no_time_for_points_that_it_did_not_compute(
         assert " points in " in dforce("sweep", "map.toml", "-o", output, "--keep", "amplitude").stdout
         again = dforce("sweep", "map.toml", "-o", output, "--keep", "amplitude", "--resume")
         assert again.exit_code == 0 and "nothing was computed" in again.stderr
-        assert "36 points, over " in again.stdout
+        assert "36 points, over youngs_modulus 4, zc 9\n" in again.stdout
 
 
 def test_a_store_is_written_read_and_repeated():

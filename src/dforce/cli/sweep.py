@@ -145,7 +145,7 @@ def sweep(
 
 def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:
     """Return what a sweep gave, in lines for a reader."""
-    sizes = ", ".join(f"{name} {size}" for name, size in result.sizes.items())
+    sizes = ", ".join(f"{name} {size}" for name, size in result["status"].sizes.items())
     points = int(result["status"].size)
     done = points - counted(result).get(df.Status.NOT_COMPUTED, 0)
     share = f"{points}" if done == points else f"{done} of {points}"
