@@ -1,7 +1,7 @@
 // A parameter on a slider: a range between two ends, which can be typed, and a button that plays it.
 const SWEEP = 8000; // ms from one end to the other while it plays
 const EVERY = 60; // ms between two values while it plays
-const BETWEEN = 40; // ms between two messages
+const BETWEEN = 33; // ms between two messages: two frames of a screen
 const tell = (name) => window.dispatchEvent(new CustomEvent(name));
 
 export default {
