@@ -225,6 +225,8 @@ def witnessed(case: df.Case, point: xr.Dataset) -> dict[str, Any]:
     periods = common_period([tone.frequency for tone in tones])
     if periods is None:
         raise Lost("the tones never repeat together")
+    if not np.isfinite(point.repeat_periods):
+        raise Lost("the motion has settled in time, and no orbit is known near it")
     seconds = periods * float(point.repeat_periods) / tones[0].frequency
     witness = Witness(case.problem, float(point.zc))
     return witness.measure(witness.orbit(x, latches, seconds), latches, seconds)
