@@ -341,13 +341,14 @@ class Window:
         self.page.get_by_role("menuitem").filter(has=self.page.get_by_text(title, exact=True)).click()
 
     @contextlib.contextmanager
-    def remade(self) -> Iterator[None]:
+    def remade(self, patience: float | None = None) -> Iterator[None]:
         """Wait until the forms have been made anew after what is done inside."""
         self.page.evaluate(
             "() => document.querySelectorAll('.df-entry').forEach((one) => { one.dataset.before = true; })"
         )
         yield
-        self.page.wait_for_function("() => !document.querySelector('.df-entry[data-before]')", polling=POLLING)
+        gone = "() => !document.querySelector('.df-entry[data-before]')"
+        self.page.wait_for_function(gone, polling=POLLING, timeout=patience)
 
     def holds(self, case: df.Case) -> bool:
         """Return whether a case is there under its own title, without a mistake: who edits it changes the title."""
@@ -356,9 +357,15 @@ class Window:
 
     def open_example(self, name: str = "figure-3-air") -> df.Case:
         """Open an example, and return its case once its forms are there."""
+        from playwright.sync_api import TimeoutError as Lost
+
         case = df.example(name)
-        with self.remade():
-            self.example(name)
+        try:
+            with self.remade(patience=20_000):
+                self.example(name)
+        except Lost:  # a press on a menu that is made anew under it: once more
+            with self.remade():
+                self.example(name)
         while not self.holds(case):  # the forms may have been made anew for what came before, too
             self.page.wait_for_timeout(POLLING)
         return case
