@@ -17,7 +17,7 @@ from dforce.inverse._states import Rest
 from dforce.inverse.wishes import SLOPE, Goal, Wishes
 from dforce.maps.axes import Axis
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.runs import run
 from dforce.validity import advice_in, attributes
 
@@ -86,7 +86,7 @@ def result_of(
         data[f"edge_{axis.name}"].attrs = dict(axis.coordinate()[2])
     data["edge_set_point"] = "edge", np.array([at[-1] for at, _ in edges], dtype=float)
     data["edge_kind"] = "edge", np.array([name for _, name in edges], dtype=np.str_)
-    data.attrs = provenance(case.to_toml(complete=True), case.title) | {
+    data.attrs = of_case(case) | {
         "plan_over": " ".join(axis.path for axis in axes),
         "limits": "; ".join(_limits(wishes)),
         "goal": "; ".join(f"{'minimize' if goal.sign > 0 else 'maximize'} {_text(goal)}" for goal in goals),
