@@ -251,7 +251,8 @@ class Kernel:
                 return
             if self.what not in _ANNOUNCED or log.is_heard():  # printed once, and told to each who waits
                 _ANNOUNCED.add(self.what)
-                log.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
+                how = "at each start" if cache.complaints() else "once; it is kept on disk"
+                log.announce(f"Compiling {self.what} ({how}) ...")
             with cache.one_at_a_time(self.module, name), compiling.watched(self, name, _KERNELS.values()):
                 yield
 

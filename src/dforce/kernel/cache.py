@@ -266,6 +266,11 @@ def _say_not_kept(folder: Path, why: str) -> None:
     )
 
 
+def complaints() -> int:
+    """Return of how many folders this process has said that it keeps no compiled code there."""
+    return _say_not_kept.cache_info().currsize + _say_not_used.cache_info().currsize
+
+
 @contextlib.contextmanager
 def one_at_a_time(module: ModuleType, function: str) -> Iterator[None]:
     """Keep other processes from compiling the same function of a module at the same time; they wait, and find it on disk."""
