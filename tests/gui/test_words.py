@@ -101,6 +101,12 @@ def test_advice_names_fields_by_their_labels():
     )
 
 
+def test_advice_names_a_kind_of_experiment_as_the_form_does():
+    assert with_labels(AIR, 'avoid this range; experiment.kind = "basins" shows their shares.') == (
+        "Avoid this range; “kind: basins” shows their shares."
+    )
+
+
 def test_advice_of_a_fit_names_no_command():
     advice = "The value is meaningless and has no error. dforce fit --identify finds a measurement that constrains it."
     assert with_labels(AIR, advice) == "The value is meaningless and has no error."

@@ -233,7 +233,7 @@ NEEDS = re.compile(r"(\w+) needs ([\w.]+), which is missing; write .* under \[\w
 ABOUT = re.compile(r"(\w+(?:\.\w+)+)(?: \([^)]*\))? (?:= )?(.*)", re.DOTALL)
 
 PATH = re.compile(rf"\b(?:{'|'.join(df.Case.model_fields)})(?:\.\w+)+")
-CHOICE = re.compile(r'(\w+) = "([^"]*)"(?: under \[\w+\])?')
+CHOICE = re.compile(r'(?:\w+\.)*(\w+) = "([^"]*)"(?: under \[\w+\])?')
 SECTION = re.compile(r"(?: under)? \[\w+(?:\.\w+)*\]")
 COMMAND = re.compile(r" ?\(df\.\w+\)| dforce \w+ --\w+[^.]*\.")
 ENGLISH = {"capillary", "custom", "electrostatic", "hydration", "solvation"}  # keys of models that are words, too
