@@ -212,6 +212,17 @@ def test_no_choice_of_the_form_is_cut(window):
     assert window.page.evaluate(CUT_CHOICES) == []
 
 
+def test_no_sentence_on_a_field_is_cut(window):
+    window.page.locator(".df-entry").first.hover()
+    cut = window.page.locator("#df-help").evaluate(
+        """(help) => [...document.querySelectorAll(".df-entry")].filter((entry) => {
+            entry.dispatchEvent(new MouseEvent("mouseover", {bubbles: true}));
+            return help.scrollHeight > help.clientHeight || help.getBoundingClientRect().bottom > innerHeight;
+        }).map((entry) => entry.dataset.name)"""
+    )
+    assert cut == []
+
+
 def test_number_and_unit_of_a_field_have_one_frame_while_it_is_typed(window):
     field = window.field("drive.A0")
     field.locator("input.df-box").focus()
