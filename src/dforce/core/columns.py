@@ -17,12 +17,12 @@ HEADING = re.compile(r"\s*(.*?)\s*(?:\[(.*)\]|\((.*)\))?\s*")
 
 
 def lines_of(file: Path, key: str) -> list[str]:
-    """Return the lines of a CSV file that stands under a key of a case.
+    """Return the lines of a CSV file that a key of a case names.
 
     Raises
     ------
     ParameterError
-        When it cannot be read, or is no text.
+        When the file cannot be read, or is not text.
     """
     what = f"{key} = '{shorten(file.name)}'"
     if file.suffix != ".csv":
@@ -35,7 +35,7 @@ def lines_of(file: Path, key: str) -> list[str]:
 
 
 def read_columns(file: Path, key: str, known: Mapping[str, str]) -> dict[str, list[float]]:
-    """Return the columns of a CSV file in SI by name, of those that are known, each with its SI unit.
+    """Return the columns of a CSV file in SI by name; `known` has the allowed names, each with its SI unit.
 
     The first line names the columns, such as ``height [nm]`` or ``height (nm)``; numbers without a unit are in SI. Lines that
     begin with ``#`` are comments.
@@ -71,7 +71,7 @@ def read_columns(file: Path, key: str, known: Mapping[str, str]) -> dict[str, li
 
 
 def _heading(cell: str, known: Mapping[str, str], what: str) -> tuple[str, str]:
-    """Return the name and the unit of a column; the unit is empty where none is given."""
+    """Return the name and the unit of a column; the unit is empty where the heading has none."""
     match = HEADING.fullmatch(cell) if len(cell) <= LONGEST_HEADING else None
     name, unit = (match[1], match[2] or match[3] or "") if match else (cell, "")
     if name not in known:

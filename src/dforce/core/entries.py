@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 def loaded(group: str, kind: type[T], what: str) -> list[T]:
-    """Return what the entry points of a group name, of one kind; a broken package is announced and left out."""
+    """Return the objects of one kind that the entry points of a group name; a broken package is announced and left out."""
     found = []
     for entry in importlib.metadata.entry_points(group=group):
         try:

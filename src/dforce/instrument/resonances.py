@@ -2,8 +2,8 @@ r"""A resonance that is fitted to an averaged spectrum of thermal motion, over a
 
 .. math:: S(f) = W + \langle z^2 \rangle \frac{2}{\pi f_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = \frac{f}{f_0}
 
-one-sided (m²/Hz). Each point of an averaged spectrum scatters in proportion to what it should be (a gamma distribution), so
-that the likelihood is that of P. Whittle: the minimum of the sum of ln S + P/S, found by Fisher's scoring.
+one-sided (m²/Hz). Each point of an averaged spectrum scatters in proportion to its expected value (a gamma distribution).
+The fit maximizes P. Whittle's likelihood: it minimizes the sum of ln S + P/S, by Fisher's scoring.
 """
 
 from __future__ import annotations

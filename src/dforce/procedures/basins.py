@@ -95,7 +95,7 @@ class Starts:
         return len(self.first) * len(self.second)
 
     def jobs(self, crew: Crew) -> Iterable[Callable[[], None]]:
-        """Give what is to be done: blocks of starts."""
+        """Give the jobs: blocks of starts."""
         load_kernels(self.problem)  # before threads ask for them at the same time
         template = block_type(self.settings).of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
         motions = [self.motion(template.integrator(0, self.zc), number) for number in range(len(self))]
@@ -116,7 +116,7 @@ class Starts:
         return with_amplitudes(integrator, amplitudes)
 
     def _settle(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
-        """Settle a block of starts; those that need more samples with more."""
+        """Settle a block of starts, with more samples where needed."""
         plain = block_type(self.settings).of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
         crew_add: Callable[[int], None] = crew.add
         for points in sample_counts(plain.points, self.settings):

@@ -16,13 +16,13 @@ from dforce.results.store_files import StoreFiles, said
 class Checked(WrapperStore[Store]):
     """The files of a store, for reading.
 
-    A chunk whose block has no record reads as not computed in a store that is not finished; anywhere else a file that is
-    missing or not as it was written raises :class:`ResultError`, which names it.
+    In an unfinished store a chunk whose block has no record reads as not computed. Anywhere else a missing or changed
+    file raises :class:`ResultError`, which names it.
 
     Parameters
     ----------
     files
-        Where they are.
+        The files of the store.
     seal
         The checksums of the store.
     once

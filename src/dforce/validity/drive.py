@@ -1,4 +1,4 @@
-"""Where the way in which the lever is driven and read decides what amplitude and phase mean."""
+"""Advice where the drive and the read-out change the meaning of amplitude and phase."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def base_in_liquid(seen: Evidence) -> Advice | None:
 
 
 def apparent_dissipation(seen: Evidence) -> Advice | None:
-    """Compare the energy that amplitude and phase seem to tell with the one that the sample takes."""
+    """Compare the energy from the usual formula for amplitude and phase with the energy that the sample dissipates."""
     problem = seen.problem
     if not problem.tip_differs:
         return None
