@@ -1,4 +1,4 @@
-"""The tables `[data]` and `[fit]` of a case: a measured curve, and what is to be told from it."""
+"""The tables `[data]` and `[fit]` of a case: a measured curve, and the parameters to fit."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def _mentioning(word: str) -> list[type[df.Force]]:
 
 
 def _check(file: Path | None, json: bool) -> int:
-    """Run the checks over the models of a user's file and say what they found."""
+    """Run the checks over the models of a user's file and print the findings."""
     if file is None:
         raise df.ParameterError("name the file to check: dforce models check FILE.py")
     found: dict[str, list[str]] = {}

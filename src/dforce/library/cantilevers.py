@@ -1,8 +1,8 @@
-"""Cantilevers by name: nominal values of makers, as data, and those of a file of the user's own.
+"""Cantilevers by name: nominal values of makers, and cantilevers in a user's own file.
 
 A file is a CSV table with a head: `name`, `f0`, `k`, and, where known, `Q`, `length`, `width`, `thickness`, `tip_radius`,
-`maker` and `source`; numbers in SI or with a unit, lines that begin with ``#`` left out. Sizes are shipped where they agree
-with f0 and k of a rectangular silicon beam.
+`maker` and `source`; numbers in SI or with a unit, lines that begin with ``#`` left out. Shipped sizes agree with f0 and k of
+a rectangular silicon beam.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Probe:
     source: str = ""
 
     def cells(self) -> tuple[str, ...]:
-        """Return what a table shows of it: name, maker, f0, k, tip radius."""
+        """Return the cells of its row in a table: name, maker, f0, k, tip radius."""
         shown = (units.show(self.f0, "Hz", 4), units.show(self.k, "N/m", 4))
         return (self.name, self.maker, *shown, "" if self.tip_radius is None else units.show(self.tip_radius, "m", 3))
 

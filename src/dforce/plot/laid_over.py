@@ -124,7 +124,7 @@ class _Drawing:
             )
 
     def _look(self, number: int, line: Line, name: str) -> dict[str, Any]:
-        """Return color and dash of a line, and note what they mean for the legend."""
+        """Return color and dash of a line, and note their meaning for the legend."""
         back = line.direction in ("retract", "down")
         dash: Any = UNSTABLE if not line.stable else BACK if back else "-"
         if self.several:
