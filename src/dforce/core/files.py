@@ -55,7 +55,7 @@ def folder() -> Path:
 
 def read_input(
     path: str | os.PathLike[str],
-    what: str,
+    noun: str,
     most_bytes: int,
     error: type[DForceError],
     *,
@@ -68,7 +68,7 @@ def read_input(
     ----------
     path
         The file.
-    what
+    noun
         The kind of file, for the message on a file that is too large: ``"case"``.
     most_bytes
         The largest size of this kind; no more than that is read.
@@ -103,7 +103,7 @@ def read_input(
                 parts.append(file.read(min(left, max(status.st_size, CHUNK))) or b"")
                 left -= len(parts[-1])
             if left <= 0 or status.st_size > most_bytes:
-                raise error(f"{name} is larger than {_in_bytes(most_bytes)}, the limit for a {what}")
+                raise error(f"{name} is larger than {_in_bytes(most_bytes)}, the limit for a {noun}")
     except FileNotFoundError:
         raise missing from None
     except IsADirectoryError:

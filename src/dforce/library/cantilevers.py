@@ -92,23 +92,23 @@ def own_cantilevers(file: Path) -> Probes:
     return _read(lines_of(file, key), f"{key} = '{shorten(file.name)}'")
 
 
-def _read(lines: Iterable[str], what: str) -> Probes:
+def _read(lines: Iterable[str], table: str) -> Probes:
     try:
         rows = [row for row in csv.reader(lines, skipinitialspace=True) if row and not row[0].startswith("#")]
     except csv.Error as error:
-        raise ParameterError(f"{what} is not a table: {error}") from None
+        raise ParameterError(f"{table} is not a table: {error}") from None
     columns = [column.strip() for column in rows[0]] if rows else []
     for column in ("name", "f0", "k"):
         if column not in columns:
-            raise ParameterError(f"{what} has no column '{column}'; its first line must name the columns")
+            raise ParameterError(f"{table} has no column '{column}'; its first line must name the columns")
     for column in columns:
         if column not in (*UNITS, *WORDS):
-            raise ParameterError(f"{what} has a column '{shorten(column)}'; allowed are {', '.join((*WORDS, *UNITS))}")
+            raise ParameterError(f"{table} has a column '{shorten(column)}'; allowed are {', '.join((*WORDS, *UNITS))}")
         if columns.count(column) > 1:
-            raise ParameterError(f"{what} has two columns '{column}'")
+            raise ParameterError(f"{table} has two columns '{column}'")
     found = Probes()
     for number, row in enumerate(rows[1:], start=1):
-        here = f"{what}, cantilever {number}"
+        here = f"{table}, cantilever {number}"
         if len(row) != len(columns):
             raise ParameterError(f"{here}: it has {len(row)} cells for {len(columns)} columns")
         given = dict.fromkeys((*UNITS, *WORDS), "") | {
