@@ -12,7 +12,7 @@ from dforce.core.marks import file_name, words
 from dforce.core.parameters import Parameters, Part
 
 MOST_FREE = 20  # parameters of a fit
-LEAST_DRAWS = 20  # of a bootstrap: fewer tell no error
+LEAST_DRAWS = 20  # of a bootstrap: fewer give no error
 
 
 class Data(Parameters):

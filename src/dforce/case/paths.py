@@ -12,7 +12,7 @@ from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.core.parameters import Parameters
 from dforce.forces import Force
 
-LISTS = {"cantilever": "modes", "drive": "tones"}  # whose keys may stand in the section when there is one of them
+LISTS = {"cantilever": "modes", "drive": "tones"}  # a section may contain the keys of its only list entry
 LONGEST = 200
 P = TypeVar("P", bound=Parameters)
 

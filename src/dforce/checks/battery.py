@@ -286,7 +286,7 @@ def _kink_between(along: Callable[[float], float], low: float, high: float, scal
 
     before = change(low, high)
     if before * (high - low) < 1e-6 * scale:
-        return None  # too small a change to tell from rounding, or to matter
+        return None  # the change is within rounding, or negligible
     for _ in range(10):
         middle = 0.5 * (low + high)
         low, high = max(((low, middle), (middle, high)), key=lambda half: change(*half))

@@ -21,7 +21,7 @@ SECTIONS = ("Arguments", "Options")
 class Command(typer.core.TyperCommand):
     """A command whose page of help ends its lines between words."""
 
-    allow_extra_args = True  # to say in a sentence that one is too many
+    allow_extra_args = True  # so that a sentence names the superfluous argument
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""

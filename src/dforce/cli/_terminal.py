@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 DONE, SOME_POINTS_FAILED, BAD_INPUT, INSIDE_ERROR, STOPPED = 0, 1, 2, 3, 130
 WIDEST = 96  # columns of a paragraph that is easy to read
-USUAL = 80  # columns of a terminal that does not tell
+USUAL = 80  # columns of a terminal of unknown width
 
 
 def console() -> Console:
@@ -146,7 +146,7 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
             raise typer.Exit(STOPPED) from None
         except typer.Exit:
             raise
-        except Exception as error:  # whatever it is ends in one sentence  # noqa: BLE001
+        except Exception as error:  # any error ends in one sentence  # noqa: BLE001
             say(f"dforce: an error inside dForce, please report it: {type(error).__name__}: {error}")
             cause = error
         if traced:

@@ -97,7 +97,7 @@ def run(
             say("dforce: stopped before the first point was finished; nothing was written")
             return STOPPED
         written = outputs.write(lambda: df.write(result, output) if output else _write_beside(result, source), result)
-    outputs.draw(lambda sheet: df.plot.overview(result, sheet))  # it is kept whatever becomes of the states
+    outputs.draw(lambda sheet: df.plot.overview(result, sheet))  # it is kept even if the states fail
     found = None
     if states and outputs.picture is not None and not (stopped or late.asked):
         with outputs.attempt():

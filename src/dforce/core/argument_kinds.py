@@ -101,7 +101,7 @@ def _is_one(module: str, name: str, as_class: bool, given: object) -> bool:
 
 
 def is_dataset(given: object) -> bool:
-    """Say whether something is a Dataset of xarray."""
+    """Return whether something is a Dataset of xarray."""
     return _is_one("xarray", "Dataset", False, given)
 
 
@@ -113,7 +113,7 @@ def _are_all(item: ArgumentKind | None, given: object) -> bool:
 
 
 def _is_number(given: Any) -> bool:
-    if isinstance(given, (float, int, numbers.Real)):  # the first two are quicker to tell
+    if isinstance(given, (float, int, numbers.Real)):  # the first two checks are quicker
         return not isinstance(given, bool)
     return getattr(given, "shape", None) == () and _is_number(given.item())  # an array of one number
 

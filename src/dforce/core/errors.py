@@ -110,7 +110,7 @@ def nearest(name: str, known: Iterable[str], listed_by: str = "") -> str:
     bare = _bare(name)
     fits = str.startswith if len(bare) >= SAYS_SOMETHING else str.__eq__
     begun = [other for other, letters in names.items() if fits(letters, bare)]
-    if begun:  # figure3 for figure-3-air: the first letters say more than the length
+    if begun:  # figure3 for figure-3-air: the first letters matter more than the length
         return f"; did you mean '{min(begun, key=len)}'?"
     meant = [other for other, words in _synonyms(known).items() if bare in map(_bare, words)] or short_for(name, names)
     meant = meant or [other for other, letters in names.items() if len(bare) >= SAYS_SOMETHING and bare in letters]
@@ -130,7 +130,7 @@ def nearest(name: str, known: Iterable[str], listed_by: str = "") -> str:
 
 @checked
 def short_for(name: str, known: Iterable[str]) -> list[str]:
-    """Return the known names that differ by capitals and signs only, else those with these initials: vdw, KV."""
+    """Return the known names that differ by capitals and signs only, else names with these initials: vdw, KV."""
     bare, every = _bare(name), list(known)
     same = [other for other in every if _bare(other) == bare]
     words = {other: re.findall(r"[^\W_]+", other.casefold()) for other in every}

@@ -19,7 +19,7 @@ CHUNK = 65_536  # bytes that are read at once where the system gives no size
 SUFFIXES = (".nc", ".csv")  # of results
 FOR_GUESTS = "is a file on the server, and guests may not read it; type its values in the case"
 TEMPORARY = re.compile(r"\.dforce-[0-9a-f]{16}\.tmp")
-ABANDONED = 3600.0  # s after which a temporary file has no writer any more, where locks do not tell
+ABANDONED = 3600.0  # s after which a temporary file has no writer any more, on a system without locks
 
 guests_only = False  # whether this process answers guests, whose cases may read no file of this computer
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from dforce.core.errors import checked
 
-GAP = "\0"  # stands for a wide space until the others have been counted
+GAP = "\0"  # replaces a wide space until the other spaces are counted
 SIGNS = {
     "le": "≤", "leq": "≤", "ge": "≥", "geq": "≥", "ne": "≠", "approx": "≈", "sim": "~", "simeq": "≈",
     "gg": "≫", "ll": "≪", "cdot": "·", "times": "×", "pm": "±", "to": "→", "infty": "∞", "int": "∫",

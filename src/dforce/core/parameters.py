@@ -242,7 +242,7 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
                 raise ParameterError(f"= {shorten(given)} is not allowed here")  # pydantic takes true for 1
             return given
         if given is None or isinstance(given, dict | pydantic.BaseModel):
-            return given  # a table that stands for many values, such as a grid
+            return given  # a table for many values, such as a grid
         words = _words(cls.model_fields[name].annotation)
         if isinstance(given, str) and given in words:
             return given

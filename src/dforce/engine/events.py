@@ -71,7 +71,7 @@ def event_in(lane: Any, h: float, turned: bool) -> Any:
 def call_law(lane: Any, laws: Any, f: int, kind: int, d: float, v: float) -> float:
     """Add a law's force to the result, or write its switch there, which is positive where its latch changes; return the result.
 
-    Time, memory and branches are those at the start of the next step.
+    Time, memory and branches have their values at the start of the next step.
     """
     numbers, at, latch = lane.numbers, lane.at, laws.place[f, 3]
     lane.d[0], lane.rate[0] = d, v * numbers[SPEED]

@@ -17,7 +17,7 @@ GIVEN_DIGITS = 5  # of a user's values, and of frequencies: they distinguish a n
 GIVEN = ("zc", "frequency", "distance", "free_amplitude")
 LEAST = 0.001
 FINEST = 7  # place, counted from its first digit, beyond which no digit of a value is written, however small its error
-DEGREE = "degree"  # unit of phases in results, which the parser of units knows as an angle
+DEGREE = "degree"  # unit of phases in results, an angle for the parser of units
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The jumps of curves: those noted where orbits were followed, else sudden steps of the motion."""
+"""The jumps of curves: jumps noted where orbits were followed, else sudden steps of the motion."""
 
 from __future__ import annotations
 

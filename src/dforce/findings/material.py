@@ -124,7 +124,7 @@ class PowerContact(NamedTuple):
 class Observed(NamedTuple):
     """Observables of both tones, in SI: `k`, `Q` and `f0` of both modes, (2,); frequencies and amplitudes, (2, points).
 
-    `drive` (N) and `phase` (rad, lag) are those of tone 1, (points,).
+    `drive` (N) and `phase` (rad, lag) belong to tone 1, (points,).
     """
 
     k: Array

@@ -141,7 +141,7 @@ def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
     start = with_amplitudes(integrator, amplitudes)
     z, v = np.array(start.y[::2]), np.array(start.y[1::2])
     z[0] += float(point["mean_deflection"]) / integrator.scales.length
-    if "harmonic_amplitude" in point and modes == 1:  # of several modes no harmonic says whose it is
+    if "harmonic_amplitude" in point and modes == 1:  # with several modes the mode of a harmonic is unknown
         first = problem.tones[0]
         for h, amplitude, lag in zip(
             point["harmonic"].values[1:],

@@ -95,7 +95,7 @@ def read_at_set_point(result: xr.Dataset, set_point: float, names: Collection[st
 
 @checked
 def at_distance(result: xr.Dataset, distance: float, names: Collection[str] | None = None) -> xr.Dataset:
-    """Return the states at an average distance (m), as :func:`at_set_point` gives those at a set point.
+    """Return the states at an average distance (m), as :func:`at_set_point` does at a set point.
 
     Raises
     ------

@@ -20,7 +20,7 @@ from dforce.instrument.modes import MOST_MODES, TILT, ModeNumbers, normal_factor
 from dforce.library.cantilevers import Probe, cantilevers, own_cantilevers
 
 LONGEST_REPEAT = 15  # periods of mode 1 after which it and an ideal higher mode repeat together
-DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies are those in air
+DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies hold in air
 
 
 class Mode(Parameters):

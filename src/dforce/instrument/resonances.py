@@ -101,7 +101,7 @@ def most_likely(frequency: Array, power: Array, start: Resonance, beside: float 
     scatter = float(np.mean((power / density - 1.0) ** 2)) * len(power) / max(len(power) - 4, 1)
     norms = np.maximum(np.linalg.norm(relative, axis=0), TINY)
     _, sizes, ways = np.linalg.svd(relative / norms, full_matrices=False)
-    # a number that the spectrum does not tell at all has an error without end, not none
+    # a number that the spectrum does not constrain has an infinite error, not none
     f0, Q, mean_square = (math.sqrt(scatter) * np.linalg.norm(ways.T / np.maximum(sizes, TINY), axis=1) / norms)[
         :3
     ].tolist()

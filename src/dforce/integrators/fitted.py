@@ -18,7 +18,7 @@ import numpy as np
 
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, PER_MODE
 
-LARGEST = 0.7  # of a mode's roots z: of faster motions a step is no picture, whatever the lever
+LARGEST = 0.7  # of a mode's roots z: a step does not resolve faster motions of any lever
 STEPS = 3  # of Newton's method; it begins with an error of z^5 / 120, and squares it
 
 

@@ -141,7 +141,7 @@ def smooth(x: float) -> float:
 
 @inlined
 def spike(f0: float, fm: float, f1: float, stride: float, h: float, p: Any) -> float:
-    """Return the weight, 0 to 1, of a step's parts for a spike; the forces are those at its beginning, middle and end.
+    """Return the weight, 0 to 1, of a step's parts for a spike, from the forces at its beginning, middle and end.
 
     `stride` is the length of the step against the distance from the surface.
     """

@@ -321,7 +321,7 @@ def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel
 
 
 def load_laws(forces: Sequence[Force]) -> Kernel:
-    """Return the functions that those entry functions call: the sums of some laws."""
+    """Return the functions that these entry functions call: the sums of some laws."""
     text = functools.partial(any_force.compose_laws, forces)
     return _loaded(("laws",), forces, ({}, ()), text, _tip_equation_for(forces))
 

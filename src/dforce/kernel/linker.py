@@ -45,7 +45,7 @@ RESERVED = {
 }
 
 
-# of a function that returns no array, as annotations say it
+# annotations of a function that returns no array
 SCALARS = ("None", "float", "int", "bool")
 UFUNCS = ("np.log", "np.sin", "np.cos", "np.exp", "np.sqrt", "np.int64", "np.bool_", "np.float64")
 

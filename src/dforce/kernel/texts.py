@@ -63,7 +63,7 @@ def remembered(parts: Iterable[object], forces: Iterable[Force], compose: Callab
     if content is not None:
         return content.decode()
     text = compose()
-    with contextlib.suppress(OSError):  # that nothing can be kept there is told where compiled code is
+    with contextlib.suppress(OSError):  # the folder of compiled code reports that nothing can be kept there
         make_folder(file.parent)
         keep(file, text.encode())
         for path in oldest(list(file.parent.glob("*.text")), MOST_TEXTS):

@@ -27,8 +27,8 @@ from dforce.maps.axes import Axis
 
 LOST = "the cluster is lost; finished blocks are kept, and another cluster can continue"
 TRIES = 2  # of a block
-TRIES_OF_DEAD = 8  # where four workers died with it, as Dask says then: they may have been killed for another reason
-LOGS = ("distributed", "distributed.client")  # where Dask says that a connection is lost
+TRIES_OF_DEAD = 8  # after Dask reports that four workers died with it: they may have been killed for another reason
+LOGS = ("distributed", "distributed.client")  # where Dask reports a lost connection
 AHEAD = 2  # blocks for each thread of a cluster, so that none waits for the next one
 Arrays = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by name
 

@@ -22,7 +22,7 @@ from dforce.experiments.base import DISTANCE
 from dforce.maps._rows import read_rows
 
 INSTRUMENT = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces")
-ROW = "case"  # dimension of cases that are given one by one
+ROW = "case"  # dimension of cases that are rows of a table
 WAYS = COMBINATIONS, CASES = "combinations", "cases"
 MOST_POINTS = 20_000_000  # of a result: 40 numbers each are 6 GB
 

@@ -282,7 +282,7 @@ def sort_steps(path: Any, middle: Any, kind: Any, record: Any, p: Any) -> None:
 
 
 def mark_kinks(d: Any, kinks: Any, kind: Any) -> None:
-    """Mark the steps that pass a kink, and those beside them on its near side, where a force may still be like a root."""
+    """Mark the steps that pass a kink, and the steps beside them on its near side, where a force may still be like a root."""
     last = d.shape[0] - 2
     for kink in kinks:
         for i in range(last + 1):

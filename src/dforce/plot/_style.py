@@ -35,7 +35,7 @@ from dforce.core.notation import first_phrase
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.status import check_computed
 
-# Okabe and Ito, Color Universal Design (2008): told apart by the color-blind, and in print
+# Okabe and Ito, Color Universal Design (2008): distinct for the color-blind, and in print
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 COLORS = (BLUE, GREEN, VERMILLION, PURPLE, ORANGE, SKY)
 SCALE, LIGHTEST = "viridis", 0.93  # of more lines than colors; its last part is hardly seen on white

@@ -21,7 +21,7 @@ from dforce.results.significance import largest_error
 BACK = (0, (4, 1.5))  # dashes of the way back
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
 LONGEST_NAME = 40
-MOST_INSIDE = 6  # entries of a legend that leave room for lines; more stand below the axes
+MOST_INSIDE = 6  # entries of a legend that leave room for lines; a longer legend is below the axes
 Layers = Mapping[str, xr.Dataset]
 
 

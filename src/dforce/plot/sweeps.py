@@ -42,7 +42,7 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
         return _maps_at_set_point(dataset, over, figure)
     layers = _states(dataset, along) if at_set_point else cases_of(first_state(dataset), along)
     known = drawable(next(iter(layers.values())), along) if along and layers else []
-    left_out = {along, "amplitude"} if at_set_point else {along}  # there the amplitude is given
+    left_out = {along, "amplitude"} if at_set_point else {along}  # there the amplitude is fixed
     names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name not in left_out][:PANELS]
     if not names:
         check_computed(dataset)
@@ -86,7 +86,7 @@ def _states(dataset: xr.Dataset, along: str) -> dict[str, xr.Dataset]:
 def _maps_at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | None) -> list[Axes]:
     """Draw the first states at a set point over the first two of some parameters, of others at their first values."""
     known = [name for name in dict.fromkeys((*FIRST, *map(str, dataset.data_vars))) if name in dataset]
-    names = [name for name in known if name != "amplitude"][:MAPS]  # the amplitude is given
+    names = [name for name in known if name != "amplitude"][:MAPS]  # the amplitude is fixed
     first = dataset.isel({name: 0 for name in swept(dataset) if name not in over[:2]})
     parts = new_figure(figure, 6.4, 4.8 * len(names)).subfigures(len(names), 1, squeeze=False).ravel()
     return [map_of_two(first, over[1], over[0], name, figure=part) for name, part in zip(names, parts, strict=True)]

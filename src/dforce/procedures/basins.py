@@ -133,7 +133,7 @@ class Starts:
         check_cancelled: CancelCheck,
         report_done: Callable[[int], None],
     ) -> Indices:
-        """Settle starts side by side; return those that need more samples."""
+        """Settle starts side by side; return the starts that need more samples."""
         batch = ProblemBatch.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
         block = block_type(self.settings)(
             batch, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, check_cancelled
@@ -158,7 +158,7 @@ class Starts:
                 near = bool(np.max(np.abs(state.amplitudes - amplitudes)) < nearness)
                 if state.repeats == repeats and (near or not repeats):
                     self.reached[number] = i
-                    if number < state.first:  # whichever thread comes first, the numbers are the same
+                    if number < state.first:  # the numbers are the same in any order of the threads
                         self.states[i] = State(amplitudes, values, repeats, number)
                     break
             else:

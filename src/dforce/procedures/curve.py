@@ -32,7 +32,7 @@ from dforce.solvers.states import States
 from dforce.solvers.transient import never_cancelled
 
 AT_ONCE = 256  # points whose accuracy is looked at together, where that takes milliseconds
-PERIOD = "period"  # attribute of an interrupted result: in which period of the first tone its motion stands
+PERIOD = "period"  # attribute of an interrupted result: the period of the first tone at its motion
 
 
 def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:

@@ -126,7 +126,7 @@ def _thermal_motion(mode: ModeNumbers, count: int, h: float, kT: float, random: 
     # a part of the fluid weighs W / s of the mode
     squares = np.array([1.0, 1.0, *np.divide(A[2:, 1], A[1, 2:], out=np.zeros(size - 2), where=A[1, 2:] > 0.0)])
     unit = math.sqrt(kT / mode.k) * np.array([1.0, *[omega] * (size - 1)])
-    own = rates.imag >= 0.0  # of two that are conjugate one tells both
+    own = rates.imag >= 0.0  # one of two conjugate rates gives both
     left, turns = np.linalg.inv(right)[own], np.exp(omega * h * rates[own])
     seen = math.sqrt(kT / mode.k) * right[0, own] * np.where(rates[own].imag > 0.0, 2.0, 1.0)
     start, kicked = np.sqrt(squares) * random.standard_normal(size), (left / unit @ noise_root(mode, h, kT)).T

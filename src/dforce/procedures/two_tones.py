@@ -200,7 +200,7 @@ class TwoTones:
         return there
 
     def ratio(self, found: Torus) -> Array:
-        """Return the drives of a torus as multiples of those at the free locks."""
+        """Return the drives of a torus as multiples of the drives at the free locks."""
         return np.asarray(np.abs(found.drive) * self.force / [tone.force for tone in self.problem.tones])
 
     def _values(self, found: FoundTorus) -> dict[str, Array]:

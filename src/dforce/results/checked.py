@@ -82,6 +82,6 @@ class Checked(WrapperStore[Store]):
     async def _read(self, key: str) -> bytes | None:
         try:
             found = await self._store.get(key, default_buffer_prototype())
-        except Exception as error:  # of the disk, or whatever reads the URL  # noqa: BLE001
+        except Exception as error:  # of the disk, or of the reader of the URL  # noqa: BLE001
             raise ResultError(f"{self.name} cannot be read: {said(error)}") from None
         return None if found is None else found.to_bytes()

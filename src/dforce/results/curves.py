@@ -130,7 +130,7 @@ def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> An
     values = values[tuple(slice(None) if dim in variable.dims else None for dim in dims)]
     columns = values.shape[len(dims) :]
     values = np.broadcast_to(values, (*(dataset.sizes[dim] for dim in dims), *columns))
-    cases = math.prod(dataset.sizes[dim] for dim in over)  # told, for a result may have no columns
+    cases = math.prod(dataset.sizes[dim] for dim in over)  # computed, because a result may have no columns
     return values.reshape(cases, dataset.sizes.get("direction", 1), dataset.sizes[row], *columns)
 
 

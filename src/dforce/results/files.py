@@ -31,13 +31,13 @@ SEAL_LENGTH = len(SEAL) + 64
 TO_GO_ON = ("motion", "component", "component_units")  # variables from which a stopped run goes on
 BELOW = f"{NONE} (below its estimated error): "  # before a number in the heading of a table
 ELSEWHERE = ("title", "dforce_version", "case")  # attributes with lines of their own in a table
-# Where a spreadsheet would see a formula: at the start of a cell, whatever it takes for a separator; the number with a
+# Where a spreadsheet would see a formula: at the start of a cell, for any separator; the number with a
 # unit that a list in a case may go on with is none.
 FORMULA = re.compile(
     r"""(^[\s"]*|[,;\t][\s"]*)(?![+-]?[\d.]+(?:e[+-]?\d+)?(?: [\w/^µ°%]+)?[\s"'\]})]*(?:$|[,;\t]))([=+@＝＋－＠-])""",
     re.IGNORECASE,
 )
-BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names those kept as 0 and 1
+BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names variables kept as 0 and 1
 
 
 @checked
@@ -249,7 +249,7 @@ def _columns(dataset: xr.Dataset) -> tuple[dict[str, Any], list[dict[str, Any]]]
             if index is None:
                 scalars[column] = values.values.ravel()
                 continue
-            # directions first, so that one sweep stands below the other
+            # directions first, so that one sweep is below the other
             dims = sorted(groups[index], key=lambda dim: dim != "direction")
             shape = xr.DataArray(np.empty([dataset.sizes[dim] for dim in dims]), dims=dims)
             tables[index][column] = values.broadcast_like(shape).transpose(*dims).values.ravel()

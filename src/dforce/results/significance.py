@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 SCALE = "error_scale"  # attribute of an amount (SI): its estimated error is the result's error_estimate times this
 ROUNDING = 1e-12  # of sums of force times distance
-ERRORS = ("error_estimate", "peak_force", "min_force")  # quantities that tell the errors of others
+ERRORS = ("error_estimate", "peak_force", "min_force")  # quantities that give the errors of others
 USUAL: float = SolverSettings.model_fields["accuracy"].default  # where no error was estimated
 
 

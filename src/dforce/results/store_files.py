@@ -106,7 +106,7 @@ class StoreFiles:
             system, path = fsspec.core.url_to_fs(self.url)
         except ImportError as error:
             raise ResultError(f"{self.name} needs a package that is not installed: {said(error)}") from None
-        except Exception as error:  # of whatever reads the URL  # noqa: BLE001
+        except Exception as error:  # of the reader of the URL  # noqa: BLE001
             raise self._lost(error) from None
         return system, path.rstrip("/")
 

@@ -105,7 +105,7 @@ class Evidence:
         return self._values[name]
 
     def repeating(self, name: str) -> Array:
-        """Return :meth:`values` at those points alone whose motion repeats from period to period."""
+        """Return :meth:`values` only at points whose motion repeats from period to period."""
         array, status = self.array(name), self.array("status")
         if array is None or status is None or status.shape != array.shape:
             return self.values(name)

@@ -16,7 +16,7 @@ XU_RAMAN = "X. Xu, A. Raman, J. Appl. Phys. 102, 034303 (2007)"
 
 
 def low_Q(seen: Evidence) -> Advice | None:
-    """Compare the quality factors of the modes that a force drives with those at which a base and the fluid move visibly."""
+    """Compare the Q of the modes that a force drives with the Q at which a base and the fluid move visibly."""
     problem = seen.problem
     number = min((tone.mode for tone in problem.tones), key=lambda n: problem.modes[n].Q)
     mode = problem.modes[number]
