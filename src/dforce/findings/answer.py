@@ -60,8 +60,8 @@ def answer_with(
 ) -> str:
     """Return a result in words.
 
-    `states` is a result of :func:`dforce.at_set_point` for this share where it is known. `branches` has all states of the case:
-    those of regimes that the curve does not meet are named, too.
+    `states` is a result of :func:`dforce.at_set_point` for this share, if known. `branches` has all states of the case: the
+    answer then names states in regimes that the curve does not reach, too.
     """
     if is_kind(result, "fit"):
         return _of_fit(result)
