@@ -28,7 +28,7 @@ def warm(
     from dforce.kernel.cache import complaints
     from dforce.results.status import whole  # loads NumPy, which help does without
 
-    known = {name: df.load_case(name) for name in cases or df.examples()}  # a name that is wrong is told before any run
+    known = {name: df.load_case(name) for name in cases or df.examples()}  # a wrong name is an error before any run
     begun, said = time.monotonic(), complaints()
     for count, (name, case) in enumerate(known.items(), 1):
         start = time.monotonic()
