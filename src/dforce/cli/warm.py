@@ -25,15 +25,14 @@ def warm(
     ] = None,
 ) -> int:
     """Run cases once to compile their code ahead: later runs start at once. Exits with 2 where the code cannot be kept."""
-    from dforce.kernel.cache import complaints
     from dforce.results.status import whole  # loads NumPy, which help does without
 
     known = {name: df.load_case(name) for name in cases or df.examples()}  # a wrong name is an error before any run
-    begun, said = time.monotonic(), complaints()
+    begun, lost = time.monotonic(), df.kernel_cache().lost
     for count, (name, case) in enumerate(known.items(), 1):
         start = time.monotonic()
         whole(df.run(case))
-        if complaints() > said:
+        if df.kernel_cache().lost > lost:
             say(f"{name}: not ready, because its compiled code was not kept")
             return BAD_INPUT
         now = time.monotonic()

@@ -47,10 +47,10 @@ def plan(
     r"""Return the settings at which limits hold, the best setting, and the setting farthest from all boundaries.
 
     Each operating point is solved: orbit and distance such that :math:`A = s A_0`, for all stable states on the branches of
-    each case. With more than 40 cases (13 for forces with memory) the branches are followed only of cases with a recommended or
-    best point; all other states are those on approach and retract (see ``attrs["findings"]``). Bisection locates the boundaries
-    of the allowed settings. A plan contains nothing outside the ranges. A plan does not find an instability that the memory of
-    a force causes.
+    each case. With more than 40 cases (13 for forces with memory) branches are followed only at recommended and best points.
+    All other states of such a plan are those on approach and retract (see ``attrs["findings"]``). Bisection locates the
+    boundaries of the allowed settings. A plan contains nothing outside the ranges. A plan does not find an instability that the
+    memory of a force causes.
 
     Parameters
     ----------
