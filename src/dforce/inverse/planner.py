@@ -135,7 +135,7 @@ def _most_walked(case: Case) -> int:
 
 
 def _walks(case: Case, count: int) -> int:
-    """Return how many branches are followed first: of all cases, or of none of many."""
+    """Return of how many cases the branches are followed first: of all, or of none of many."""
     return count if count <= _most_walked(case) else 0
 
 
@@ -158,8 +158,7 @@ class _Work:
         self.solver = Solver(case, [axis.path for axis in axes], curves, self.check_cancelled)
         self.shape = (*(len(axis.values) for axis in axes), len(shares))
         self.unsteady = np.zeros(self.shape, dtype=bool)
-        self.places: Any = None  # where limits held when these edges were located
-        self.edges: list[tuple[Array, str]] = []
+        self.located: tuple[Any, list[tuple[Array, str]]] = None, []  # places where limits held, and their edges
 
     def check_cancelled(self) -> None:
         """Tell how far the plan is."""
@@ -210,10 +209,10 @@ class _Work:
         self.next("boundaries")
         holds = (judged.hit == "") | np.char.startswith(judged.hit, "margin")
         places = sorted(map(tuple, judged.points.take(holds).places(self.shape, self.shares).tolist()))
-        if places != self.places:
-            self.places, self.edges = places, self._edges(judged, holds)
-        room = self._room(judged.points, holds, self.edges)
-        return Rest(room, self.edges, goals, marks_of(judged, room, goals), frozenset(self.curves.walked))
+        if places != self.located[0]:
+            self.located = places, self._edges(judged, holds)
+        room = self._room(judged.points, holds, self.located[1])
+        return Rest(room, self.located[1], goals, marks_of(judged, room, goals), frozenset(self.curves.walked))
 
     def _not_walked(self, judged: Judged, rest: Rest) -> int | None:
         """Return a case with a recommended or best point whose branches are still to be followed, if any."""
