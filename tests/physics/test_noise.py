@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from compiled import RK4, Langevin, linear_noise, linear_step, normals, philox, step_noise, with_amplitudes
 from last_bits import put_levers_off
 from scipy.integrate import quad, solve_ivp
@@ -654,3 +655,22 @@ def test_an_approach_too_fast_or_too_cold_for_thermal_motion_snaps_in_where_the_
     end = found.static_snap_in_zc.item()
     assert end == pytest.approx(1.5 * (4e-20 * 20e-9 / (3 * 0.3)) ** (1 / 3), rel=1e-9)  # 3/2 of where the slope is k
     assert 0.0 <= found.snap_in_zc.item() - end < 2e-3 * end and found.snap_in_spread.item() < 2e-3 * end
+
+
+def test_noise_is_refused_where_a_motion_is_of_another_case_or_has_lost_its_parameter():
+    experiment = {"kind": "approach", "zc": ["12 nm", "10 nm"]}
+    case = df.example("figure-3-air").replace(experiment=experiment)
+    swept = df.sweep(case, {"drive.A0": ["10 nm", "11 nm"]})
+    wanted = df.noise(df.run(case.replace("drive.A0", "11 nm")), "1 kHz").amplitude_noise
+    np.testing.assert_allclose(df.noise(swept.isel(A0=1), "1 kHz").amplitude_noise, wanted, rtol=1e-9)
+    with pytest.raises(ParameterError, match=r"has lost its value of drive\.A0; choose it without drop=True"):
+        df.noise(swept.isel(A0=1, drop=True), "1 kHz")
+    joined = xr.concat(
+        [df.run(case), df.run(case.replace("drive.A0", "11 nm"))], "run"
+    )  # with the attributes of the first
+    df.noise(joined.isel(run=0), "1 kHz")
+    for part in (joined.isel(run=1), joined.isel(run=0).assign_coords(zc=joined.zc * 1.01)):
+        with pytest.raises(
+            ParameterError, match="does not repeat in the case of this result; pass the result as dForce"
+        ):
+            df.noise(part, "1 kHz")

@@ -1,7 +1,7 @@
 """A case: everything that a run depends on; a file, a Python object and a schema, without loss."""
 
 from dforce.case._case import About, Case
-from dforce.case._files import case_of, cases_of, example, has_parameters, load_case, save_case
+from dforce.case._files import case_of, cases_of, example, load_case, save_case
 from dforce.case._fit import Data, Fit
 from dforce.case._schema import case_schema
 from dforce.case._sweep import MOST_VALUES, Range, Sweep
@@ -18,7 +18,6 @@ __all__ = [
     "case_schema",
     "cases_of",
     "example",
-    "has_parameters",
     "load_case",
     "save_case",
 ]

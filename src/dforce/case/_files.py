@@ -92,11 +92,6 @@ def case_of(result: xr.Dataset) -> Case:
     return next(cases_of(result, [{}]))
 
 
-def has_parameters(result: xr.Dataset) -> bool:
-    """Return whether a result has the values of all parameters of its sweep: a part of it may have lost some."""
-    return all(_name_of(path, result) for path in str(result.attrs.get("over", "")).split())
-
-
 def _name_of(path: str, result: xr.Dataset) -> str:
     return next((name for name in (path, path.rsplit(".", maxsplit=1)[-1]) if name in result.coords), "")
 
@@ -107,7 +102,7 @@ def cases_of(result: xr.Dataset, places: Iterable[Mapping[str, int]]) -> Iterato
     Raises
     ------
     ParameterError
-        When the result carries no case, or a force model of a user's own has changed since.
+        When the result carries no case or has lost a value of its sweep, or a force model of a user's own has changed since.
     """
     try:
         case = _case_in(result).model_copy(update={"sweep": None})
@@ -115,7 +110,9 @@ def cases_of(result: xr.Dataset, places: Iterable[Mapping[str, int]]) -> Iterato
         raise ParameterError(f"the result does not contain its case: {error}") from None
     check_plugins(case, result)
     names = {path: _name_of(path, result) for path in str(result.attrs.get("over", "")).split()}
-    axes = [(path, result.variables[name]) for path, name in names.items() if name]
+    if lost := [path for path, name in names.items() if not name]:
+        raise ParameterError(f"this part of a sweep has lost its value of {lost[0]}; choose it without drop=True")
+    axes = [(path, result.variables[name]) for path, name in names.items()]
     for place in places:
         one = case
         for path, axis in axes:

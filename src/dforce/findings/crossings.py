@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.case import cases_of, has_parameters
+from dforce.case import cases_of
 from dforce.core.arrays import AnyArray, Bools
 from dforce.core.errors import ParameterError
 from dforce.core.quantities import ENDS, MOTION, MOTIONS, REPEATS
@@ -96,7 +96,7 @@ class Crossings:
         """Return quantities of the states as they are solved with the parameter unknown, and which of them are."""
         nothing: tuple[dict[str, AnyArray], Bools] = {}, np.zeros(len(self.case), dtype=bool)
         known = {name for name in GUESSES if name in result and self.row in result[name].dims}
-        if not len(self.case) or met not in (RATIO, SHIFT) or MOTION not in known or not has_parameters(result):
+        if not len(self.case) or met not in (RATIO, SHIFT) or MOTION not in known:
             return nothing
         near = {name: self.read(result, name) for name in sorted(known)}
         if "branch" in result and not self.over:

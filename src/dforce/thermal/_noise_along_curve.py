@@ -19,7 +19,7 @@ from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
 from dforce.results.status import REPEATING
 from dforce.runs import watched
-from dforce.solvers.integrator import RK4
+from dforce.solvers.integrator import RK4, Motion
 from dforce.solvers.linear_noise import linear_noise
 from dforce.validity import advice, attributes
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from dforce.problem import Problem
 
 MULTIPLIERS = "multiplier_modulus"
+CHANGED = 1e-3  # of the free amplitude that a motion may still change; a converged motion changes by less than 1e-5
 MOST_NUMBERS = 200  # of motion and memory together: of more, the map of a step takes longer than a simulation
 
 
@@ -65,7 +66,7 @@ def noise(
     ------
     ParameterError
         When the bandwidth is missing or above the drive frequency. Also for a whole sweep, a lock, and a force whose memory has
-        too many states.
+        too many states. Also for a motion that does not repeat in the case of the result, as after a change of the result.
     ResultError
         When the result contains no motions, as a result of basins.
     """
@@ -140,12 +141,27 @@ def _at(case: Case, point: xr.Dataset, points: int | None, band: float, poles: i
         )
     integrator = RK4(problem, case.solver.replace(method="transient", integrator="rk4"), 1, points)
     integrator.place(float(point["zc"]))
-    found = linear_noise(integrator, motion_of(point, problem), periods, band, poles)
+    motion = motion_of(point, problem)
+    _check_repeats(integrator, motion, periods, float(point["zc"]))
+    found = linear_noise(integrator, motion, periods, band, poles)
     if found is None:
         return None
     turns = np.array(problem.readout.turns or np.zeros(len(problem.tones)))
     read = point["amplitude"].values * np.exp(1j * (turns - np.radians(point["phase"].values)))
     return found.amplitude_and_phase(read)
+
+
+def _check_repeats(integrator: RK4, motion: Motion, periods: int, zc: float) -> None:
+    """Refuse a motion that does not repeat: a result that was changed since may have motions of another case."""
+    end = motion
+    for _ in range(periods):
+        end, _ = integrator.record(end)
+    change = float(np.abs(np.subtract(end.y, motion.y)).max())  # of the free amplitude
+    if change * max(mode.Q for mode in integrator.problem.modes) / np.pi > CHANGED:  # as far as it will still go
+        raise ParameterError(
+            f"the motion at zc = {units.show(zc, 'm', 4)} does not repeat in the case of this result; pass the "
+            "result as dForce returned it"
+        )
 
 
 def _dies_out(moduli: Array) -> bool:
