@@ -684,3 +684,9 @@ def test_a_narrow_range_of_two_states_has_two_ends_or_is_one_place(low, high, wo
     curve["amplitude"] *= 1.0 - 0.1 * xr.DataArray(apart, dims="zc") * xr.DataArray([0.0, 1.0], dims="direction")
     said = next(piece.text for piece in df.advice(curve) if piece.name == "coexisting_states")
     assert said.startswith(f"{words} approach and retract end in different states.")
+
+
+def test_a_motion_that_grows_without_bound_is_told_without_digits():
+    found = df.advice(*tapping(CALM, total_dissipated_energy=-1e-3, status=1))
+    (said,) = [piece.text for piece in found if piece.name == "energy_gained"]
+    assert "adds energy to the tip: more than 10000 % of the largest energy" in said

@@ -101,9 +101,10 @@ def amount(value: float, unit: str) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share in percent: ``27 %``."""
-    digits = ".2g" if abs(share) < 0.995 else ".0f" if abs(share) < 100.0 else ".0e"
-    return f"{rounded(100.0 * share, digits)} %"
+    """Return a share in percent: ``27 %``; beyond 100 times no digit means anything."""
+    if abs(share) > 100.0:
+        return "more than 10000 %"
+    return f"{rounded(100.0 * share, '.2g' if abs(share) < 0.995 else '.0f')} %"
 
 
 def rounded(value: float, digits: str = ".2g") -> str:

@@ -186,7 +186,7 @@ def energy_gained(seen: Evidence) -> Advice | None:
         "energy_gained",
         given,
         GAINED * most,
-        f"The sample adds energy to the tip, up to {percent(given / most)} of the largest energy from the drive. A passive "
+        f"The sample adds energy to the tip: {percent(given / most)} of the largest energy from the drive. A passive "
         "sample cannot add energy: the force is too steep for the samples. Raise solver.points_per_period, or correct your own "
         "force if it repels the tip more on retract than on approach.",
         CLEVELAND,
