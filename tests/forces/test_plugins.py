@@ -1,6 +1,7 @@
 """Forces in files of the user's own and in other packages."""
 
 import os
+import re
 import subprocess
 import sys
 import textwrap
@@ -175,6 +176,43 @@ def test_a_model_that_a_script_or_notebook_defines_anew_is_not_taken_for_the_old
         "a force model of your own has changed since this result; compute the result anew",
         "True",
     ]
+
+
+def test_a_constant_and_a_function_that_a_notebook_defines_anew_change_the_law(folder, monkeypatch):
+    text = GOOD.replace("class Rep", "SCALE = 1.0\n\n\ndef share():\n    return 1.0\n\n\nclass Rep")
+    (folder / "repulsion.py").write_text(text.replace("return strength", "return SCALE * share() * strength"))
+    case = curve_of(df.load_case(folder / "case.toml"))
+    once, twice = (df.run(case.replace("forces.repulsion.strength", one)).amplitude for one in ("2 nN", "4 nN"))
+    module = sys.modules[type(case.forces[0]).__module__]
+    for name, value in {"SCALE": 2.0, "share": double}.items():
+        with monkeypatch.context() as changed:
+            changed.setattr(module, name, value)
+            np.testing.assert_array_equal(df.run(case).amplitude, twice)
+        np.testing.assert_array_equal(df.run(case).amplitude, once)
+
+
+def double():
+    return 2.0
+
+
+@pytest.mark.parametrize(
+    ("law", "sentence"),
+    [
+        (
+            "np.where(d < a0, strength, 0.0)",
+            "the law of 'repulsion' at d = 10 nm returns ndarray, but must return a number",
+        ),
+        ("strength if d < a0 else None", "at d = 10 nm returns NoneType, but must"),
+        ("strength * (a0 - d) ** 1.5", "at d = 10 nm returns complex, but must"),
+        ("strength + ''", "at d = 10 nm fails: TypeError: unsupported operand"),
+        ("strength * len(f'{d:.3f}')", "the tip equation for repulsion cannot be compiled: "),
+    ],
+)
+def test_a_law_without_a_number_or_that_cannot_be_compiled_is_one_sentence(folder, law, sentence):
+    text = GOOD.replace("import dforce", "import numpy as np\nimport dforce")
+    (folder / "repulsion.py").write_text(text.replace("strength * exp(-max(d, a0) / 1e-9)", law))
+    with pytest.raises(ForceError, match=re.escape(sentence)):
+        df.run(df.load_case(folder / "case.toml"))
 
 
 def test_a_copy_of_a_plugin_is_the_same_model_and_another_file_of_its_name_is_refused(folder, tmp_path_factory):

@@ -17,7 +17,7 @@ from dforce.forces._contract import INTERACTIONS, REGISTRY, Force, makes_its_law
 from dforce.forces._groups import grouped
 from dforce.forces._interactions import refuse_double_counting
 from dforce.forces._layer import kernel_moments
-from dforce.forces._plugins import code_of, load_plugin, read_plugin
+from dforce.forces._plugins import check_answers, code_of, load_plugin, read_by, read_plugin
 from dforce.forces._rheology import Viscoelastic
 
 for _file in pkgutil.iter_modules(__path__):
@@ -33,11 +33,13 @@ __all__ = [  # noqa: PLE0604
     "REGISTRY",
     "Force",
     "Viscoelastic",
+    "check_answers",
     "code_of",
     "grouped",
     "kernel_moments",
     "load_plugin",
     "makes_its_laws",
+    "read_by",
     "read_plugin",
     "refuse_double_counting",
     *sorted(_models),

@@ -9,20 +9,23 @@ from __future__ import annotations
 import hashlib
 import inspect
 import linecache
+import numbers
 import os
 import re
 import sys
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
+from typing import Any
 
 import pydantic
 
 from dforce.core import log
 from dforce.core.errors import ForceError, ParameterError, checked, shorten
 from dforce.core.files import named, read_input
+from dforce.core.units import show
 from dforce.forces._contract import REGISTRY, Force
 
 PREFIX = "dforce_plugin_"  # of the modules that files become
@@ -103,14 +106,49 @@ def _parts_of(model: type[Force]) -> Iterator[bytes]:
     module = sys.modules[model.__module__]
     if model.__module__ == "__main__":
         functions = [getattr(one, "fget", getattr(one, "__func__", one)) for one in vars(model).values()]
-        codes = [function for function in functions if inspect.isfunction(function)]
-        yield from (inspect.getsource(code).encode() for code in codes)
-        values = [vars(module).get(name) for code in codes for name in code.__code__.co_names]
-    else:
-        file = Path(str(module.__file__))
-        yield (_LOADED[file].digest if file in _LOADED else hashlib.sha256(file.read_bytes()).hexdigest()).encode()
-        values = list(vars(module).values())
-    yield from (value.tobytes() for value in values if value is not None and hasattr(value, "tobytes"))
+        parts = [part for one in functions if inspect.isfunction(one) for part in (one, *read_by(one))]
+        yield from (part if isinstance(part, bytes) else inspect.getsource(part).encode() for part in parts)
+        return
+    file = Path(str(module.__file__))
+    yield (_LOADED[file].digest if file in _LOADED else hashlib.sha256(file.read_bytes()).hexdigest()).encode()
+    yield from (one.tobytes() for one in vars(module).values() if one is not None and hasattr(one, "tobytes"))
+
+
+def check_answers(force: Force) -> None:
+    """Refuse a bound force whose law fails, or returns something else than a number.
+
+    Where arithmetic fails nothing is refused: the compiled law gives no number there, and a motion may never come there.
+
+    Raises
+    ------
+    ForceError
+        With the distance, and the failure or the kind of the answer.
+    """
+    for d in (1e-8, 1e-9, 1e-10, -1e-9):
+        given = {"d": d, "rate": 0.0, "t": 0.0, "memory": [0.0] * force.memory, "latched": 1.0, "zc": 1e-8}
+        place = f"the law of '{force.name}' at d = {show(d, 'm')}"
+        try:
+            answer: Any = force.law_function()(*(given[name] for name in force.leading()), *force.values())
+        except (ArithmeticError, ValueError):
+            continue
+        except Exception as error:
+            raise ForceError(f"{place} fails: {type(error).__name__}: {shorten(str(error), 200)}") from error
+        if not isinstance(answer, numbers.Real):
+            raise ForceError(f"{place} returns {type(answer).__name__}, but must return a number")
+
+
+def read_by(function: Callable[..., Any], known: tuple[object, ...] = ()) -> Iterator[FunctionType | bytes]:
+    """Give what a function reads from its file as it is now: its numbers and arrays, and functions with all that they read."""
+    function = inspect.unwrap(function)
+    for name in function.__code__.co_names:
+        value = function.__globals__.get(name)
+        if isinstance(value, FunctionType) and value not in known:
+            yield value
+            yield from read_by(value, (*known, function, value))
+        elif isinstance(value, int | float | tuple):
+            yield f"{name} = {value!r}".encode()
+        elif value is not None and not isinstance(value, type) and hasattr(value, "tobytes"):
+            yield f"{name} = ".encode() + value.tobytes()
 
 
 def _imported(file: Path) -> tuple[type[Force], ...]:

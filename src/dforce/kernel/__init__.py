@@ -13,8 +13,9 @@ import numpy as np
 
 from dforce.core import log
 from dforce.core.arrays import Array, Complexes
+from dforce.core.errors import ForceError, shorten
 from dforce.core.stopping import unbroken
-from dforce.forces import Force
+from dforce.forces import Force, check_answers, read_by
 from dforce.kernel import any_force, cache, compiling, texts
 from dforce.kernel.codegen import (
     FIRST_DRIVE,
@@ -254,7 +255,13 @@ class Kernel:
                 how = "at each start" if cache.complaints() else "once; it is kept on disk"
                 log.announce(f"Compiling {self.title} ({how}) ...")
             with cache.one_at_a_time(self.module, name), compiling.watched(self, name, _KERNELS.values()):
-                yield
+                try:
+                    yield
+                except Exception as error:
+                    if type(error).__module__ != "numba.core.errors":
+                        raise
+                    lines = [line for line in str(error).splitlines() if line and not line.startswith("Failed in")]
+                    raise ForceError(f"{self.title} cannot be compiled: {shorten(lines[0], 200)}") from error
 
     def _first(self, name: str) -> Callable[..., Any]:
         function = getattr(self.module, name)
@@ -273,7 +280,11 @@ class Kernel:
 
 def signature(force: Force) -> tuple[Any, ...]:
     """Return the parts of a force that decide its compiled form: law, numbers of states and arguments, and roots."""
-    return type(force), force.law_function(), force.memory, force.layout(), force.is_rooted
+    parts = type(force), force.law_function(), force.memory, force.layout(), force.is_rooted
+    if texts.is_shipped(force):
+        return parts
+    laws = [law for law in (force.law_function(), force.evolve, force.switch) if law is not None]
+    return *parts, *(part for law in laws for part in read_by(law))  # a notebook may define these anew
 
 
 def load(
@@ -347,6 +358,9 @@ def _loaded(
 
     `functions` are the entry functions by name, and the functions that the solvers call by address.
     """
+    for force in forces:
+        if not texts.is_shipped(force):
+            check_answers(force)
     (entries, called), signatures = functions, [signature(force) for force in forces]
     key = numbers, *signatures, *entries.items(), *called
     if key not in _KERNELS:
