@@ -1,4 +1,4 @@
-"""Runs a case: experiment, provenance, and what happens when a run is stopped."""
+"""Runs a case: experiment, provenance, and the handling of a stop."""
 
 from __future__ import annotations
 
@@ -112,8 +112,8 @@ def carry_out(case: Case, report_progress: Progress, earlier: xr.Dataset | None 
     Parameters
     ----------
     report_progress
-        Called with the points done, the points in all and a note; it stops the run by raising KeyboardInterrupt, and what
-        was computed is returned.
+        Called with the points done, the points in all and a note. It may stop the run by raising KeyboardInterrupt; the
+        finished points are returned.
     earlier
         An interrupted result of the same case, to be continued.
     """

@@ -27,7 +27,7 @@ def warm(
     """Run cases once to compile their code ahead: later runs start at once."""
     from dforce.results.status import whole  # loads NumPy, which help does without
 
-    known = {name: df.load_case(name) for name in cases or df.examples()}  # a name that is wrong is told before any run
+    known = {name: df.load_case(name) for name in cases or df.examples()}  # a wrong name is an error before any run
     begun = time.monotonic()
     for count, (name, case) in enumerate(known.items(), 1):
         start = time.monotonic()

@@ -289,7 +289,7 @@ def _is_rooted(
 
 
 def makes_its_laws(cls: type[Force]) -> bool:
-    """Say whether each force of the class has a law of its own, made from its parameters."""
+    """Return whether each force of the class makes its own law from its parameters."""
     overridden = cls.law_function is not Force.law_function
     return overridden and not isinstance(inspect.getattr_static(cls, "law", None), staticmethod)
 

@@ -1,7 +1,7 @@
-"""Force models of the user's own: Python files that a case names, ``plugins = ["my_force.py"]``.
+"""The user's own force models: Python files that a case names, ``plugins = ["my_force.py"]``.
 
-Such a file is code, and loading it runs it: each is announced before it runs for the first time, and a case
-or a result can only name a file on this computer.
+Loading such a file runs its code. Each file is announced before its first run, and a case or a result can only name a file on
+this computer.
 """
 
 from __future__ import annotations
@@ -107,8 +107,8 @@ def _imported(file: Path) -> tuple[type[Force], ...]:
 
 
 def _run(file: Path, content: bytes, name: str) -> tuple[type[Force], ...]:
-    """Run a file as a module of its own; after a failure everything is as it was."""
-    # the file's name comes last, so that kernels call its functions the same wherever it lies
+    """Run a file as a module; after a failure everything is as before."""
+    # the file's name comes last, so that kernels have the same names for its functions in any folder
     place = hashlib.sha256(str(file).encode()).hexdigest()[:8]
     module = ModuleType(f"{PREFIX}{place}.{re.sub(r'[^0-9a-zA-Z]', '_', file.stem)}")
     module.__file__ = str(file)

@@ -61,18 +61,18 @@ class Map:
     Parameters
     ----------
     asked
-        The case, with the table that it was asked by.
+        The case, with its table of swept parameters.
     layout
-        How the points of its cases lie in the result.
+        The layout of the points of its cases in the result.
     quantities, set_point
-        What is asked to be kept; see :meth:`Kept.of`.
+        The quantities to keep; see :meth:`Kept.of`.
     store
         Path or URL.
 
     Attributes
     ----------
     kept
-        What is kept.
+        The kept quantities.
     """
 
     asked: Case
@@ -134,7 +134,7 @@ class Map:
             raise ParameterError(f"this store is from dForce {begun}; continue it with that version, not {__version__}")
 
     def _mend(self, writer: Writer) -> None:
-        """Write anew what is damaged of the store beside its blocks."""
+        """Write damaged files of the store again, except its blocks."""
         if any(key in writer.seal.files for key in writer.damaged):
             writer.repair(self._plan())
         if writer.damaged:
@@ -264,7 +264,7 @@ class _Run:
         self.pending[self.hands.submit(self.map._cut(place))] = place, attempt
 
     def _take(self, future: Future[Arrays]) -> None:
-        """Write the block that a future holds; one that failed is tried again, then left out."""
+        """Write the block of a future; a failed block is tried again, then left out."""
         place, attempt = self.pending.pop(future)
         try:
             arrays = future.result()
@@ -283,7 +283,7 @@ class _Run:
 
 
 def _say(writer: Writer, work: _Run) -> None:
-    """Tell which parts of a store were damaged and are repaired, or that there was nothing to do."""
+    """Report the repaired parts of a store, or that there was nothing to do."""
     damaged = [part(key) for key in writer.damaged]
     if damaged:
         more = f" and {len(damaged) - NAMED} more" if len(damaged) > NAMED else ""

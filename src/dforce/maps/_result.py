@@ -27,16 +27,16 @@ CORNERS = 64  # of the grid, at most, that are validated as whole cases
 
 
 class SweepLayout(Layout):
-    """Where the cases of a sweep, and the points of each of them, lie in its result.
+    """The places of the cases of a sweep, and of their points, in the result.
 
-    A part is all cases with the same choices; inside it the cases are those of the numbers.
+    A part is all cases with the same choices; its cases differ in numbers.
 
     Attributes
     ----------
     plan
-        The curve that each case is, where curves along the distance are solved side by side; None: each case by itself.
+        The curve of each case, where curves along the distance are solved side by side; None: each case by itself.
     side_by_side
-        The case of each part, with its choices, where curves are solved so.
+        The case of each part, with its choices, where curves are solved side by side.
     jumps
         Names of the jumps that cases may have.
     free

@@ -140,7 +140,7 @@ def shares_of(given: Any) -> Array:
     Raises
     ------
     ParameterError
-        When there are none, too many, or one that is not between 0 and 1.
+        When there are none or too many, or a set point is not between 0 and 1.
     """
     given = {"start": 0.5, "stop": 0.95, "points": 19} if given is None else given
     if isinstance(given, Mapping):

@@ -73,7 +73,7 @@ class Branch:
         yield from _pairs(self.amplitude_ratio - set_point, ~(self.saddle[1:] & self.saddle[:-1]))
 
     def goes_on(self, near: float, lowest: float) -> bool:
-        """Say whether the branch, but for saddles, ends at the nearest distance with an amplitude ratio above the lowest."""
+        """Return whether the branch, without saddles, reaches the nearest distance at an amplitude ratio above the lowest."""
         ends = [0, -1]
         is_there = np.isclose(self.zc[ends], near, rtol=1e-9, atol=0.0)
         return bool((is_there & ~self.saddle[ends] & (self.amplitude_ratio[ends] > lowest)).any())

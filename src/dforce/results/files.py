@@ -31,13 +31,13 @@ SEAL_LENGTH = len(SEAL) + 64
 TO_GO_ON = ("motion", "component", "component_units")  # variables from which a stopped run goes on
 BELOW = f"{NONE} (below its estimated error): "  # before a number in the heading of a table
 ELSEWHERE = ("title", "dforce_version", "case")  # attributes with lines of their own in a table
-# Where a spreadsheet would see a formula: at the start of a cell, whatever it takes for a separator; the number with a
+# Where a spreadsheet would see a formula: at the start of a cell, for any separator; the number with a
 # unit that a list in a case may go on with is none.
 FORMULA = re.compile(
     r"""(^[\s"]*|[,;\t][\s"]*)(?![+-]?[\d.]+(?:e[+-]?\d+)?(?: [\w/^µ°%]+)?[\s"'\]})]*(?:$|[,;\t]))([=+@＝＋－＠-])""",
     re.IGNORECASE,
 )
-BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names those kept as 0 and 1
+BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names variables kept as 0 and 1
 
 
 @checked
@@ -84,17 +84,17 @@ def _netcdf(dataset: xr.Dataset) -> memoryview:
 
 
 def _seal(content: bytes | memoryview) -> bytes:
-    """Return what stands at the end of a file, where HDF5 does not look: the hash of all before it."""
+    """Return the seal for the end of a file, which HDF5 does not read: the hash of all before it."""
     return SEAL + hashlib.sha256(content).hexdigest().encode()
 
 
 def is_sealed(content: bytes) -> bool:
-    """Say whether a file ends as those of dForce do."""
+    """Return whether a file ends in a seal of dForce."""
     return content[-SEAL_LENGTH:].startswith(SEAL)
 
 
 def is_whole(content: bytes) -> bool:
-    """Say whether a file is as it was written, as far as it shows: one that another program has written has no seal."""
+    """Return whether a file matches its seal; a file of another program has no seal and counts as whole."""
     return not is_sealed(content) or _seal(memoryview(content)[:-SEAL_LENGTH]) == content[-SEAL_LENGTH:]
 
 
@@ -151,7 +151,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
     if not content.startswith(hdf5.START):
         hint = "; pandas.read_csv(path, comment='#') reads a table of dForce, dforce read FILE a measured curve"
         raise ResultError(f"{name} is not a netCDF file{hint if suffix.lower() == '.csv' else ''}")
-    # HDF5 may run for ever on a damaged file, so it is asked only about what may be whole
+    # HDF5 may run for ever on a damaged file: it opens only files that may be whole
     dataset = _dataset(content) if is_whole(content) else None
     if dataset is None:
         raise ResultError(f"{name} is damaged or was cut short")
@@ -167,7 +167,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
 
 
 def _dataset(content: bytes) -> xr.Dataset | None:
-    """Return what a netCDF file holds, nothing of one that is not from dForce; None where it is damaged."""
+    """Return the contents of a netCDF file, empty if it is not from dForce; None where it is damaged."""
     import h5netcdf
     import h5py
     import xarray as xr
@@ -228,7 +228,7 @@ def _columns(dataset: xr.Dataset) -> tuple[dict[str, Any], list[dict[str, Any]]]
     """Return the numbers without rows, and a table for each set of dimensions that belong together.
 
     An approach is one table over direction and zc; traces and spectrum of a dwell are two, side by side. The jumps of a
-    single curve are a table of their own, those of each curve of a sweep are columns.
+    single curve have their own table; the jumps of a sweep are columns.
     """
     import xarray as xr
 
@@ -249,7 +249,7 @@ def _columns(dataset: xr.Dataset) -> tuple[dict[str, Any], list[dict[str, Any]]]
             if index is None:
                 scalars[column] = values.values.ravel()
                 continue
-            # directions first, so that one sweep stands below the other
+            # directions first, so that one sweep is below the other
             dims = sorted(groups[index], key=lambda dim: dim != "direction")
             shape = xr.DataArray(np.empty([dataset.sizes[dim] for dim in dims]), dims=dims)
             tables[index][column] = values.broadcast_like(shape).transpose(*dims).values.ravel()

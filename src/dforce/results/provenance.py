@@ -22,7 +22,7 @@ OTHER_CASE = "load its own by df.load_case(FILE), or write to another file witho
 
 
 def provenance(case: str, title: str = "") -> dict[str, str]:
-    """Return the attributes that say where a result comes from.
+    """Return the attributes for the origin of a result.
 
     Parameters
     ----------

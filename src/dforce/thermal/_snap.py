@@ -153,7 +153,7 @@ def at_rest(problem: Problem, zc: float) -> Callable[[float], float]:
 
 
 def _falls(mode: ModeNumbers, crest: float) -> float:
-    """Return the rate (1/s) at which a mode falls off a barrier of a curvature (N/m): what moves so has no force in all."""
+    """Return the rate (1/s) at which a mode falls off a barrier of a curvature (N/m): the root where the forces balance."""
     from scipy.optimize import brentq
 
     def left(rate: float) -> float:

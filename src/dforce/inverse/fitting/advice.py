@@ -16,6 +16,7 @@ from dforce.inverse.fitting.certainty import NOT_TOLD, TOGETHER, known_products
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.steps import FAR_FORCES
+from dforce.solvers.stability import UNSTABLE, stability
 from dforce.validity import Advice
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def advice_on(found: Fitted, independence: float) -> list[Advice]:
     """Return the advice on a fit, with the probability that its residuals are noise; of a stopped one without its minimum."""
     if found.interrupted and bool(np.isnan(found.certain.covariance).all()):
         return list(_doubts(found))
-    pieces = (_minima, _bounds, _unseen, _products, _untold, _together, _sampling)
+    pieces = (_unstable, _minima, _bounds, _unseen, _products, _untold, _together, _sampling)
     every = [_doubts(found), _lost(found), _chi2(found, independence), *(piece(found) for piece in pieces)]
     return list(chain.from_iterable(every))
 
@@ -53,6 +54,17 @@ def _lost(found: Fitted) -> Iterator[Advice]:
             "Values and errors are biased. Leave out more points beside the jump (margin), or check the model."
         )
         yield Advice("lost_points", float(lost), 0.0, text, SPEC, ("fit.margin",))
+
+
+def _unstable(found: Fitted) -> Iterator[Advice]:
+    known = found.best.predicted.solved.monodromy[0]
+    count = sum(stability(one) == UNSTABLE for one in known[np.isfinite(known).all(axis=(1, 2))])
+    if count:
+        text = (
+            f"the motion of the best fit doubles its period, or becomes a torus, at {count} of "
+            f"{int(found.model.data.used.sum())} points. The fit takes the orbit at the center of this motion."
+        )
+        yield Advice("unstable_points", float(count), 0.0, text, SPEC, ())
 
 
 def _chi2(found: Fitted, independence: float) -> Iterator[Advice]:

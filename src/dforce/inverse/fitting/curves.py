@@ -20,7 +20,7 @@ import numpy as np
 from dforce import kernel
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError
-from dforce.inverse.fitting.edges import over_edges
+from dforce.inverse.fitting.edges import over_edges, past_stability
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE
 from dforce.observables.averaging import weights
 from dforce.observables.complex_numbers import phase_lag
@@ -205,6 +205,7 @@ class ModelBranches:
         found = block.follow(which, begun.take(which), first[which], path)
         if block.is_smooth:
             over_edges(block, which, found, path)
+            past_stability(block, which, found, path)
         found = _at_each_point(found, stretch.which_height)
         last = States.last_of(found)
         ended = np.flatnonzero(found.done < values.shape[1])
