@@ -106,7 +106,9 @@ class Follower:
         value = np.where(fresh & (place < 0), last, value)
         guess = np.array([self._foretold(*one) for one in zip(going.tolist(), value.tolist(), strict=True)])
         states = States(guess, found.last_memory[going], found.last_branch[going])
-        orbits = self.block.newton(self.which[going], states, value, place >= 0, self.repeats)
+        # the others are measured side by side with what they passed; near a fold that would be another orbit
+        wanted = (place >= 0) & (fresh | (self.most[going] == ONE_BY_ONE) | np.isfinite(found.fold[going]))
+        orbits = self.block.newton(self.which[going], states, value, wanted, self.repeats)
         fits = orbits.good.copy()
         for i in np.flatnonzero(fits).tolist():
             fits[i] = is_stable(orbits.monodromy[i])
@@ -115,6 +117,8 @@ class Follower:
         self._refuse(going[~fits], value[~fits], np.where(orbits.good, astray, np.inf)[~fits])
         for i in np.flatnonzero(fits).tolist():
             self._take(int(going[i]), int(place[i]), i, orbits, astray[i])
+            if wanted[i]:
+                self.keep(int(going[i]), int(place[i]), i, orbits)
         self.going[going] &= self.found.outcome[going] == FOLLOWED
         self.going[going] &= self.place[going] < self.counts[going] - 1
 
@@ -166,7 +170,6 @@ class Follower:
         found.last_memory[case], found.last_branch[case] = orbits.memory[i], orbits.branch[i]
         found.last_slope[case], found.last_monodromy[case] = orbits.slope[i], orbits.monodromy[i]
         if place >= 0:
-            self.keep(case, place, i, orbits)
             self.place[case] = place
         if self.anchors[case]:
             step = abs(orbits.value[i] - begun) / self.unit[case]
