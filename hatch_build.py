@@ -1,4 +1,4 @@
-"""The long description on a package index: the README without what leads to files that are not there."""
+"""The long description on a package index: the README without links to missing files."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@
 
 The cases are those of the validation, half of them driven beside their resonance. Each is found at the default accuracy, and
 again from the same state by the reference: RK4 with 16384 samples a period, or the engine. A deviation is the
-largest over all quantities, as a share of each one's scale. Ctrl-C reports what was compared so far; --family takes some of
+largest over all quantities, as a share of each one's scale. Ctrl-C reports the comparisons so far; --family takes some of
 the cases alone.
 """
 
@@ -69,7 +69,7 @@ def settled(problem: Problem, zc: float, settings: SolverSettings, near: Steady 
 
 
 def compare(drawn: Draw, seed: int, settings: SolverSettings, exactly: str) -> Outcome | None:
-    """Return what became of a case; None where its motion does not repeat with the tones, or has no reference."""
+    """Return the outcome of a case; None where its motion does not repeat with the tones, or has no reference."""
     number = drawn.number
     problem = beside(drawn.case.problem, number, seed)
     found = settled(problem, drawn.zc, settings)

@@ -56,7 +56,7 @@ def case(modes: int, tones: int, kind: str) -> df.Case:
 
 
 def marching(asked: df.Case, place: float) -> Callable[[], float]:
-    """Return what marches motions at a distance (m), and returns the CPU time (s) of a motion over a period."""
+    """Return a function that marches motions at a distance (m), and returns the CPU time (s) of a motion over a period."""
     problem, lanes = asked.problem, np.arange(LANES)
     block = Block(
         ProblemBatch.of([problem] * LANES), lambda _, zc: (problem, zc), asked.solver, 1, POINTS, lambda: None
@@ -78,10 +78,10 @@ for where, place in PLACES.items():
     for modes in (1, 2):
         for tones in (1, 2):
             ways = [marching(case(modes, tones, kind), place) for kind in KINDS]
-            # in turns, so that what else the machine does meets all of them
+            # in turns, so that other work of the machine meets all of them
             force, lagging, base = np.min([[way() for way in ways] for _ in range(RUNS)], axis=0)
-            what = f"{modes} mode{'s' * (modes > 1)}, {tones} tone{'s' * (tones > 1)}:"
+            row = f"{modes} mode{'s' * (modes > 1)}, {tones} tone{'s' * (tones > 1)}:"
             print(
-                f"    {what:18s} force {1e6 * force:.2f} us; lagging force {1e6 * lagging:.2f} us, ratio "
+                f"    {row:18s} force {1e6 * force:.2f} us; lagging force {1e6 * lagging:.2f} us, ratio "
                 f"{lagging / force:.2f}; base {1e6 * base:.2f} us, ratio {base / force:.2f}"
             )

@@ -26,10 +26,10 @@ CASES = {"table-1-am": 4e-9, "figure-3-air": 5e-9}  # shipped cases, and the dis
 POINTS = (64, 96, 128, 192, 256, 384, 512, 768, 1024, 2048)  # samples a period
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 LSODA_TOLERANCES = (1e-6, 1e-8, 1e-10)  # at coarser ones its own noise is too large to settle
-SETTLED = 1e-9  # of the free amplitude, so that what is left of the transient does not count
+SETTLED = 1e-9  # of the free amplitude, so that the rest of the transient does not count
 REFERENCE = SolverSettings(method="transient", integrator="engine", relative_tolerance=1e-13, settle_tolerance=1e-12)
 AMPLITUDE, PHASE = 1e-15, 1e-4  # m, degrees: the accuracy that the cheapest setting has to meet
-PLENTY = 0.2  # s; what takes longer is timed once
+PLENTY = 0.2  # s; longer work is timed once
 LEAST = 1e-10  # nm, degrees: an error below it is drawn there
 ERRORS = (("amplitude_error", 1e9, "amplitude error (nm)"), ("phase_error", 1.0, "phase error (°)"))
 

@@ -81,7 +81,7 @@ def circles(files: dict[str, ast.Module]) -> list[list[str]]:
 
 
 def rows(files: dict[str, ast.Module]) -> dict[str, list[str]]:
-    """Return what is counted by name, each as the list of its places."""
+    """Return the counted things by name, each as the list of its places."""
     out: dict[str, list[str]] = {"arguments": [], "laws": [], "imports": [], "any": [], "names": []}
     classes = Counter(node.name for tree in files.values() for node in tree.body if isinstance(node, ast.ClassDef))
     out["names"] = [f"{name}: {count} files" for name, count in classes.items() if count > 1]

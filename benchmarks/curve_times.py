@@ -1,4 +1,4 @@
-"""CPU time of curves, a point, in u = one RK4 period by hand; what does not depend on the solver is printed apart.
+"""CPU time of curves, a point, in u = one RK4 period by hand; parts that do not depend on the solver are printed apart.
 
 `benchmarks/judge.py --times` prints it.
 """

@@ -18,7 +18,7 @@ SIGMA_A, SIGMA_PHI, SIGMA_Q = 0.06e-9, 0.3, 3.6
 FINE = 1024  # samples per period of a truth: four times those of a fit
 # the stiff kind
 STIFF_RANGES = {E: (2e9, 5e9), H: (2e-20, 4e-20), ETA: (10.0, 50.0)}  # by the logarithm
-STIFF_START = {E: 1e9, H: 4e-20, ETA: 20.0}  # of every fit, whatever the truth
+STIFF_START = {E: 1e9, H: 4e-20, ETA: 20.0}  # of every fit, for any truth
 STIFF_A0, STIFF_SIGMA_A, STIFF_SIGMA_PHI = 25e-9, 0.1e-9, 0.5
 FAR, NEAR, STEPS = 28e-9, 9e-9, 381  # m: distances of the truth, in steps of 50 pm
 ATTRACTIVE, REPULSIVE = 30, 45  # points
@@ -91,7 +91,7 @@ def _noise(rng: np.random.Generator, count: int, drift: bool) -> np.ndarray:
 
 
 def shipped_sets(drift: bool = False) -> Callable[[int], Set]:
-    """Return what makes sets at the heights of the shipped curve: fresh noise, and a fresh prior of Q."""
+    """Return a function that makes sets at the heights of the shipped curve: fresh noise, and a fresh prior of Q."""
     rows = _rows()
     height, branch = rows[:, 0] * 1e-9, rows[:, 3]
     first = np.flatnonzero(branch == -1)[np.argmin(height[branch == -1])]
@@ -110,7 +110,7 @@ def shipped_sets(drift: bool = False) -> Callable[[int], Set]:
 
 
 def stiff_sets(drift: bool = False) -> Callable[[int], Set]:
-    """Return what makes sets of few points and much noise, each of a sample of its own."""
+    """Return a function that makes sets of few points and much noise, each of another sample."""
     sigma = STIFF_SIGMA_A, STIFF_SIGMA_PHI
     nuisance = {"zc_offset": 0.0, "A0": STIFF_A0, "phase_offset": 0.0}
     start = case_of(STIFF_START | nuisance)

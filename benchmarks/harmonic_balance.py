@@ -1,8 +1,8 @@
 """Two tones that never repeat together: a two-frequency harmonic balance against the settled transient.
 
 The case is figure 6 of the 2015 paper with the second tone at sqrt(39) times the first. The motion is a function of both
-tones' phases, so the distance is sought on a grid over the torus of phases: it is what the two modes, as a linear filter,
-make of the force. Newton's method with GMRES solves that, in steps towards the surface. Both ways are compared at several
+tones' phases, so the distance is sought on a grid over the torus of phases: the response of the two modes, a linear filter,
+to the force. Newton's method with GMRES solves the equations, in steps towards the surface. Both ways are compared at several
 resolutions with the transient at 2048 samples a period; times exclude compilation.
 
     python benchmarks/harmonic_balance.py

@@ -138,11 +138,11 @@ def freeze(path: Path) -> int:
 
 
 def compare(path: Path, exact: bool) -> int:
-    """Compute all again, and name what differs."""
+    """Compute all again, and name the differences."""
     frozen, misses = np.load(path), []
     for name, case, found in results():
         before = {key.rpartition("/")[2]: frozen[key] for key in frozen.files if key.rpartition("/")[0] == name}
-        misses += [f"{name}: {what}" for what in differences(case, before, found, exact)]
+        misses += [f"{name}: {one}" for one in differences(case, before, found, exact)]
     for miss in misses:
         print(miss)
     print(f"{len(misses)} misses against {path}")
@@ -150,7 +150,7 @@ def compare(path: Path, exact: bool) -> int:
 
 
 def differences(case: df.Case | None, before: dict[str, Any], found: dict[str, Any], exact: bool) -> Iterator[str]:
-    """Give in words what differs from before."""
+    """Give the differences from before in words."""
     for key in before.keys() - found.keys():
         yield f"{key} is missing"
     same = [key for key in before if key in found]
@@ -215,7 +215,7 @@ def varied(seed: int, number: int) -> df.Case:
 
 
 def witnessed(case: df.Case, point: xr.Dataset) -> dict[str, Any]:
-    """Return what SciPy measures on its own orbit near a point of a result."""
+    """Return SciPy's measurements on its own orbit near a point of a result."""
     parts = dict(zip((str(name) for name in point.component.values), point.motion.values.tolist(), strict=True))
     x = np.array(
         [value for start in ("z_", "v_", "memory_") for name, value in parts.items() if name.startswith(start)]
@@ -233,7 +233,7 @@ def witnessed(case: df.Case, point: xr.Dataset) -> dict[str, Any]:
 
 
 def outcome(seed: int, number: int) -> Outcome:
-    """Return what became of a fresh case."""
+    """Return the outcome of a fresh case."""
     case = varied(seed, number)
     named = partial(Outcome, number, draw(seed, number).text)
     try:
@@ -282,7 +282,7 @@ def fresh(seed: int, count: int) -> int:
 
 
 def main() -> int:
-    """Do what is asked for."""
+    """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--freeze", type=Path, metavar="FILE")
     parser.add_argument("--compare", type=Path, metavar="FILE")

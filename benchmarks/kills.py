@@ -80,7 +80,7 @@ def blocks(folder: Path) -> int:
 
 
 def one_map(folder: Path, draw: random.Random, kills: int) -> collections.Counter[str]:
-    """Compute a map with at most so many kills; return how often what was killed."""
+    """Compute a map with at most so many kills; return the number of kills of each kind."""
     killed: collections.Counter[str] = collections.Counter()
     cluster = Cluster(folder)
     running = writer(folder, cluster.address)

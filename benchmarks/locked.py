@@ -35,7 +35,7 @@ POINTS = {
 def from_neighbor(
     Q: tuple[float, float], forces: list, radius: str, E: str, A1: str, A01: str | None, A2: str, phases: int
 ) -> Callable[[], FoundTorus]:
-    """Return what finds a point of two tones from its neighbor."""
+    """Return a function that finds a point of two tones from its neighbor."""
     modes = [{"f0": "48.9 kHz", "k": "0.9 N/m", "Q": Q[0]}, {"f0": "282 kHz", "k": "28 N/m", "Q": Q[1]}]
     second = {"A0": A2, "operation": "fm", "signal": "mode"}
 

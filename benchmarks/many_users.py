@@ -1,4 +1,4 @@
-"""Many people at the window at once: how soon each sees the curves of a new value, and what a session takes."""
+"""Many people at the window at once: the delay until each sees the curves of a new value, and the cost of a session."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from served import Server, served
 
 CASE, FIELD = "figure-3-air", "drive.A0"
 LOW, HIGH = 5.0, 9.0  # nm; amplitudes that the curve shows far away
-NEAR = 2e-3  # nm; what the surface takes of the amplitude far away
+NEAR = 2e-3  # nm; loss of amplitude by the surface far away
 DRAWING = 0.03  # s that a browser takes to draw
 CLOSING = 0.05  # s from a page's last word to the end of its connection
 PAUSES = 1.0, 3.0  # s between two values of a person
@@ -63,7 +63,7 @@ class Answers:
     people, seconds
         How many at once, and how long they changed values.
     values
-        How many values were seen as curves; those that a newer one overtook are not among them.
+        Number of values seen as curves, without values that a newer one overtook.
     median, late, slowest
         Time from a value to its curves, computing and transport included (s): of half of them, of 95 %, of all.
     behind
@@ -91,7 +91,7 @@ class Answers:
 
 
 def measures(count: int, seconds: float) -> list[Measure]:
-    """Return what people at the window see, as lines of a table; one that says why, where there is no window."""
+    """Return the delays for people at the window, as lines of a table; a line with the reason where there is no window."""
     try:
         return answers(count, seconds).measures()
     except Exception as error:  # of its libraries, too: the other rows took minutes  # noqa: BLE001
@@ -125,7 +125,7 @@ async def _answers(server: Server, count: int, seconds: float) -> Answers:
                 while first.behind:
                     await asyncio.sleep(0.05)
         first.times.clear()
-        before = server.memory  # what is loaded once is no part of a session
+        before = server.memory  # modules that are loaded once are no part of a session
         others = [await stack.enter_async_context(person_at(server, seed)) for seed in range(1, count)]
         persons = [first, *others]
         await asyncio.gather(*(person.work(seconds) for person in persons))
@@ -201,7 +201,7 @@ class Person:
             await self.answer(message)
 
     async def answer(self, message: dict[str, Any]) -> None:
-        """Answer what the server asks of a page; of figures, note what they show."""
+        """Answer the server's requests to a page; note the contents of figures."""
         drawn = re.match(r'return runMethod\((\d+), "draw", (.*)\)$', message["code"], re.DOTALL)
         revision = None
         if drawn:
@@ -238,7 +238,7 @@ class Person:
     async def type(self, text: str) -> None:
         """Type a text into the field."""
         await self.emit(self.field, self.listener, json.dumps({"text": text, "unit": "nm"}))
-        # the server keeps what a page has not confirmed
+        # the server keeps messages that a page has not confirmed
         await self.socket.emit("ack", {"client_id": self.client, "next_message_id": self.heard})
 
     async def leave(self) -> None:
@@ -248,7 +248,7 @@ class Person:
         await self.socket.disconnect()
 
     async def emit(self, element: int, listener: str, *arguments: str) -> None:
-        """Tell the server what happened to an element."""
+        """Send an element's event to the server."""
         event = {"id": element, "client_id": self.client, "listener_id": listener, "args": arguments}
         await self.socket.emit("event", event)
 
@@ -278,7 +278,7 @@ def _listener(element: dict[str, Any], kind: str) -> str:
 
 
 def _found(pattern: str, page: str) -> str:
-    """Return what a page says at a pattern."""
+    """Return the text of a page at a pattern."""
     match = re.search(pattern, page, re.DOTALL)
     if match is None:
         raise RuntimeError(f"the page that the server gave has no {pattern}")

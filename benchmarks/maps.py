@@ -56,7 +56,7 @@ def timed(cases: int, points: int = CURVE, **settings: Any) -> tuple[float, floa
 
 
 def stores(folder: Path, blocks: int) -> tuple[float, int, float]:
-    """Print what points and blocks cost; return the processors' time of a point (s), the arrays, and the bytes of a point."""
+    """Print the cost of points and blocks; return the processors' time of a point (s), the arrays, and the bytes of a point."""
     timed(8)  # compiles
     cases = 20 * blocks
     points = cases * CURVE
@@ -106,7 +106,7 @@ def scheduler(folder: Path, tasks: int) -> float:
 
 
 def random_cases(folder: Path, cases: int) -> None:
-    """Print what random polymers cost, whose curves jump more often than not."""
+    """Print the cost of random polymers, whose curves jump more often than not."""
     draw = np.random.default_rng(16)
     polymer = df.Case(
         cantilever=df.Cantilever(f0="70 kHz", k="2.7 N/m", Q=180.0),

@@ -29,7 +29,7 @@ import dforce as df
 
 SOON, LATER = 10.0, 5.0  # s until the end, and from there until no process is left
 CODES = (130, 143, -signal.SIGINT, -signal.SIGTERM)
-# a shell lets what it starts in the background ignore Ctrl-C
+# a shell lets programs that it starts in the background ignore Ctrl-C
 PROGRAM = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from dforce.cli import main; main()"
 LONGEST = 120.0  # s that a stop is waited for
 MOMENTS = {"cold run": (0.5, 40.0), "sweep": (0.5, 15.0), "fit": (0.5, 15.0), "basins": (0.5, 12.0)}  # s: of the stops
@@ -90,7 +90,7 @@ def prepare(folder: Path) -> dict[str, list[str]]:
 
 
 def stopped(words: list[str], stop: Stop, folder: Path) -> Ended | None:
-    """Start a program, stop it, and return what became of it; None where it had finished before."""
+    """Start a program, stop it, and return its outcome; None where it had finished before."""
     environment = dict(os.environ)
     with tempfile.TemporaryDirectory() as cache:
         if stop.program == "cold run":

@@ -45,9 +45,9 @@ class Table:
     repeats
         The least number of times that a row is timed.
     budget
-        Time (s) until which a row is timed again, since the best time of what is short varies most.
+        Time (s) until which a row is timed again, since the best time of short work varies most.
     progress
-        Called with the name of what is timed next.
+        Called with the name of the next row.
     clock
         Returns the time (s).
     """

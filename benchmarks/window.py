@@ -2,8 +2,8 @@
 
     python benchmarks/window.py [--people 30] [--seconds 60] [--visits 200]
 
-Every time is from what a person does to the redrawn curves, computing included. Processor time is that of all processes of
-the server, and of the browser; unlike time by the clock it hardly depends on what else the computer does.
+Every time is from a person's action to the redrawn curves, computing included. Processor time counts all processes of the
+server and the browser; unlike time by the clock it hardly depends on other work of the computer.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from dforce.gui.window.address import to_link
 
 MOVES = 30  # of the slider, one by one
 TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
-SETTLING = 10.0  # s until what people leave behind is given up
+SETTLING = 10.0  # s until abandoned work is given up
 SWEEP, SWEEPS = 1.5, 4  # s; in more time there would be fewer values of the slider than redraws
 ONE_BY_ONE = """async ([low, high, count]) => {
     const slider = document.querySelector('.df-slider[data-path="drive.A0"] input[type="range"]');
@@ -92,7 +92,7 @@ def cpu_time(pids: set[int]) -> float:
 
 
 def slider(server: Server) -> None:
-    """Print how soon a window is there, how quickly the curves follow a slider in a real browser, and what a move takes."""
+    """Print how soon a window is there, how quickly the curves follow a slider in a real browser, and the cost of a move."""
     with chromium() as browser:
         context = browser.new_context(viewport={"width": 1366, "height": 768})
         context.set_default_timeout(120_000)
@@ -110,7 +110,7 @@ def slider(server: Server) -> None:
         ends = window.page.evaluate(ENDS)
         low, high = max(LOW, ends[0]), min(HIGH, ends[1])  # beyond its ends a slider stays where it is
         window.page.evaluate(ONE_BY_ONE, [low, high, 5])  # not counted
-        window.page.wait_for_timeout(5_000)  # what is compiled in the background is no part of a move
+        window.page.wait_for_timeout(5_000)  # compilation in the background is no part of a move
         ours = set(descendants(server.process.pid))
         theirs = set(descendants(os.getpid())) - ours - {os.getpid()}
         before = cpu_time(ours), cpu_time(theirs)
@@ -130,7 +130,7 @@ def slider(server: Server) -> None:
 
 
 def wrong_input(server: Server) -> None:
-    """Print how soon the window says what is wrong: with each field of a case, with files, and with links."""
+    """Print how soon the window shows an error: of each field of a case, of files, and of links."""
     times: dict[str, list[float]] = {"field": [], "file": [], "link": []}
     with chromium() as browser:
         context = browser.new_context(viewport={"width": 1366, "height": 768})

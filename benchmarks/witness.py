@@ -25,7 +25,7 @@ TOLERANCE = 1e-11  # of a step, relative
 STEPS = 200  # a period at least: a tap is not stepped over
 LOOKS = 6  # instants of a step at which extremes are looked for
 HARMONICS = 10
-NEAR = 3e-10  # of the free amplitude: what an orbit may miss its start by, times what the map amplifies
+NEAR = 3e-10  # of the free amplitude: distance by which an orbit may miss its start, times the map's amplification
 ROUNDS = 12  # Newton steps at most
 SHIFT = 1e-5  # of a component's scale, for differences
 
@@ -129,7 +129,7 @@ class Witness:
         return out
 
     def integrands(self, t: float, x: Array, rate: float, F: float) -> list[float]:
-        """Return what is averaged: F, F v, F z, z, then z_n and F at each tone and the total's harmonics."""
+        """Return the integrands: F, F v, F z, z, then z_n and F at each tone and the total's harmonics."""
         z = x[: self.modes]
         total = float(z.sum())
         row = [F, F * rate, F * total, total]
@@ -211,7 +211,7 @@ class Witness:
         raise Lost("Newton's method found no orbit")
 
     def measure(self, x: Array, latches: list[float], seconds: float) -> dict[str, Any]:
-        """Return what a periodic motion shows, by the names of a result, in SI units."""
+        """Return the observables of a periodic motion, by the names of a result, in SI units."""
         look, size, n = Look(self), len(self.scale), self.modes
         mean = self.march(x, list(latches), seconds, look)[size:] / seconds
         pairs = mean[4:].reshape(-1, 2)

@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-os.environ["MPLBACKEND"] = "agg"  # no window, whatever the machine
+os.environ["MPLBACKEND"] = "agg"  # no window on any machine
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # tests run beside the build, and threads that wait would take their cores
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 

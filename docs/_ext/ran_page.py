@@ -23,13 +23,13 @@ from typer.testing import CliRunner
 from dforce.cli.app import app as program
 from dforce.forces import REGISTRY
 
-COLUMNS = "88"  # what a page shows beside its lists of contents on a screen of 1366 pixels
+COLUMNS = "88"  # width of a page beside its lists of contents on a screen of 1366 pixels
 FENCE = re.compile(r"^```(?P<head>[^\n`]*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
 OPTION = re.compile(r":(?P<key>[a-z]+):[ ]?(?P<value>[^\n]*)\n")
 
 
 class BlockError(Exception):
-    """A block of a page does not do what the page says."""
+    """A block of a page does not do as the page states."""
 
 
 class Page:
@@ -57,7 +57,7 @@ class Page:
         forget_own_models()
 
     def run(self, language: str, code: str, options: dict[str, Any]) -> str:
-        """Run a block, or write it where the option `file` says, and return what it printed."""
+        """Run a block, or write it to the file of the option `file`, and return its output."""
         if "hidden" in options:
             return self.claims(code)
         if "file" in options:
@@ -70,7 +70,7 @@ class Page:
         raise BlockError(f"a block in {language} cannot be run")
 
     def commands(self, lines: str, expected: int = 0) -> str:
-        """Return what commands print; every line starts with dforce."""
+        """Return the output of commands; every line starts with dforce."""
         printed = []
         for line in lines.splitlines():
             words = shlex.split(line, comments=True)
@@ -86,7 +86,7 @@ class Page:
         return "\n".join(printed)
 
     def claims(self, code: str) -> str:
-        """Run code that asserts what the text says. It sets up nothing that a reader of the page would not have."""
+        """Run code that asserts the statements of the text. It sets up nothing that a reader of the page would not have."""
         names, files = self.namespace, sorted(self.folder.rglob("*"))
         self.namespace = dict(names)
         try:
@@ -98,7 +98,7 @@ class Page:
         return printed
 
     def python(self, code: str) -> str:
-        """Return what Python code prints."""
+        """Return the output of Python code."""
         printed = io.StringIO()
         with self._entered(), contextlib.redirect_stdout(printed):
             exec(compile(code, "<a block of the page>", "exec"), self.namespace)

@@ -16,7 +16,7 @@ BLOCK = re.compile(r"^```(?:\{ran\} )?python\n(?P<code>.*?)^```$", re.MULTILINE 
 
 
 def main() -> int:
-    """Check everything, and return what mypy returns."""
+    """Check everything, and return mypy's result."""
     pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
     with tempfile.TemporaryDirectory(prefix="dforce-typed-") as folder:
         for page in pages:

@@ -80,7 +80,7 @@ for path, values in {
     print(f"{path:22s}", *(df.show(force, "N", 3) for force in forces), f"largest over smallest: {ratio[path]:.2f}")
 
 # sphinx_gallery_start_ignore
-# what the text says of the numbers
+# the statements of the text on numbers
 assert state.peak_force.ndim == 0 and float(state.phase) < 90.0
 assert max(ratio, key=lambda path: ratio[path]) == "drive.A0"
 # sphinx_gallery_end_ignore

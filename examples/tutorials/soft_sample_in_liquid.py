@@ -118,7 +118,7 @@ for modulus, force_felt, depth_felt in zip(moduli, felt, deep, strict=True):
     print(f"{modulus / 1e6:6.1f} MPa: {force_felt * 1e12:6.1f} pN, {depth_felt * 1e9:.2f} nm")
 
 # sphinx_gallery_start_ignore
-# what the text says of the numbers
+# the statements of the text on numbers
 assert felt[-1] / felt[0] < 10.0 and deep[0] / deep[-1] < 40.0
 assert np.all(np.diff(felt) > 0.0) and np.all(np.diff(deep) < 0.0)
 flat = [free_amplitudes[(force[:, np.argmin(abs(set_points - s))] < 200.0)].max() for s in (0.5, 0.9)]

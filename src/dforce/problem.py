@@ -1,4 +1,4 @@
-"""The problem: what was asked, checked as a whole, frozen, in SI units; all that kernel and solvers read."""
+"""The problem: the checked, frozen input of kernel and solvers, in SI units."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ SMALLEST, LARGEST = 1e-150, 1e150  # squares and quotients of such numbers are s
 
 
 class Instrument(NamedTuple):
-    """The parts of an instrument as a user gives them."""
+    """The parts of an instrument, as in a case."""
 
     cantilever: Cantilever
     drive: Drive
@@ -70,16 +70,16 @@ class Problem:
     acts_on
         ``"all_modes"`` or ``"own_mode"``: the modes that a force acts on.
     readout
-        What the detector reads.
+        The reading of the detector.
     shaken
-        How the base is shaken; None under a force.
+        The base's motion; None under a force.
     noise
-        What shakes the lever and its reading; steady motion is without.
+        Thermal noise and detector noise; steady motion has none.
     heights
         Modes and tones at each distance, where they change with it; see :meth:`at_height`.
     forces
-        Force models, bound to the instrument, in the order of their names: what is asked decides the numbers, and the
-        compiled code, not the order in which it is asked.
+        Force models, bound to the instrument, in the order of their names: the numbers and the compiled code do not
+        depend on the order in a case.
     places
         Place of each of them in the case, counted from 0.
     a0
@@ -104,8 +104,8 @@ class Problem:
         Raises
         ------
         ParameterError
-            When a force needs a value that is not given, two forces count one interaction, a tone drives a
-            mode that is not there, or a number is too small or large to compute with.
+            When a force needs a missing value, two forces count one interaction, a tone drives a missing mode, or a
+            number is too small or large to compute with.
         """
         cantilever, drive, tip, sample, contact, medium, readout = instrument
         if tip.radius is None and cantilever.tip_radius is not None:
@@ -148,8 +148,8 @@ class Problem:
     def drive(self) -> Complexes:
         r"""Complex amplitude (N) of the force of each tone on each mode, shape (tones, modes).
 
-        Under a force :math:`F_j e^{-i\lambda_j}` on all modes, or on the tone's own; over a shaken base what
-        :meth:`dforce.instrument.BaseMotion.force` says.
+        Under a force :math:`F_j e^{-i\lambda_j}` on all modes, or on the tone's own; over a shaken base
+        :meth:`dforce.instrument.BaseMotion.force`.
         """
         force = np.empty((len(self.tones), len(self.modes)), dtype=complex)
         for j, tone in enumerate(self.tones):
@@ -174,11 +174,11 @@ class Problem:
 
     @functools.cached_property
     def tip_drive(self) -> Complexes:
-        r"""Complex amplitude (N) of forces that move the tip as the drive does, shape (tones, modes).
+        r"""Complex amplitude (N) of the forces that would move the tip as the drive does, shape (tones, modes).
 
-        The force on the tip knows only d. So the base's motion at a tone may be counted to the deflection of the tone's own
-        mode: :math:`w_n = z_n + Y_j` obeys the equation of :math:`z_n` under the force :math:`\hat F_{jn} + k_n
-        (1 - r^2 + i r / Q_n) Y_j`, and :math:`d = z_c + \sum_n w_n`. Solvers know the motion as :math:`w_n`.
+        The force on the tip depends only on d. So the base's motion at a tone may be added to the deflection of the tone's
+        own mode: :math:`w_n = z_n + Y_j` obeys the equation of :math:`z_n` under the force :math:`\hat F_{jn} + k_n
+        (1 - r^2 + i r / Q_n) Y_j`, and :math:`d = z_c + \sum_n w_n`. Solvers use :math:`w_n`.
         """
         force = self.drive.copy()
         for j, tone in enumerate(self.tones):
@@ -197,12 +197,12 @@ class Problem:
         """The problem in amplitude modulation, at the frequency and drive of its tones."""
         return dataclasses.replace(self, tones=tuple(dataclasses.replace(tone, lock=None) for tone in self.tones))
 
-    def refuse_lock(self, what: str) -> None:
-        """Raise :class:`ParameterError` where controllers hold amplitude or phase, which something does not allow."""
+    def refuse_lock(self, subject: str) -> None:
+        """Raise :class:`ParameterError` where controllers hold amplitude or phase; `subject` begins the sentence."""
         names = [tone.lock.operation for tone in self.tones if tone.lock is not None]
         if names:
             raise ParameterError(
-                f'{what} needs drive.operation = "am"; "{names[0]}" suits an approach, branches and a dwell'
+                f'{subject} needs drive.operation = "am"; "{names[0]}" suits an approach, branches and a dwell'
             )
 
     def _at_free_lock(self, readout: Readout) -> Self:
@@ -240,7 +240,7 @@ class Problem:
 
     @property
     def late_fluid(self) -> int:
-        """Number of states of each mode that say how the fluid follows; 0 where it has no memory."""
+        """Number of states of each mode for the late fluid; 0 where it has no memory."""
         memory = self.modes[0].memory
         return 0 if memory is None else len(memory.rates)
 
@@ -250,11 +250,11 @@ class Problem:
         latest = LATEST / self.tones[0].frequency
         return next((force for force in self.forces if force.recovery_time > latest), None)
 
-    def refuse_changing_lever(self, what: str) -> None:
-        """Raise :class:`ParameterError` where the lever changes with its height, which something does without."""
+    def refuse_changing_lever(self, subject: str) -> None:
+        """Raise :class:`ParameterError` where the lever changes with its height; `subject` begins the sentence."""
         if self.heights is not None:
             raise ParameterError(
-                f"{what} needs a lever that is constant over distance; remove cantilever.drift, or write "
+                f"{subject} needs a lever that is constant over distance; remove cantilever.drift, or write "
                 'cantilever.beam.wall = "at_sample"'
             )
 
@@ -289,7 +289,7 @@ class Problem:
 
     @property
     def tip_differs(self) -> bool:
-        """Whether the tip moves otherwise than the detector says."""
+        """Whether tip motion and detector signal differ."""
         others = any(weight != 1.0 for weights in self.readout.weights for weight in weights)
         return others or self.shaken is not None or any(self.readout.turns)
 
@@ -306,7 +306,7 @@ class Problem:
     def at_frequency(self, frequency: float, tone: int = 0) -> Self:
         """Return the problem with another frequency (Hz) of a tone (counted from 0), under the same driving force or base.
 
-        The tone's `A0` stays what it was: the free amplitude that this drive gives at the frequency before.
+        The tone's `A0` does not change: it is the free amplitude that this drive gives at the earlier frequency.
         """
         changed = dataclasses.replace(self.tones[tone], frequency=frequency)
         if self.shaken is not None:
@@ -325,7 +325,7 @@ class Problem:
 
 
 def _rank(force: Force) -> tuple[str, ...]:
-    """Return what a force is sorted by: its name and its text, but no number, which a sweep may change."""
+    """Return the sort key of a force: its name and its text, but no number, which a sweep may change."""
     return (force.name, *(value for _, value in force if isinstance(value, str)))
 
 
@@ -349,7 +349,7 @@ def _refuse_unknown_fluid(
 
 
 def _refuse_wide_band(noise: Noise | None, tones: tuple[ToneNumbers, ...]) -> None:
-    """Raise :class:`ParameterError` where a lock-in would not tell the drive from what it is mixed with."""
+    """Raise :class:`ParameterError` where the lock-in's bandwidth exceeds a drive frequency."""
     slowest = min(tone.frequency for tone in tones)
     if noise is not None and noise.bandwidth is not None and noise.bandwidth > slowest:
         band, drive = units.show(noise.bandwidth, "Hz", 4), units.show(slowest, "Hz", 4)

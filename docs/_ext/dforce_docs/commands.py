@@ -1,4 +1,4 @@
-"""The directive `ran`: a block of commands or Python that is run while the pages are built, with what it printed.
+"""The directive `ran`: a block of commands or Python that is run while the pages are built, with its output.
 
 All blocks of a page run in one folder of their own, in order, as a reader would type them. With the option `file` a block
 is not run but written to that file, as a reader would save it. With `hidden` it is run and not shown: it asserts what the
@@ -27,7 +27,7 @@ PAGES: dict[str, Page] = {}  # of the pages that are being read
 
 
 class Ran(SphinxDirective):
-    """A block that is run, and shown with what it printed."""
+    """A block that is run, and shown with its output."""
 
     has_content = True
     required_arguments = 1  # the language: sh or python; of a file any

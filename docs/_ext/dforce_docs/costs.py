@@ -1,4 +1,4 @@
-"""The directive `costs`: what dForce costs on the machine that builds the pages, as a table.
+"""The directive `costs`: a table of the costs of dForce on the machine that builds the pages.
 
 It is measured quickly while the pages are built, with few people at the window. To show a longer measurement, name the file
 that ``dforce benchmark --json > FILE`` wrote in the environment variable DFORCE_BENCHMARK.

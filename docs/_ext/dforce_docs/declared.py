@@ -1,4 +1,4 @@
-"""Tables of what the classes of parameters declare: unit, default, bounds, meaning."""
+"""Tables of the declarations of parameters: unit, default, bounds, meaning."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def shown(value: Any) -> str:
 
 
 def instrument_meaning(path: str) -> str:
-    """Return what a shared parameter means, from the instrument's own declaration."""
+    """Return the meaning of a shared parameter, from the instrument's own declaration."""
     section, key = path.split(".")
     if (section, key) == ("contact", "E_eff"):
         return "effective modulus, from the moduli and Poisson's ratios of tip and sample"

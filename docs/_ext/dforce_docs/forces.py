@@ -42,7 +42,7 @@ def loop(curve: xr.Dataset) -> float:
 
 
 def drawn_curve(case: df.Case) -> tuple[xr.Dataset, str]:
-    """Return the slow force curve, or the fast one where only speed shows what the force takes; and the speed."""
+    """Return the slow force curve, or the fast curve where the slow one shows no dissipation; and the speed."""
     slow = df.force_curve(case)
     if any(type(force).dissipative for force in case.forces) and loop(slow) < 0.02:
         fast = df.force_curve(case, distance=slow["distance"], speed=TAPPING_SPEED)

@@ -1,4 +1,4 @@
-"""The order of the tutorials, and what each starts from."""
+"""The order of the tutorials, and the state at the start of each."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class Order:
         self.folder = folder
 
     def __call__(self, name: str) -> tuple[int, str]:
-        """Return what a script is sorted by."""
+        """Return the sort key of a script."""
         return (TUTORIALS.index(name) if name in TUTORIALS else len(TUTORIALS), name)
 
 
 def start_afresh(gallery_conf: dict[str, Any], name: str) -> None:
-    """Begin every page with plain pictures and the shipped models, whatever the page before it has done.
+    """Begin every page with plain pictures and the shipped models, independent of the page before it.
 
     A warning in a script ends the build.
     """

@@ -15,7 +15,7 @@ UNKNOWN = "as the curve shows, or asked for"
 
 
 class Readers(SphinxDirective):
-    """A table of what is read (`table`), or a paragraph for each maker on its export (`exports`)."""
+    """A table of the readers (`table`), or a paragraph for each maker on its export (`exports`)."""
 
     required_arguments = 1
 

@@ -1,4 +1,4 @@
-"""The page of the validation: the one that ``make validate`` wrote, never made anew by a build unless that is asked for.
+"""The page of the validation, from ``make validate``; a build makes it anew only on request.
 
 DFORCE_VALIDATION=run runs the quick part while the pages are built, DFORCE_VALIDATION=PAGE.md takes another file. The page
 names the version of dForce that wrote it; beside pages of another version a warning says so.

@@ -36,7 +36,7 @@ from dforce.solvers import SolverSettings
 MOST_FORCES = 20
 NOT_TOML = "the case is not TOML"
 THERMAL = ("dwell", "thermal_spectrum")  # experiments that simulate thermal motion
-NAMING = ("title", "about")  # sections that say what a case is, and change nothing in it
+NAMING = ("title", "about")  # sections that describe a case, without effect on its numbers
 SHOWN = (
     "cantilever",
     "drive",
@@ -285,7 +285,7 @@ class Case(Parameters):
         return f"case.replace({name}=...) gives a changed copy"
 
     def __repr__(self) -> str:
-        """Show in a line what the case is; :meth:`to_toml` has all of it."""
+        """Show a case in a line; :meth:`to_toml` has all of it."""
         modes, tones = self.problem.modes, self.problem.tones
         levers = [f"{units.show(m.f0, 'Hz', 4)}, {units.show(m.k, 'N/m', 4)}, Q {m.Q:.4g}" for m in modes]
         amplitudes = ", ".join(units.show(tone.A0, "m", 4) for tone in tones)
@@ -344,7 +344,7 @@ class Case(Parameters):
 
 
 def _built(given: object, tag: str, known: dict[str, Any], path: str, place: str, keep: bool = False) -> Any:
-    """Return what a table with a tag describes: a force by its model, an experiment by its kind."""
+    """Return the object of a table with a tag: a force by its model, an experiment by its kind."""
     if isinstance(given, tuple(set(known.values()))):
         return given
     if not isinstance(given, dict):

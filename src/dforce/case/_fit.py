@@ -1,4 +1,4 @@
-"""The tables `[data]` and `[fit]` of a case: a measured curve, and what is to be told from it."""
+"""The tables `[data]` and `[fit]` of a case: a measured curve, and the parameters to fit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dforce.core.marks import file_name, words
 from dforce.core.parameters import Parameters, Part
 
 MOST_FREE = 20  # parameters of a fit
-LEAST_DRAWS = 20  # of a bootstrap: fewer tell no error
+LEAST_DRAWS = 20  # of a bootstrap: fewer give no error
 
 
 class Data(Parameters):

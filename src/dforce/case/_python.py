@@ -31,7 +31,7 @@ def script_of(case: Parameters, name: str) -> str:
 
 
 def _object(given: Parameters, indent: str) -> str:
-    """Return the call that builds an object with what was given for it."""
+    """Return the call that builds an object with its set values."""
     quantities = given.quantities()
     parts = []
     for key in given.keys():  # noqa: SIM118 the method of Parameters

@@ -40,7 +40,7 @@ def case_schema() -> dict[str, Any]:
 
 
 def _tagged(model: type[Parameters], tag: str, name: str, definitions: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of a force or an experiment as a table that names it; adds what it refers to."""
+    """Return the schema of a force or an experiment as a table that names it; add the definitions that it refers to."""
     part = model.model_json_schema()
     definitions |= part.pop("$defs", {})
     hidden = {tag, *model.shared_fields()}

@@ -69,7 +69,7 @@ class Sweep(Parameters):
 
 
 def _values(path: str, given: object) -> Any:
-    """Return values as they are kept; the sweep compares them with what the case takes."""
+    """Return values as they are kept; the sweep checks them against the case."""
     if isinstance(given, Range):
         return given
     if isinstance(given, Mapping):

@@ -15,18 +15,18 @@ from dforce.experiments import Experiment
 from dforce.forces import Force
 
 INLINE = 80  # characters; a longer table gets a section of its own
-MANY = 20  # numbers in a list; of more, nobody reads the units
+MANY = 20  # numbers in a list; a longer list has no units
 
 
 def tables(given: Parameters, shown: bool = False, complete: bool = False) -> dict[str, Any]:
-    """Return what was given as nested dicts and lists, from which an equal object can be built.
+    """Return the set values as nested dicts and lists, from which an equal object can be built.
 
     Parameters
     ----------
     given
         A case, or any part of one.
     shown
-        Quantities as text with a unit that reads well, but for long lists; else as SI numbers. Neither loses a digit.
+        Quantities as text with a readable unit, except in long lists; else as SI numbers. Neither loses a digit.
     complete
         With the defaults too.
     """
@@ -48,7 +48,7 @@ def _plain(value: object, quantity: ParameterQuantity | None, shown: bool, compl
     if isinstance(value, tuple | list):
         return [_plain(item, quantity, shown and len(value) <= MANY, complete) for item in value]
     if isinstance(value, float):
-        value = float(value)  # a NumPy scalar prints as what it is
+        value = float(value)  # a NumPy scalar prints its type
         if shown and quantity is not None and quantity.unit != "1":
             return units.show(value, quantity.unit)
         if shown and quantity is not None and value.is_integer() and abs(value) < 1e15:
@@ -57,7 +57,7 @@ def _plain(value: object, quantity: ParameterQuantity | None, shown: bool, compl
 
 
 def text_of(case: Parameters, complete: bool) -> str:
-    """Return a case as TOML: what stands outside of sections first, then a section each."""
+    """Return a case as TOML: keys outside of sections first, then the sections."""
     table = tables(case, shown=True, complete=complete)
     for section in ("medium", "cantilever", "sample"):
         given = table.get(section)
@@ -76,7 +76,7 @@ def _is_table(part: object) -> bool:
 
 
 def _section(name: str, content: Any) -> list[str]:
-    """Return the text of a section or a list of sections, each with what it holds."""
+    """Return the text of a section or a list of sections, each with its contents."""
     if isinstance(content, list):
         return ["\n".join([f"[[{name}]]", *(_line(key, value) for key, value in item.items())]) for item in content]
     lines, inner = [], []
@@ -113,12 +113,12 @@ def _key(key: str) -> str:
 
 
 def value_of(text: str) -> Any:
-    """Return what an assignment's right side means: a TOML value where it is one, else the text itself."""
+    """Return the value of an assignment's right side: the TOML value if it is one, else the text itself."""
     try:
         value = read_toml(f"value = {text}")
     except ValueError:
         return text
-    # a date is text here, and what spills over into a second line is no value
+    # a date is text here, and text with a second line is not a value
     return value["value"] if list(value) == ["value"] and _is_data(value["value"]) else text
 
 

@@ -11,16 +11,16 @@ from dforce.instrument import Readout, beam
 
 
 def without_volts(given: Mapping[str, object]) -> Mapping[str, Any]:
-    """Return the tables of a case with free amplitudes in meters where they were typed in volts.
+    """Return the tables of a case with free amplitudes in volts converted to meters.
 
-    The sensitivity `readout.invols` is that to a steady force. A lever of light reads amplitudes with it, so that the length
-    is the detector's. Where the read-out is the deflection itself, the length is divided by the sensitivity to the tone's
-    own mode over that to a steady force: 1.09 for the first mode of a beam.
+    The sensitivity `readout.invols` holds for a steady force. An optical lever reads amplitudes with it: the length is the
+    detector's. Where the read-out is the deflection itself, the length is divided by the ratio of the sensitivities to the
+    tone's own mode and to a steady force: 1.09 for the first mode of a beam.
 
     Raises
     ------
     ParameterError
-        When an amplitude is in volts and the sensitivity is not given.
+        When an amplitude is in volts and the sensitivity is missing.
     """
     drive = given.get("drive")
     if not isinstance(drive, Mapping):

@@ -12,7 +12,7 @@ from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.core.parameters import Parameters
 from dforce.forces import Force
 
-LISTS = {"cantilever": "modes", "drive": "tones"}  # whose keys may stand in the section when there is one of them
+LISTS = {"cantilever": "modes", "drive": "tones"}  # a section may contain the keys of its only list entry
 LONGEST = 200
 P = TypeVar("P", bound=Parameters)
 
@@ -34,14 +34,14 @@ def changed(case: Parameters, assignments: Iterable[tuple[str, object]]) -> dict
 
 
 def quantity_at(case: Parameters, path: str) -> ParameterQuantity:
-    """Return what is declared about the number at a path.
+    """Return the declaration of the number at a path.
 
     Raises
     ------
     ParameterError
-        For a path that the case does not have, with the nearest one, or that leads to no number with a unit.
+        For a path that the case does not have, with the nearest path, or that leads to no number with a unit.
     """
-    changed(case, [(path, None)])  # says what is wrong with a path
+    changed(case, [(path, None)])  # raises the error on a wrong path
     owner: Any = case
     *steps, last = _steps(case, path)
     while steps:
@@ -55,7 +55,7 @@ def quantity_at(case: Parameters, path: str) -> ParameterQuantity:
 
 
 def value_at(case: Parameters, path: str) -> Any:
-    """Return what stands at a path.
+    """Return the value at a path.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def place_of(case: Parameters, path: str) -> tuple[str | int, ...]:
     ParameterError
         For a path that the case does not have, with the nearest one.
     """
-    changed(case, [(path, None)])  # says what is wrong with a path
+    changed(case, [(path, None)])  # raises the error on a wrong path
     found: Any = case
     places: list[str | int] = []
     for step in _steps(case, path):
@@ -93,7 +93,7 @@ def place_of(case: Parameters, path: str) -> tuple[str | int, ...]:
 def with_number(case: P, path: str, value: float) -> P:
     """Return a copy of a case with a number at a path, without any check; it serves to build problems from."""
     copied: P = _copied(case, _steps(case, path), value, path)
-    copied.__dict__.pop("problem", None)  # that of the case before
+    copied.__dict__.pop("problem", None)  # it belongs to the case before
     return copied
 
 
@@ -136,7 +136,7 @@ def _name(items: tuple[Parameters, ...], item: Parameters) -> str:
 
 
 def _steps(case: Parameters, path: str) -> list[str]:
-    """Return the steps of a path, with a key of the only mode or tone at the place where it was given."""
+    """Return the steps of a path; a key of the only mode or tone gets the place where the case has it."""
     steps = path.split(".")
     listed = LISTS.get(steps[0])
     if listed is None or len(steps) < 2:

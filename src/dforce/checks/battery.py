@@ -83,7 +83,7 @@ def bound_examples(model: type[Force], at_bounds: bool = False) -> list[Force]:
         except ParameterError:
             if not changes:
                 raise
-            # two parameters may exclude each other, and a model may refuse what its bounds allow one by one
+            # two parameters may exclude each other: each is within its bounds, and the model refuses both together
     return forces
 
 
@@ -127,7 +127,7 @@ def _is_declared(model: type[Force]) -> Iterator[str]:
         if name not in quantities and not choice:
             yield f"the parameter '{name}' has no unit; declare it with param"
     if makes_its_laws(model):
-        return  # what its laws take is their own affair
+        return  # such a model checks the arguments of its laws itself
     for name in model(**model.example).arguments():
         if name not in model.model_fields:
             text = getattr(model, name).__doc__ or ""
@@ -286,11 +286,11 @@ def _kink_between(along: Callable[[float], float], low: float, high: float, scal
 
     before = change(low, high)
     if before * (high - low) < 1e-6 * scale:
-        return None  # too small a change to tell from rounding, or to matter
+        return None  # the change is within rounding, or negligible
     for _ in range(10):
         middle = 0.5 * (low + high)
         low, high = max(((low, middle), (middle, high)), key=lambda half: change(*half))
-    # halved ten times, the change of a smooth slope falls by 1000, that of a kink not at all
+    # halved ten times, the change of a smooth slope falls by 1000; the change at a kink stays
     return 0.5 * (low + high) if change(low, high) > 0.25 * before else None
 
 
@@ -319,7 +319,7 @@ def _keeps_or_takes_energy(model: type[Force]) -> Iterator[str]:
             yield from _depends_on_distance_alone(force)
             continue
         if force.timed:
-            continue  # what shakes the force from outside may feed the tip
+            continue  # an external modulation of the force may do work on the tip
         contact, omega = INSTRUMENT["contact.a0"], 2.0 * math.pi * 50e3
 
         def motion(t: float, contact: float = contact, omega: float = omega) -> tuple[float, float]:

@@ -106,7 +106,7 @@ def _timed(
 
 
 def _process(cache: str | None) -> None:
-    """Compute one settled motion in a new process, with a cache folder of its own where one is given."""
+    """Compute one settled motion in a new process, with its own cache folder if `cache` is not None."""
     environment = child.environment() | ({"DFORCE_CACHE_DIR": cache} if cache else {})
     subprocess.run(child.command("-c", FIRST), check=True, capture_output=True, env=environment)
 

@@ -21,7 +21,7 @@ SECTIONS = ("Arguments", "Options")
 class Command(typer.core.TyperCommand):
     """A command whose page of help ends its lines between words."""
 
-    allow_extra_args = True  # to say in a sentence that one is too many
+    allow_extra_args = True  # so that a sentence names the superfluous argument
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
@@ -78,7 +78,7 @@ def _sentence(error: Any) -> str:
 
 
 def page(ctx: Any) -> str:
-    """Return a command's page of help: how it is called, what it does, its arguments, options and commands."""
+    """Return a command's page of help: its usage, its purpose, its arguments, options and commands."""
     room, command = width(), ctx.command
     about = inspect.cleandoc(command.help or "").split("\n\n")
     parts = [wrapped(f"Usage: {ctx.command_path} {_usage(command)}", room, then="    ")]
@@ -113,7 +113,7 @@ def _names(parameter: Any) -> list[str]:
 
 
 def _shown(parameter: Any) -> str:
-    """Return a parameter as it is typed: a short name first, and what stands behind it."""
+    """Return a parameter as it is typed: a short name first, then its value."""
     if parameter.param_type_name == "argument":
         return str(parameter.metavar or parameter.name.upper()).strip("[]")
     names = ", ".join(sorted(_names(parameter), key=lambda name: name.startswith("--")))

@@ -1,4 +1,4 @@
-"""Names that a user may type: what the shell completes, and the case that a name stands for."""
+"""Names that a user may type: completion in the shell, and the case of a name."""
 
 from __future__ import annotations
 

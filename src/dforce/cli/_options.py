@@ -49,7 +49,7 @@ def groups(command: Callable[..., int]) -> dict[str, Any]:
 
 
 def parameters(command: Callable[..., int]) -> Iterator[inspect.Parameter]:
-    """Give the options of a command, those of a dataclass one by one, and `--traceback`."""
+    """Give the options of a command, with the fields of a dataclass one by one, and `--traceback`."""
     hints, grouped = get_type_hints(command, include_extras=True), groups(command)
     for name, parameter in inspect.signature(command).parameters.items():
         if name in grouped:

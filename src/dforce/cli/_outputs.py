@@ -81,13 +81,13 @@ class Outputs:
 
     @contextlib.contextmanager
     def attempt(self) -> Iterator[None]:
-        """Do what a file needs; an error or a stop ends it, and waits."""
+        """Work on a file inside; an error or a stop ends the work, and is raised later."""
         try:
             yield
         except KeyboardInterrupt as stop:
             heard()
             self._error = self._error or stop
-        except Exception as error:  # whatever it is, it must not hide the result  # noqa: BLE001
+        except Exception as error:  # no error may hide the result  # noqa: BLE001
             self._error = self._error or error
 
     def code(self, code: int) -> int:
@@ -106,12 +106,12 @@ class Outputs:
         return code
 
     def _is_told_by(self, code: int) -> bool:
-        """Return whether the exit code of the result tells why it has no picture: it lacks numbers, too."""
+        """Return whether the exit code of the result explains the missing picture: the result lacks numbers, too."""
         return code != DONE and not self._lost and isinstance(self._error, df.DForceError)
 
 
 def _rescued(result: xr.Dataset, error: df.ResultError) -> df.ResultError:
-    """Write a result that found no place to the folder for temporary files; return the error, which says so."""
+    """Write a result without a place to the folder for temporary files; return the error with the new path."""
     place = Path(tempfile.mkdtemp(prefix="dforce-"))
     try:
         kept = df.write(result, place / "result.nc")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def print_findings(result: xr.Dataset) -> None:
-    """Print the title of a result and a table of what was found, a column for each direction."""
+    """Print the title of a result and a table of its findings, a column for each direction."""
     from rich.table import Table
     from rich.text import Text
 
@@ -58,7 +58,7 @@ def advice_of(result: xr.Dataset) -> list[df.Advice]:
 
 
 def status_lines(result: xr.Dataset) -> list[str]:
-    """Return a sentence for each way in which points are not as they should be, and advice does not say it."""
+    """Return a sentence for each kind of faulty points that no advice mentions."""
     counts = counted(result)
     total = sum(counts.values())
     said = {df.Status.OK, df.Status.NOT_COMPUTED}
@@ -98,7 +98,7 @@ def states_lines(states: xr.Dataset | None) -> list[str]:
 
 
 def advice_lines(result: xr.Dataset, case: str, written: str | os.PathLike[str] | None = None) -> list[str]:
-    """Return the findings of all advice in a result, and the command that tells more about its file, or its case if named."""
+    """Return the findings of all advice in a result, and the command with more on its file, or on its case if named."""
     found = [f"advice: {piece.finding}" for piece in advice_of(result)]
     kept = "" if written is None else str(written)
     name = case if not kept or kept.lower().endswith(".csv") else kept

@@ -22,7 +22,7 @@ PLAIN = {
 
 
 def plain(error: UnicodeError) -> tuple[str, int]:
-    """Spell out what a terminal's character set lacks: µ as u, δ as delta."""
+    """Spell out characters that a terminal's character set lacks: µ as u, δ as delta."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     spelled = []
@@ -44,9 +44,9 @@ class Outlet:
     Parameters
     ----------
     stream
-        What is written to.
+        The stream to write to.
     needed
-        Whether a text that cannot be written is an error; otherwise it is dropped.
+        Whether unwritable text is an error; otherwise it is dropped.
     """
 
     def __init__(self, stream: TextIO, needed: bool) -> None:
@@ -65,7 +65,7 @@ class Outlet:
         return len(text)
 
     def flush(self) -> None:
-        """Bring to the disk what was written."""
+        """Flush the stream."""
         try:
             self._stream.flush()
         except OSError as error:
@@ -79,10 +79,10 @@ class Outlet:
 
 @contextlib.contextmanager
 def careful() -> Iterator[None]:
-    """Let both output streams, while the context lasts, spell out what they cannot encode, and lose no work when they are full.
+    """Let both output streams spell out characters that they cannot encode, and lose no work when they are full.
 
-    A text for stdout that cannot be written is an error. One for stderr is dropped, and so is one whose reader has gone: the
-    command does its work and keeps its exit code.
+    Unwritable text for stdout is an error. Text for stderr is dropped, and so is text whose reader has gone: the command
+    does its work and keeps its exit code.
     """
     codecs.register_error("dforce-plain", plain)
     for stream in (sys.stdout, sys.stderr):

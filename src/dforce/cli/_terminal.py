@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 DONE, SOME_POINTS_FAILED, BAD_INPUT, INSIDE_ERROR, STOPPED = 0, 1, 2, 3, 130
 WIDEST = 96  # columns of a paragraph that is easy to read
-USUAL = 80  # columns of a terminal that does not tell
+USUAL = 80  # columns of a terminal of unknown width
 
 
 def console() -> Console:
@@ -55,7 +55,7 @@ def width() -> int:
 def wrapped(text: str, room: int, first: str = "", then: str = "") -> str:
     """Return prose in lines of at most `room` columns that start with `first`, all others with `then`.
 
-    A line ends between two words, never inside one: a name, a number or a path can be copied as it stands.
+    A line ends between two words, never inside a word: a name, a number or a path can be copied.
     """
     return textwrap.fill(
         text, room, initial_indent=first, subsequent_indent=then, break_long_words=False, break_on_hyphens=False
@@ -68,12 +68,12 @@ def printable(text: str) -> str:
 
 
 def say(text: str) -> None:
-    """Print sentences on stderr, each on a line of its own, wrapped where a terminal is."""
+    """Print sentences on stderr, each on its own line, wrapped on a terminal."""
     typer.echo(_in_lines(text, sys.stderr), err=True)
 
 
 def tell(text: str) -> None:
-    """Print lines on stdout, those that are longer than a terminal's wrapped."""
+    """Print lines on stdout, wrapped to the width of a terminal."""
     typer.echo(_in_lines(text, sys.stdout, "    "))
 
 
@@ -86,12 +86,12 @@ def _in_lines(text: str, stream: TextIO, then: str = "") -> str:
 
 
 def print_json(content: object) -> None:
-    """Print JSON in ASCII; what is not finite becomes null, which every reader understands."""
+    """Print JSON in ASCII; a number that is not finite becomes null, which every reader understands."""
     typer.echo(json.dumps(_finite(content), indent=2))
 
 
 def whole_number(option: str, text: str, least: int, most: int) -> int:
-    """Return the number that an option was given."""
+    """Return the number of an option from its text."""
     if not text.isdecimal() or len(text) > len(str(most)) or not least <= int(text) <= most:
         raise df.ParameterError(f"{option} is '{shorten(text)}', not a whole number from {least} to {most}")
     return int(text)
@@ -116,8 +116,8 @@ def exit_code(error: BaseException) -> int:
 def guarded(command: Callable[..., int]) -> Callable[..., None]:
     """Turn a command's result into the exit code, and its errors into one sentence on stderr.
 
-    Each command has the option `--traceback`, which shows where the error arose. What dForce says while it works is printed
-    once each: a kernel is compiled in parts, in turn with another.
+    Each command has the option `--traceback`, which shows where the error arose. Each message during the work is printed
+    once: two kernels may be compiled in parts, in turn.
     """
     options = list(parameters(command))
 
@@ -146,7 +146,7 @@ def guarded(command: Callable[..., int]) -> Callable[..., None]:
             raise typer.Exit(STOPPED) from None
         except typer.Exit:
             raise
-        except Exception as error:  # whatever it is ends in one sentence  # noqa: BLE001
+        except Exception as error:  # any error ends in one sentence  # noqa: BLE001
             say(f"dforce: an error inside dForce, please report it: {type(error).__name__}: {error}")
             cause = error
         if traced:

@@ -1,4 +1,4 @@
-"""The program `dforce`: its commands and what holds for all of them."""
+"""The program `dforce`: its commands and their common options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dforce benchmark`: what a curve, a sweep and a first answer cost on this machine."""
+"""`dforce benchmark`: the time for a curve, a sweep and a first answer on this machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dforce check`: where the models of a case, or its result, stop meaning what they seem to say."""
+"""`dforce check`: advice where the models of a case, or its result, are misleading."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def check(case: CaseName, settings: Settings, json: Json = False) -> int:
 
 
 def _print(pieces: list[df.Advice]) -> None:
-    """Print each piece: its name, what to know and do, the figures, where they belong and come from."""
+    """Print each piece of advice: its name, the text, the figures, their place and their source."""
     from rich.text import Text
 
     terminal = console()

@@ -1,4 +1,4 @@
-"""`dforce fit`: parameters of a case from measured curves, and what curves can tell at all."""
+"""`dforce fit`: parameters of a case from measured curves, and the parameters that curves constrain."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def fit(
 
 
 def _holds_several(case: df.Case, file: str) -> bool:
-    """Say whether a file holds several curves, none of which the case chooses."""
+    """Return whether a file contains several curves, and the case chooses none."""
     from dforce.inverse.fitting.load import reading_of
     from dforce.inverse.measured import each_curve
 
@@ -88,7 +88,7 @@ def _holds_several(case: df.Case, file: str) -> bool:
 
 
 def _identify(source: Source, output: Path | None, json: bool, quiet: bool) -> int:
-    """Print what curves of a case can tell."""
+    """Print the parameters that curves of a case constrain."""
     experiment = source.case.experiment
     zc = experiment.zc if isinstance(experiment, df.experiments.Approach) else None
     errors = {} if source.case.fit is None else source.case.fit.errors
@@ -145,7 +145,7 @@ def _many(source: Source, files: list[str], output: Path | None, json: bool, qui
 
 
 def _answer(result: xr.Dataset) -> dict[str, Any]:
-    """Return what `--json` prints of one fit."""
+    """Return the JSON of one fit."""
     from dforce.findings.fits import verdict  # loads NumPy, which help does without
 
     names = result["parameter"].values.tolist()

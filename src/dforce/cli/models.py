@@ -81,7 +81,7 @@ def _mentioning(word: str) -> list[type[df.Force]]:
 
 
 def _check(file: Path | None, json: bool) -> int:
-    """Run the checks over the models of a user's file and say what they found."""
+    """Run the checks over the models of a user's file and print the findings."""
     if file is None:
         raise df.ParameterError("name the file to check: dforce models check FILE.py")
     found: dict[str, list[str]] = {}
@@ -146,7 +146,7 @@ def _list(models: list[type[df.Force]], long: bool) -> None:
             if long:
                 terminal.print(wrapped(about, width(), name, " " * (column + 2)))
                 _print_parameters(model)
-            elif room is None:  # a pipe or a file: whatever reads it wants the whole sentence
+            elif room is None:  # a pipe or a file gets the whole sentence
                 terminal.print(name + about)
             else:
                 terminal.print(name + textwrap.shorten(about, max(room - len(name), 4), placeholder=" …"))
@@ -173,7 +173,7 @@ def _line(about: dict[str, Any]) -> str:
     if about.get("default") not in (None, ""):
         words.append(f"default {_shown(about['default'])}")
     signs = {"low": "at least", "above": "above", "high": "at most", "below": "below"}
-    # the unit stands behind the name already
+    # the name already has the unit
     words += [f"{sign} {ZERO.sub('0', _shown(about[bound]))}" for bound, sign in signs.items() if bound in about]
     return f"{text}: {', '.join(words)}" if words else text
 

@@ -189,7 +189,7 @@ def _tune(spectrum: LeverSpectrum, sensitivity: str | None) -> df.ThermalTune | 
 
 
 def _print(data: xr.Dataset, file: str) -> None:
-    """Print what the curve is, in a table, and below it every step."""
+    """Print a table of the curve, and below it every step."""
     from rich.table import Table
     from rich.text import Text
 
@@ -220,7 +220,7 @@ def _rows(data: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _answer(data: xr.Dataset, file: str, files: list[str], missing: str) -> dict[str, Any]:
-    """Return what `--json` prints: SI numbers, phases in degrees."""
+    """Return the JSON: SI numbers, phases in degrees."""
     plain = {key: value for key, value in data.attrs.items() if isinstance(value, int | float | str) and key != "case"}
     return {
         "source": file,

@@ -86,7 +86,7 @@ def reconstruct(
 
 
 def _read(curve: Path, instrument: df.Case | None) -> xr.Dataset:
-    """Return a result, or a measured curve, read and calibrated as the table `[data]` of the instrument's case says."""
+    """Return a result, or a measured curve, read and calibrated by the table `[data]` of the instrument's case."""
     if curve.suffix == ".nc":
         return df.read(curve)
     if instrument is None:
@@ -112,7 +112,7 @@ def _walk(data: xr.Dataset, direction: str) -> xr.Dataset:
 
 
 def _found(found: xr.Dataset) -> dict[str, Any]:
-    """Return what a reader asks first, for a program: SI numbers."""
+    """Return the main numbers in SI, for a program."""
     status = found["force_status"].values
     told = found["force"].where(found["force_status"] == 0)  # behind a gap, and by noise, a force may be anything
     force = told if bool(told.notnull().any()) else found["force"]

@@ -1,4 +1,4 @@
-"""`dforce run`: from a case to a result, a picture and a table of what was found."""
+"""`dforce run`: from a case to a result, a picture and a table of findings."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def run(
             say("dforce: stopped before the first point was finished; nothing was written")
             return STOPPED
         written = outputs.write(lambda: df.write(result, output) if output else _write_beside(result, source), result)
-    outputs.draw(lambda sheet: df.plot.overview(result, sheet))  # it is kept whatever becomes of the states
+    outputs.draw(lambda sheet: df.plot.overview(result, sheet))  # it is kept even if the states fail
     found = None
     if states and outputs.picture is not None and not (stopped or late.asked):
         with outputs.attempt():
@@ -156,13 +156,13 @@ def _at(case: df.Case, settings: list[str], shares: str) -> df.Case:
 
 
 def _asks_for_set_points(source: Source) -> bool:
-    """Return whether a case says by itself which set points it is about; a result says so of every default."""
+    """Return whether a case itself names its set points; the case in a result names every default."""
     given = source.path is None or source.path.suffix == ".toml"
     return given and source.case.experiment is not None and "set_point" in source.case.experiment.model_fields_set
 
 
 def _refuse_sweep(name: str, case: df.Case, over: str, continued: bool) -> None:
-    """Raise ResultError or ParameterError where many cases are given, and say what computes them."""
+    """Raise ResultError or ParameterError for many cases, with the command that computes them."""
     if over:
         first, *_ = over.split()
         how = "df.sweep(..., resume=...) continues" if continued else "df.sweep repeats"
@@ -179,7 +179,7 @@ def _refuse_sweep(name: str, case: df.Case, over: str, continued: bool) -> None:
 
 
 def _check_states(case: df.Case, plot: Path | None) -> None:
-    """Raise ParameterError where states cannot be drawn behind what a case gives."""
+    """Raise ParameterError where states cannot be drawn behind the result of a case."""
     if plot is None:
         raise df.ParameterError("--states needs a picture; also write --plot")
     if not isinstance(case.experiment, df.experiments.Approach):
@@ -200,9 +200,9 @@ def _numbered(stem: str, number: int) -> Path:
 
 
 def _write_beside(result: xr.Dataset, source: Source) -> Path:
-    """Write to the name of the case, with a number where the name is taken by anything but a run of the same case.
+    """Write to the name of the case; with a number where the name is taken, unless by a run of the same case.
 
-    What a run was started from stays, and a run that was stopped replaces nothing.
+    The file that a run was started from stays, and a stopped run replaces nothing.
     """
     for number in itertools.count(1):
         path = _numbered(source.stem, number)
@@ -219,7 +219,7 @@ def _write_beside(result: xr.Dataset, source: Source) -> Path:
 
 
 def _holds_the_same(path: Path, result: xr.Dataset) -> bool:
-    """Say whether a file holds a run of the very same case by the same version."""
+    """Return whether a file contains a run of the same case by the same version."""
     try:
         earlier = df.read(path)
     except df.ResultError:
@@ -241,7 +241,7 @@ def _failed(result: xr.Dataset) -> bool:
 
 
 def _how(written: Path) -> str:
-    """Say how to go on with an interrupted run."""
+    """Return the words on how to continue an interrupted run."""
     return (
         f"; continue with: dforce run {quoted(str(written))}"
         if written.suffix == ".nc"
@@ -252,7 +252,7 @@ def _how(written: Path) -> str:
 def _answer(
     source: Source, result: xr.Dataset, written: Path | None, plot: Path | None, seconds: float, code: int
 ) -> dict[str, Any]:
-    """Return what `--json` prints."""
+    """Return the JSON."""
     return {
         "title": source.case.title,
         "kind": source.case.experiment.kind if source.case.experiment is not None else "",

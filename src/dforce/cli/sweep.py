@@ -144,7 +144,7 @@ def sweep(
 
 
 def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:
-    """Return what a sweep gave, in lines for a reader."""
+    """Return the results of a sweep, in lines for a reader."""
     sizes = ", ".join(f"{name} {size}" for name, size in result["status"].sizes.items())
     points = int(result["status"].size)
     done = points - counted(result).get(df.Status.NOT_COMPUTED, 0)
@@ -162,7 +162,7 @@ def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:
 
 
 def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Give the states at the set point of a sweep: the values of the case, and what is found there, in SI."""
+    """Give the states at the set point of a sweep: the values of the case and of the state, in SI."""
     import numpy as np
 
     if "crossing" not in result.dims:
@@ -186,7 +186,7 @@ def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:
 def _answer(
     source: Source, result: xr.Dataset, written: str | None, plot: Path | None, seconds: float, code: int
 ) -> dict[str, Any]:
-    """Return what `--json` prints."""
+    """Return the JSON."""
     return {
         "title": source.case.title,
         "file": written,

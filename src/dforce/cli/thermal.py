@@ -124,6 +124,6 @@ def _print(tune: ThermalTune, spectrum: str) -> None:
 
 
 def _answer(tune: ThermalTune, plot: Path | None) -> dict[str, Any]:
-    """Return what `--json` prints: SI numbers."""
+    """Return the JSON: SI numbers."""
     numbers = {name: value for name, value in vars(tune).items() if isinstance(value, float)}
     return {**numbers, "band": tune.band, "history": tune.history, "case": _case(tune), "picture": plot and str(plot)}

@@ -1,4 +1,4 @@
-"""`dforce validate`: what dForce gives, held against what does not depend on it."""
+"""`dforce validate`: checks against published values and independent solvers."""
 
 from __future__ import annotations
 

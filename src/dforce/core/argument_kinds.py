@@ -1,6 +1,6 @@
-"""Arguments of a public function: the kinds of things that its annotations name, in words and as a check.
+"""Arguments of a public function: the kinds that its annotations allow, in words and as a check.
 
-A wrong kind of argument would surface deep inside, as an error of Python's that says nothing to a user.
+Unchecked, a wrong kind of argument would end deep inside, in an error of Python that does not help a user.
 """
 
 from __future__ import annotations
@@ -45,23 +45,23 @@ PLAIN: dict[str, tuple[Callable[[Any], bool], str]] = {
     "dict": (lambda given: isinstance(given, dict), "a table"),
 }
 SEVERAL = ("Sequence", "Collection", "Iterable")
-# what is read by the parameters of a case, which say themselves what they take
+# the parameters of a case check these themselves
 ANYTHING = ("Any", "object", "ArrayLike", "Length", "Lengths", "Frequencies", "Time", "Start", "Literal")
 LONGEST = 60  # characters that a message repeats
 
 
 @dataclass(frozen=True)
 class ArgumentKind:
-    """One thing that an argument may be.
+    """A kind that an argument may have.
 
     Attributes
     ----------
     fits
         Whether something given is of this kind.
     words
-        What it is called; empty for None, which stands for an argument left out.
+        Its name; empty for None, an argument left out.
     source
-        Where one comes from; may be empty.
+        Where to get a value of this kind; may be empty.
     """
 
     fits: Callable[[Any], bool]
@@ -93,7 +93,7 @@ def kind_of(annotation: str) -> ArgumentKind | None:
 
 
 def _is_one(module: str, name: str, as_class: bool, given: object) -> bool:
-    """Say whether something is of a class; where its module was never imported, nothing is."""
+    """Return whether something is of a class: never where the module of the class is not imported."""
     wanted = getattr(sys.modules.get(module), name, None)
     if wanted is None:
         return False
@@ -101,19 +101,19 @@ def _is_one(module: str, name: str, as_class: bool, given: object) -> bool:
 
 
 def is_dataset(given: object) -> bool:
-    """Say whether something is a Dataset of xarray."""
+    """Return whether something is a Dataset of xarray."""
     return _is_one("xarray", "Dataset", False, given)
 
 
 def _are_all(item: ArgumentKind | None, given: object) -> bool:
     if isinstance(given, str | bytes | type) or not isinstance(given, Iterable):
         return False
-    # what can be read only once is not looked into
+    # an iterator can be read only once: its items are not checked
     return item is None or isinstance(given, Iterator) or all(map(item.fits, given))
 
 
 def _is_number(given: Any) -> bool:
-    if isinstance(given, (float, int, numbers.Real)):  # the first two are quicker to tell
+    if isinstance(given, (float, int, numbers.Real)):  # the first two checks are quicker
         return not isinstance(given, bool)
     return getattr(given, "shape", None) == () and _is_number(given.item())  # an array of one number
 
@@ -132,7 +132,7 @@ def members(annotation: str) -> list[str]:
 
 @functools.cache
 def taken(function: Callable[..., Any]) -> dict[str, tuple[ArgumentKind, ...]]:
-    """Return what each argument of a function may be, by name, in order; nothing for one that may be anything."""
+    """Return the kinds that each argument of a function may have, by name, in order; none where any kind may be."""
     kinds = {}
     for name, annotation in _annotations(function).items():
         allowed = [kind_of(member) for member in members(annotation)] if annotation else [None]
@@ -141,7 +141,7 @@ def taken(function: Callable[..., Any]) -> dict[str, tuple[ArgumentKind, ...]]:
 
 
 def _annotations(function: Callable[..., Any]) -> dict[str, str]:
-    """Return the annotation of each argument, those of a table of arguments (Unpack) by their own names."""
+    """Return the annotation of each argument; the arguments in a table (Unpack) have their own names."""
     return {
         name: "" if parameter.annotation is parameter.empty else str(parameter.annotation)
         for name, parameter in full_signature(function).parameters.items()
@@ -188,7 +188,7 @@ def miscall(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mapp
 
 @functools.cache
 def _places(function: Callable[..., Any]) -> tuple[tuple[str, ...], str, tuple[str, ...]]:
-    """Return the names of the positional arguments, of the one that takes all further ones, and of the needed ones."""
+    """Return the names of the positional arguments, of the argument with a star, and of the required arguments."""
     parameters = inspect.signature(function).parameters.values()
     placed = tuple(one.name for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD))
     rest = {one.kind: one.name for one in parameters if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD)}
@@ -211,14 +211,14 @@ def misfit(function: Callable[..., Any], args: tuple[object, ...], kwargs: Mappi
 
 def _sentence(name: str, allowed: tuple[ArgumentKind, ...], given: object) -> str:
     words = list(dict.fromkeys(kind.words for kind in allowed if kind.words))
-    what = f"not {words[0]}" if len(words) == 1 else f"neither {' nor '.join(words)}"
+    denied = f"not {words[0]}" if len(words) == 1 else f"neither {' nor '.join(words)}"
     measured = [OF_MEASURED] if name == "data" else []
     sources = "; ".join(measured or (kind.source for kind in allowed if kind.source))
-    return f"{name} = {told(given)} is {what}{f'; {sources}' if sources else ''}"
+    return f"{name} = {told(given)} is {denied}{f'; {sources}' if sources else ''}"
 
 
 def told(given: object) -> str:
-    """Return what somebody gave, in words or as it would be typed."""
+    """Return an argument as text: in words, or as it would be typed."""
     for module, name, words, _ in CLASSES.values():
         if _is_one(module, name, False, given):
             return f"({words})"

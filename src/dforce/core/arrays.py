@@ -14,7 +14,7 @@ Bools = np.ndarray[Any, np.dtype[np.bool_]]
 Texts = np.ndarray[Any, np.dtype[np.str_]]
 AnyArray = np.ndarray[Any, Any]
 
-# a number so small has faded to nothing, whatever its unit; below 2e-308 a processor takes a hundred times as long
+# a number so small is negligible in any unit; below 2e-308 a processor takes a hundred times as long
 FADED = 1e-200
 
 

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from importlib import import_module
 
-# modules that are linked with OpenBLAS, and what its functions are called there; other builds keep their threads
+# modules that are linked with OpenBLAS, and the names of its functions there; other builds keep their threads
 LINKED = (
     ("numpy.linalg._umath_linalg", "scipy_openblas_{}_num_threads64_"),
     ("scipy.linalg._flapack", "scipy_openblas_{}_num_threads"),

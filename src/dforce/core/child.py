@@ -1,4 +1,4 @@
-"""Python in a process of its own, which finds this very dForce, and nothing in the folder that it works in."""
+"""Python in a subprocess that imports this dForce, and no module from its working folder."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 
 
 def can_start() -> bool:
-    """Say whether Python can be started by itself.
+    """Return whether Python can be started by itself.
 
-    In a program that brings Python with it, such as those of PyInstaller, only that whole program could be started.
+    A program that contains Python, as PyInstaller makes them, could only start itself.
     """
     return Path(sys.executable or "").name.lower().startswith("python") and not getattr(sys, "frozen", False)
 

@@ -17,25 +17,25 @@ HEADING = re.compile(r"\s*(.*?)\s*(?:\[(.*)\]|\((.*)\))?\s*")
 
 
 def lines_of(file: Path, key: str) -> list[str]:
-    """Return the lines of a CSV file that stands under a key of a case.
+    """Return the lines of a CSV file that a key of a case names.
 
     Raises
     ------
     ParameterError
-        When it cannot be read, or is no text.
+        When the file cannot be read, or is not text.
     """
-    what = f"{key} = '{shorten(file.name)}'"
+    table = f"{key} = '{shorten(file.name)}'"
     if file.suffix != ".csv":
-        raise ParameterError(f"{what} is not a CSV file: its name must end in .csv")
-    content = read_input(file, "table of a case", MOST_BYTES, ParameterError, name=what)
+        raise ParameterError(f"{table} is not a CSV file: its name must end in .csv")
+    content = read_input(file, "table of a case", MOST_BYTES, ParameterError, name=table)
     try:
         return content.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        raise ParameterError(f"{what} is not text in UTF-8") from None
+        raise ParameterError(f"{table} is not text in UTF-8") from None
 
 
 def read_columns(file: Path, key: str, known: Mapping[str, str]) -> dict[str, list[float]]:
-    """Return the columns of a CSV file in SI by name, of those that are known, each with its SI unit.
+    """Return the columns of a CSV file in SI by name; `known` has the allowed names, each with its SI unit.
 
     The first line names the columns, such as ``height [nm]`` or ``height (nm)``; numbers without a unit are in SI. Lines that
     begin with ``#`` are comments.
@@ -45,40 +45,40 @@ def read_columns(file: Path, key: str, known: Mapping[str, str]) -> dict[str, li
     ParameterError
         When the file cannot be read, a column is not known or named twice, or a cell is no number.
     """
-    what = f"{key} = '{shorten(file.name)}'"
+    table = f"{key} = '{shorten(file.name)}'"
     rows = [
         (number, [cell.strip() for cell in next(csv.reader([line]), [])])
         for number, line in enumerate(lines_of(file, key), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not rows:
-        raise ParameterError(f"{what} is empty; its first line names the columns: {', '.join(known)}")
-    headings = [_heading(cell, known, what) for cell in rows[0][1]]
+        raise ParameterError(f"{table} is empty; its first line names the columns: {', '.join(known)}")
+    headings = [_heading(cell, known, table) for cell in rows[0][1]]
     names = [name for name, _ in headings]
     for name in names:
         if names.count(name) > 1:
-            raise ParameterError(f"{what} has two columns '{name}'; remove one")
+            raise ParameterError(f"{table} has two columns '{name}'; remove one")
     columns: dict[str, list[float]] = {name: [] for name in names}
     for number, cells in rows[1:]:
         if len(cells) != len(names):
-            raise ParameterError(f"{what}, line {number}: it has {len(cells)} cells for {len(names)} columns")
+            raise ParameterError(f"{table}, line {number}: it has {len(cells)} cells for {len(names)} columns")
         for (name, unit), cell in zip(headings, cells, strict=True):
             try:
                 columns[name].append(units.parse(f"{cell} {unit}".strip(), known[name]))
             except ParameterError as error:
-                raise ParameterError(f"{what}, line {number}: {name} {error}") from None
+                raise ParameterError(f"{table}, line {number}: {name} {error}") from None
     return columns
 
 
-def _heading(cell: str, known: Mapping[str, str], what: str) -> tuple[str, str]:
-    """Return the name and the unit of a column; the unit is empty where none is given."""
+def _heading(cell: str, known: Mapping[str, str], table: str) -> tuple[str, str]:
+    """Return the name and the unit of a column; the unit is empty where the heading has none."""
     match = HEADING.fullmatch(cell) if len(cell) <= LONGEST_HEADING else None
     name, unit = (match[1], match[2] or match[3] or "") if match else (cell, "")
     if name not in known:
-        raise ParameterError(f"{what} has a column '{shorten(name)}'; allowed are {', '.join(known)}")
+        raise ParameterError(f"{table} has a column '{shorten(name)}'; allowed are {', '.join(known)}")
     if unit:
         try:
             units.parse(f"1 {unit}", known[name])
         except ParameterError as error:
-            raise ParameterError(f"{what}: the unit of {name} {error}") from None
+            raise ParameterError(f"{table}: the unit of {name} {error}") from None
     return name, unit

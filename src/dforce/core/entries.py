@@ -11,8 +11,8 @@ from dforce.core.errors import shorten
 T = TypeVar("T")
 
 
-def loaded(group: str, kind: type[T], what: str) -> list[T]:
-    """Return what the entry points of a group name, of one kind; a broken package is announced and left out."""
+def loaded(group: str, kind: type[T], noun: str) -> list[T]:
+    """Return the objects of one kind that the entry points of a group name; a broken package is announced and left out."""
     found = []
     for entry in importlib.metadata.entry_points(group=group):
         try:
@@ -21,7 +21,7 @@ def loaded(group: str, kind: type[T], what: str) -> list[T]:
                 raise TypeError(f"it is no {kind.__name__}")
         except Exception as error:  # a broken package must not take the others with it  # noqa: BLE001
             log.announce(
-                f"The {what} '{entry.name}' ({entry.value}) cannot be loaded: "
+                f"The {noun} '{entry.name}' ({entry.value}) cannot be loaded: "
                 f"{type(error).__name__}: {shorten(str(error), 200)}"
             )
         else:

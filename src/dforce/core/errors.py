@@ -52,14 +52,14 @@ class ChangedResultError(ParameterError):
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Make a public function refuse arguments of a wrong kind, as its annotations tell it, with one sentence.
+    """Make a public function refuse arguments that do not fit its annotations, with one sentence.
 
-    A function of a Dataset, as its first argument, also refuses one that is changed so much that NumPy or xarray fail on it.
+    A function whose first argument is a Dataset also refuses a changed Dataset on which NumPy or xarray fail.
 
     Raises
     ------
     ParameterError
-        At a call: which argument, what was given, and what is taken.
+        At a call: the argument, its value, and the allowed kinds.
     """
 
     @functools.wraps(function)
@@ -88,7 +88,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _in_one_of(given: tuple[object, ...], error: BaseException) -> bool:
-    """Say whether an error arose in a function that was given, such as a progress function."""
+    """Return whether an error arose in a function among the arguments, such as a progress function."""
     codes = {code for one in given if (code := getattr(one, "__code__", None)) is not None}
     return any(frame.f_code in codes for frame, _ in traceback.walk_tb(error.__traceback__))
 
@@ -110,7 +110,7 @@ def nearest(name: str, known: Iterable[str], listed_by: str = "") -> str:
     bare = _bare(name)
     fits = str.startswith if len(bare) >= SAYS_SOMETHING else str.__eq__
     begun = [other for other, letters in names.items() if fits(letters, bare)]
-    if begun:  # figure3 for figure-3-air: the first letters say more than the length
+    if begun:  # figure3 for figure-3-air: the first letters matter more than the length
         return f"; did you mean '{min(begun, key=len)}'?"
     meant = [other for other, words in _synonyms(known).items() if bare in map(_bare, words)] or short_for(name, names)
     meant = meant or [other for other, letters in names.items() if len(bare) >= SAYS_SOMETHING and bare in letters]
@@ -130,7 +130,7 @@ def nearest(name: str, known: Iterable[str], listed_by: str = "") -> str:
 
 @checked
 def short_for(name: str, known: Iterable[str]) -> list[str]:
-    """Return the known names that differ by capitals and signs only, else those with these initials: vdw, KV."""
+    """Return the known names that differ by capitals and signs only, else names with these initials: vdw, KV."""
     bare, every = _bare(name), list(known)
     same = [other for other in every if _bare(other) == bare]
     words = {other: re.findall(r"[^\W_]+", other.casefold()) for other in every}
@@ -155,7 +155,7 @@ class Catalog(dict[str, T]):
         raise UnknownNameError(f"there is no {self.kind} '{shorten(str(name))}'{hint}")
 
     def meant(self, name: str) -> T:
-        """Return the entry of a name as typed, whatever its capitals and signs; an unknown name is refused."""
+        """Return the entry of a typed name, regardless of capitals and signs; refuse an unknown name."""
         short = short_for(name[:100], self)
         return self[short[0] if len(short) == 1 else name]
 
@@ -169,7 +169,7 @@ def _synonyms(known: Iterable[str]) -> dict[str, tuple[str, ...]]:
 
 
 def _bare(name: str) -> str:
-    """Return a name without what people leave out: dashes, spaces, capitals."""
+    """Return a name without dashes, spaces and capitals, which people leave out."""
     return "".join(c for c in name.casefold() if c.isalnum())
 
 

@@ -19,7 +19,7 @@ CHUNK = 65_536  # bytes that are read at once where the system gives no size
 SUFFIXES = (".nc", ".csv")  # of results
 FOR_GUESTS = "is a file on the server, and guests may not read it; type its values in the case"
 TEMPORARY = re.compile(r"\.dforce-[0-9a-f]{16}\.tmp")
-ABANDONED = 3600.0  # s after which a temporary file has no writer any more, where locks do not tell
+ABANDONED = 3600.0  # s after which a temporary file has no writer any more, on a system without locks
 
 guests_only = False  # whether this process answers guests, whose cases may read no file of this computer
 
@@ -55,7 +55,7 @@ def folder() -> Path:
 
 def read_input(
     path: str | os.PathLike[str],
-    what: str,
+    noun: str,
     most_bytes: int,
     error: type[DForceError],
     *,
@@ -68,21 +68,21 @@ def read_input(
     ----------
     path
         The file.
-    what
-        The kind of file, for the sentence on one that is too large: ``"case"``.
+    noun
+        The kind of file, for the message on a file that is too large: ``"case"``.
     most_bytes
         The largest size of this kind; no more than that is read.
     error
         The error that is raised.
     name
-        What the file is called in sentences; left out: its path in quotes.
+        Name of the file in messages; left out: its path in quotes.
     larger
         The largest sizes of files that begin in other ways.
 
     Raises
     ------
     DForceError
-        The given one, with one sentence: no such file, a folder, a device or pipe, too large, or not to be read.
+        The class `error`, with one sentence: no such file, a folder, a device or pipe, too large, or not readable.
     """
     missing = error(f"{name}: there is no such file" if name else f"there is no file {in_quotes(path)}")
     name = name or in_quotes(path)
@@ -103,7 +103,7 @@ def read_input(
                 parts.append(file.read(min(left, max(status.st_size, CHUNK))) or b"")
                 left -= len(parts[-1])
             if left <= 0 or status.st_size > most_bytes:
-                raise error(f"{name} is larger than {_in_bytes(most_bytes)}, the limit for a {what}")
+                raise error(f"{name} is larger than {_in_bytes(most_bytes)}, the limit for a {noun}")
     except FileNotFoundError:
         raise missing from None
     except IsADirectoryError:
@@ -148,7 +148,7 @@ def named(path: str | os.PathLike[str], key: str, beside: Path | None = None) ->
 
 
 def exists(path: Path) -> bool:
-    """Say whether there is such a file or folder; none has a name that the system refuses."""
+    """Return whether a file or folder exists; none has a name that the system refuses."""
     try:
         return path.exists()
     except OSError:  # longer than a name may be
@@ -202,8 +202,8 @@ def write_whole(
 ) -> None:
     """Write a file whole or not at all.
 
-    After a failure, Ctrl-C or a power cut `path` is what it was before. What a process that was killed while writing has
-    left in the folder is removed. With `sync_folder` off, a power cut soon after may undo the whole write.
+    After a failure, Ctrl-C or a power cut `path` is as before. The temporary file of a process that was killed while
+    writing is removed. With `sync_folder` off, a power cut soon after may undo the whole write.
 
     Raises
     ------
@@ -235,7 +235,7 @@ def write_whole(
 
 @contextlib.contextmanager
 def _temporary(folder: Path) -> Iterator[tuple[Path, io.FileIO]]:
-    """Give a new file of a folder, locked for as long as it is written; what is left of it goes at the end."""
+    """Give a new file of a folder, locked while it is written; at the end it is removed if it still exists."""
     path = folder / f".dforce-{secrets.token_hex(8)}.tmp"
     file = _locked(path)
     try:
@@ -263,7 +263,7 @@ def _fill(file: io.FileIO, content: bytes | memoryview) -> None:
 
 
 def _lock(file: io.FileIO) -> bool | None:
-    """Lock a file for as long as it is open; False where another one holds it, None where the system cannot tell."""
+    """Lock a file for as long as it is open; False if another process has the lock, None if the system has no locks."""
     try:
         import fcntl
     except ImportError:  # Windows, where a file that is open cannot be removed

@@ -11,9 +11,9 @@ SELDOM = 100_000  # new objects between two looks
 
 @contextlib.contextmanager
 def seldom_collected() -> Iterator[None]:
-    """Look for garbage less often, where nearly all objects stay: modules that are loaded, and what the compiler makes.
+    """Collect garbage less often, where nearly all objects stay: while modules are loaded, and in a compilation.
 
-    To look through them again and again takes a tenth of the time.
+    Collections would take a tenth of the time.
     """
     before = gc.get_threshold()
     gc.set_threshold(max(SELDOM, before[0]) if before[0] else 0, *before[1:])

@@ -18,11 +18,11 @@ class Shown:
     """A thing that shows itself, as :meth:`__repr__` on a terminal and as HTML in a notebook."""
 
     def as_text(self) -> str:
-        """Return what a terminal shows."""
+        """Return the text for a terminal."""
         raise NotImplementedError
 
     def as_html(self) -> str:
-        """Return what a notebook shows, with everything escaped."""
+        """Return the HTML for a notebook, with everything escaped."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -84,7 +84,7 @@ def paragraphs(items: Iterable[tuple[str, str]]) -> str:
 
 
 def html_table(rows: Rows, head: Sequence[str] = ()) -> str:
-    """Return rows of cells as an HTML table; whatever a cell holds is shown as text."""
+    """Return rows of cells as an HTML table; markup in a cell is shown as text."""
     heading = "".join(f"<th {LEFT}>{html.escape(cell)}</th>" for cell in head)
     body = "".join("<tr>" + "".join(f"<td {LEFT}>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table>{f'<thead><tr>{heading}</tr></thead>' if heading else ''}<tbody>{body}</tbody></table>"

@@ -13,12 +13,12 @@ from dforce.core.errors import checked
 
 
 class Listening:
-    """One who listens, see :func:`listening`.
+    """A listener, see :func:`listening`.
 
     Attributes
     ----------
     seconds
-        Time (s) that went into what is done only once, such as compiling, or into waiting for another thread that did it.
+        Time (s) for work that is done only once, such as compiling, or for waiting until another thread has done it.
     """
 
     def __init__(self, listener: Callable[[str], None]) -> None:
@@ -26,18 +26,18 @@ class Listening:
         self._heard = ""
 
     def hear(self, text: str) -> None:
-        """Tell the listener a sentence, but not the same one twice in a row."""
+        """Pass a sentence on to the listener, but not the same sentence twice in a row."""
         if text != self._heard:
             self._heard = text
             self.listener(text)
 
     def watch(self, work: str, share: float) -> None:
-        """Tell the listener how far work is that is done only once, see :func:`watching`."""
+        """Pass on the progress of work that is done only once, see :func:`watching`."""
         self.hear(f"{work}: {100.0 * share:.0f} %")
 
 
 class Heedless:
-    """A stream of text that drops what cannot be written: a full disk and a closed stream are no reason to end a run."""
+    """A stream that drops text which it cannot write: a full disk or a closed stream must not end a run."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -53,7 +53,7 @@ class Heedless:
         return len(text)
 
     def flush(self) -> None:
-        """Bring to the disk what was written, if that can be done."""
+        """Flush the stream, if possible."""
         with contextlib.suppress(OSError, ValueError):
             self._stream.flush()
 
@@ -74,7 +74,7 @@ def announce(text: str) -> None:
 @checked
 @contextlib.contextmanager
 def listening(listener: Callable[[str], None]) -> Iterator[Listening]:
-    """Hand to a function, in this thread, what dForce says while the context lasts, such as that it compiles."""
+    """Pass the messages of dForce in this thread, such as on compiling, to a function while the context lasts."""
     one = Listening(listener)
     token = _listening.set(one)
     try:
@@ -102,7 +102,7 @@ def watching(watcher: Callable[[str, float], None]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def done_once() -> Iterator[None]:
-    """Count the time of what is done only once, for who listens, apart from that of computing."""
+    """Count the time of work that is done only once, for the listener, apart from the computing time."""
     one, begun = _listening.get(), time.monotonic()
     try:
         yield
@@ -112,5 +112,5 @@ def done_once() -> Iterator[None]:
 
 
 def is_heard() -> bool:
-    """Say whether somebody listens in this thread."""
+    """Return whether this thread has a listener."""
     return _listening.get() is not None

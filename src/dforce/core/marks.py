@@ -12,16 +12,16 @@ from pydantic_core import PydanticUndefined
 
 @dataclass(frozen=True)
 class FileName:
-    """A parameter that names a file on the computer where the case is read, so that a guest of a server may not give it.
+    """A parameter that names a file on the computer that reads the case: a guest of a server may not set it.
 
-    With `through_named` only :func:`dforce.core.files.named` leads to the file, which refuses guests by itself: the name alone
-    may stay in a case that holds what it needs.
+    With `through_named` the file is read only by :func:`dforce.core.files.named`, which refuses guests itself. The name
+    may then stay in a case that already has the values of the file.
     """
 
     through_named: bool = False
 
     def __call__(self, schema: dict[str, Any]) -> None:
-        """Say in the JSON schema that the text is a path."""
+        """Mark the text as a path in the JSON schema."""
         schema["format"] = "path"
 
 
@@ -46,7 +46,7 @@ def words(default: object = PydanticUndefined, *, description: str, **limits: An
 
 
 def may_be_read(field: pydantic.fields.FieldInfo) -> bool:
-    """Return whether a field's value may be the name of a file that is read: text that nothing is said about may be."""
+    """Return whether a field's value may be the name of a file that is read: unmarked text may be."""
     mark = field.json_schema_extra
     if isinstance(mark, FileName):
         return not mark.through_named

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from dforce.core.errors import checked
 
-GAP = "\0"  # stands for a wide space until the others have been counted
+GAP = "\0"  # replaces a wide space until the other spaces are counted
 SIGNS = {
     "le": "≤", "leq": "≤", "ge": "≥", "geq": "≥", "ne": "≠", "approx": "≈", "sim": "~", "simeq": "≈",
     "gg": "≫", "ll": "≪", "cdot": "·", "times": "×", "pm": "±", "to": "→", "infty": "∞", "int": "∫",
@@ -37,7 +37,7 @@ CASES = re.compile(r"\\begin\{cases\}(.*?)\\end\{cases\}", re.DOTALL)
 
 @checked
 def plain_math(latex: str) -> str:
-    """Return an equation in LaTeX as text; the cases of a piecewise one stand on lines of their own."""
+    """Return an equation in LaTeX as text; each case of a piecewise equation has its own line."""
     if len(latex) > LONGEST:
         return latex
     latex = CASES.sub(lambda match: "\n" + _cases(match[1]), latex)
@@ -47,7 +47,7 @@ def plain_math(latex: str) -> str:
 
 @checked
 def html_symbol(latex: str) -> str:
-    """Return a symbol in LaTeX as HTML with subscripts and superscripts, safe to show whatever it holds."""
+    """Return a symbol in LaTeX as HTML with subscripts and superscripts; other markup is escaped."""
     escaped = html.escape(latex, quote=True)
     return escaped if len(escaped) > LONGEST else _Reader(escaped, _html_script).everything().strip()
 
@@ -70,7 +70,7 @@ def _cases(latex: str) -> str:
 
 
 class _Reader:
-    """Reads LaTeX from left to right; what it does not know it leaves as it is, without the backslash."""
+    """Reads LaTeX from left to right; an unknown command stays, without the backslash."""
 
     def __init__(self, latex: str, script: Callable[[str, str], str] | None = None) -> None:
         self.tokens = TOKEN.findall(latex)
@@ -85,7 +85,7 @@ class _Reader:
         return "".join(parts)
 
     def argument(self) -> str:
-        """Return what a command takes: a group in braces, or the next thing."""
+        """Return the argument of a command: a group in braces, or the next token."""
         while self.place < len(self.tokens) and self.tokens[self.place].isspace():
             self.place += 1
         if self.place >= len(self.tokens):
@@ -93,7 +93,7 @@ class _Reader:
         return self.one()
 
     def group(self) -> str:
-        """Return what stands up to the closing brace."""
+        """Return the text up to the closing brace."""
         parts = []
         while self.place < len(self.tokens) and self.tokens[self.place] != "}":
             parts.append(self.one())
@@ -117,7 +117,7 @@ class _Reader:
         return text
 
     def command(self, name: str) -> str:
-        """Return what a command stands for."""
+        """Return the text for a command."""
         if name in ("frac", "tfrac", "dfrac"):
             above, below = self.argument(), self.argument()
             return f"{_closed(above)}/{_closed(below)}"

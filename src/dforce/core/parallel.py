@@ -54,7 +54,7 @@ class Crew:
             raise Stopped
 
     def run(self, jobs: Iterable[Callable[[], None]], note: str = "") -> bool:
-        """Do all jobs; return False when stopped by Ctrl-C, after those under way have ended with :class:`Stopped`.
+        """Do all jobs; return False when stopped by Ctrl-C, after running jobs have ended with :class:`Stopped`.
 
         An error in a job stops the others and is raised.
         """

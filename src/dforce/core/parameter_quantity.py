@@ -13,8 +13,8 @@ from dforce.core import units
 from dforce.core.errors import ParameterError, shorten
 
 TOLD = 6  # digits of a number in a sentence
-# The largest size (SI), by its unit, of a number without a bound of its own on that side; beyond it a unit was left out, as
-# for a distance of 12. Each is far beyond what an instrument has.
+# The largest size (SI), by its unit, of a number without its own bound on that side. A larger number lacks its unit, such as a
+# distance of 12. Each is far beyond the range of an instrument.
 UTMOST = {"m": 1e-3, "rad": 2.0 * math.pi, "J": 1e-15, "J/m^2": 10.0, "N": 1e-3, "V": 1e3, "C/m^2": 10.0, "m/s": 1e3}
 # The largest size (SI) of any number, and the least of one that may not be zero: their products and powers are floats.
 LEAST, MOST = 1e-40, 1e40
@@ -92,12 +92,12 @@ class ParameterQuantity:
         )
 
     def read(self, given: object) -> float:
-        """Return the SI value of a number or a text with a unit; one beyond the bounds is met with what was likely meant.
+        """Return the SI value of a number or a text with a unit; the error on a value out of bounds suggests the likely one.
 
         Raises
         ------
         ParameterError
-            When it cannot be read, or is outside the bounds.
+            When the value cannot be read, or is outside the bounds.
         """
         value = units.parse(given, self.unit)
         if self.unit == "1" and isinstance(given, str) and given.rstrip().endswith("%") and self.bounds()[1] > 1.0:
@@ -109,7 +109,7 @@ class ParameterQuantity:
         return value
 
     def _meant(self, given: object, value: float) -> str:
-        """Return what may have been meant by a number that lost its unit, as the end of a sentence."""
+        """Return the likely value of a number that lacks its unit, as the end of a sentence."""
         if isinstance(given, str) and not NO_UNIT.fullmatch(given):
             return ""
         usual = "%" if self.unit == "1" else units.usual_unit(self.unit)

@@ -25,11 +25,11 @@ from dforce.core.refusals import refusal
 from dforce.core.signatures import ParametersType, signature_of
 
 if TYPE_CHECKING:
-    # What type checkers see of a field: what it is once it is read, and what may be given for it.
+    # The types of a field for type checkers: its type once it is read, and the types that are accepted for it.
     Read = TypeVar("Read")
 
     class Number:
-        """A number in SI, for which text with a unit may be given."""
+        """A number in SI; text with a unit is accepted."""
 
         def __get__(self, owner: object, kind: type | None = None) -> float: ...
         def __set__(self, owner: object, value: float | str) -> None: ...
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
         def __set__(self, owner: object, value: float | str | None) -> None: ...
 
     class Part(Generic[Read]):
-        """An object, for which a table with its keys may be given, or several in a list; the run checks which."""
+        """An object; a table with its keys, or a list of several, is accepted. The run checks which."""
 
         def __get__(self, owner: object, kind: type | None = None) -> Read: ...
         def __set__(self, owner: object, value: object) -> None: ...
@@ -64,7 +64,7 @@ class Shared:
     path: str
 
     def __call__(self, schema: dict[str, Any]) -> None:
-        """Say in the JSON schema where the value comes from."""
+        """Note the origin of the value in the JSON schema."""
         schema["sharedFrom"] = self.path
 
 
@@ -115,14 +115,14 @@ def shared(path: str) -> Any:
 
 
 class Parameters(pydantic.BaseModel, metaclass=ParametersType):
-    """A frozen set of parameters; the base of everything that a user gives.
+    """A frozen set of parameters; the base class of all input.
 
     Unknown names are errors with the nearest known name; quantities accept SI numbers and text with a unit.
 
     Raises
     ------
     ParameterError
-        With one sentence: what was given, and what is allowed.
+        With one sentence: the value, and the allowed values.
     """
 
     model_config = pydantic.ConfigDict(frozen=True, extra="forbid", validate_default=True, ser_json_inf_nan="constants")
@@ -130,11 +130,11 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
     title_of: ClassVar[str] = ""  # how messages call this section; the class's name when empty
     # typical values of the parameters without a default, for forms and checks
     example: ClassVar[Mapping[str, Any]] = {}
-    # groups of fields of which a user gives one, by what it is called
+    # groups of fields of which a user sets one, by the name of the group
     ways: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    # fields that a form always shows, each with those that it also shows once this one is given
+    # fields that a form always shows, each with the fields that it also shows once this field is set
     unfolded: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    hints: ClassVar[Mapping[str, str]] = {}  # what to write in the place of names that other programs use
+    hints: ClassVar[Mapping[str, str]] = {}  # the key to write instead of a name that other programs use
 
     _quantities: ClassVar[dict[str, ParameterQuantity]] = {}
     _shared: ClassVar[dict[str, str]] = {}
@@ -163,7 +163,7 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
 
     @classmethod
     def _by_name(cls, given: object) -> str:
-        """Return how something is given that came without a name."""
+        """Return the name for a value without a name."""
         keys = cls.keys()
         key = "name" if isinstance(given, str) and "name" in keys else keys[0]
         value = repr(given) if isinstance(given, str | int | float) else "..."
@@ -242,7 +242,7 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
                 raise ParameterError(f"= {shorten(given)} is not allowed here")  # pydantic takes true for 1
             return given
         if given is None or isinstance(given, dict | pydantic.BaseModel):
-            return given  # a table that stands for many values, such as a grid
+            return given  # a table for many values, such as a grid
         words = _words(cls.model_fields[name].annotation)
         if isinstance(given, str) and given in words:
             return given
@@ -258,8 +258,8 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
         """Return the number in an optional field, or raise :class:`ParameterError` when it was not given."""
         value = getattr(self, field)
         if value is None:
-            what = self.quantities()[field].doc.partition(";")[0]
-            raise ParameterError(f"{self.section()}.{field} ({what}) is missing")
+            meaning = self.quantities()[field].doc.partition(";")[0]
+            raise ParameterError(f"{self.section()}.{field} ({meaning}) is missing")
         return float(value)
 
     def replace(self, **changes: Any) -> Self:
@@ -287,7 +287,7 @@ class Parameters(pydantic.BaseModel, metaclass=ParametersType):
 
 
 def _words(annotation: object) -> tuple[Any, ...]:
-    """Return the words that stand for a number, such as of a frequency that is to be found."""
+    """Return the words that may replace a number, such as for a frequency that is to be found."""
     if get_origin(annotation) is Literal:
         return get_args(annotation)
     return tuple(word for part in get_args(annotation) for word in _words(part))

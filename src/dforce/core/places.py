@@ -1,4 +1,4 @@
-"""The folders where dForce keeps what is this user's own, and whether they are."""
+"""The folders for the user's own files, and a check that they belong to the user."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Literal
 from dforce.core.errors import ParameterError
 
 
-def user_folder(what: Literal["cache", "data"]) -> Path:
-    """Return the folder of this user for what can be made again, or for what cannot; it may not exist.
+def user_folder(kind: Literal["cache", "data"]) -> Path:
+    """Return the user's folder for files that can be made again (cache) or that cannot (data); it may not exist.
 
     Raises
     ------
     ParameterError
-        When the user has no home, as in a container that runs as somebody unknown there.
+        When the user has no home, as in a container that runs as an unknown user.
     """
     import platformdirs
 
-    find = {"cache": platformdirs.user_cache_dir, "data": platformdirs.user_data_dir}[what]
+    find = {"cache": platformdirs.user_cache_dir, "data": platformdirs.user_data_dir}[kind]
     try:
         folder = find("dforce", appauthor=False)
     except RuntimeError:
@@ -33,7 +33,7 @@ def user_folder(what: Literal["cache", "data"]) -> Path:
 
 
 def not_own(place: Path) -> str:
-    """Return why others may have put what lies at a place; empty where only this user or root can have, or nothing lies there.
+    """Return why others may have written a file or folder; empty if only this user or root can have, or if it is missing.
 
     Code that another user may have written is not run, as ssh uses no keys in such a folder.
     """
@@ -44,7 +44,7 @@ def not_own(place: Path) -> str:
 
 
 def not_own_by(found: os.stat_result) -> str:
-    """Return the same, by what the system knows of a file or a folder; Windows keeps the folders of its users apart."""
+    """Return the same from the status of a file or folder; Windows separates the folders of its users."""
     if os.name != "posix":
         return ""
     if found.st_uid not in (0, os.geteuid()):

@@ -13,7 +13,7 @@ from typing import Any, Protocol, Self, TextIO, cast
 from dforce.core.errors import shorten
 from dforce.core.log import Heedless, watching
 
-WAIT = 1.0  # s; what is quicker needs no bar
+WAIT = 1.0  # s; quicker work needs no bar
 LONGEST = 40  # characters of a title
 
 
@@ -51,7 +51,7 @@ class ProgressBar:
         self._watching = contextlib.ExitStack()
 
     def __enter__(self) -> Self:
-        """Start to wait; the bar appears on its own. A first compilation has a bar of its own in its place."""
+        """Start to wait; the bar appears by itself. A first compilation shows its own bar instead."""
         self._watching.enter_context(watching(self._show_once))
         if self.shown:
             self._bar = _NotebookBar(self.title) if in_notebook() else _terminal_bar(self.title)
@@ -83,7 +83,7 @@ class ProgressBar:
 
 
 def in_notebook() -> bool:
-    """Say whether this is a Jupyter kernel, whose cells show HTML."""
+    """Return whether this is a Jupyter kernel, whose cells show HTML."""
     ipython = sys.modules.get("IPython")
     return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
 
@@ -136,7 +136,7 @@ class _NotebookBar:
         from IPython.display import HTML, display
 
         self.start, self.shown, self.html = time.monotonic(), False, HTML
-        # made in the cell's own thread, so that it stands below this cell whoever draws it later
+        # made in the cell's own thread, so that it appears below this cell, whichever thread draws it later
         self.handle = display(HTML(""), display_id=True)
         self.last = (title, 0, 0, "")
 

@@ -1,4 +1,4 @@
-"""The standard names of what a run gives: symbol, units and one sentence each.
+"""The standard names of the results of a run: symbol, units and one sentence each.
 
 Datasets, pictures, tables and documentation take their words from here.
 """
@@ -9,7 +9,7 @@ from dforce.core.quantity import Amount, Observable, Quantity, Scale, table
 
 
 def jumps_along(place: str) -> list[str]:
-    """Return the names of what a result notes of jumps along the distance ("zc") or the frequency."""
+    """Return the names of the variables for jumps along the distance ("zc") or the frequency."""
     return [f"jump_{word}" for word in (place, "before", "after", "direction", "error")]
 
 
@@ -333,9 +333,9 @@ MATERIAL = table(
 
 OF_RESULTS = (
     OBSERVABLES | TRACES | NOISES | JUMPS | AXES | RECONSTRUCTED | MATERIAL
-)  # what the variables of a result may be
+)  # the possible variables of a result
 
-NONE = "none"  # what a reader is shown of an amount below its estimated error
+NONE = "none"  # shown for an amount below its estimated error
 
 
 AMOUNTS = {

@@ -55,15 +55,15 @@ class Observable(Quantity):
 
 @dataclass(frozen=True)
 class Amount:
-    """A quantity of which there may be none.
+    """A quantity that may be zero within its error.
 
     Attributes
     ----------
     scale
-        What its estimated error is a share of: length (free amplitude), force (largest of the motion), energy, power, period,
+        Reference of its estimated error: length (free amplitude), force (largest of the motion), energy, power, period,
         share (1), or work (largest force times the range of distances, over a prescribed motion).
     side
-        1 where only positive values are an amount, -1 where only negative ones are; 0: both.
+        1 where only positive values count, -1 where only negative ones do; 0: both.
     """
 
     scale: str

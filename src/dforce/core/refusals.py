@@ -11,14 +11,14 @@ from dforce.core.errors import ParameterError, nearest, shorten
 
 
 def refusal(error: pydantic.ValidationError, model: type[pydantic.BaseModel], root: str = "") -> ParameterError:
-    """Return the error that tells the first problem that validation found, in one sentence.
+    """Return the first problem that validation found, as an error with one sentence.
 
     It is a :class:`UnitError` where a quantity could not be read. `root` is the path of the model itself; empty for a whole
     case.
     """
     found = [(_path(model, item["loc"]), item) for item in error.errors(include_url=False)]
     start = found[0][0]
-    # a value that fits no member of a union has one error for each member: the one that got deepest is meant
+    # a value that fits no member of a union has one error for each member: the deepest error is used
     steps, first = max((f for f in found if f[0][: len(start)] == start), key=lambda f: len(f[0]))
     path = ".".join(part for part in (root, *steps) if part) or _title(model)
     if first["type"] == "value_error":
@@ -40,7 +40,7 @@ def refusal(error: pydantic.ValidationError, model: type[pydantic.BaseModel], ro
 
 
 def _words(problem: Any) -> str:
-    """Return what is wrong with a value, as the end of a sentence that starts with its path."""
+    """Return the problem of a value, as the end of a sentence that starts with its path."""
     kind, limits, given = problem["type"], problem.get("ctx", {}), shorten(problem.get("input"))
     if isinstance(problem.get("input"), str):
         given = f"'{given}'"

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 else:
     ModelMetaclass = type(pydantic.BaseModel)
 
-# what a signature calls a number with a unit; it may be given in SI or as text
+# the name in a signature for a number with a unit, in SI or as text
 WORDS_OF_UNITS = {
     "1": "Number",
     "m": "Length",
@@ -41,7 +41,7 @@ class SignatureWord(str):
 
 
 class ParametersType(ModelMetaclass):
-    """The class of classes of parameters: what completion and `help` show of them."""
+    """The metaclass of parameters, for completion and `help`."""
 
     def __dir__(cls) -> list[str]:
         """Return the names that dForce gives a class: none of pydantic's, nor of Python's own."""
@@ -68,14 +68,14 @@ def _default(value: object) -> object:
 
 
 def _taken(field: FieldInfo) -> str:
-    """Return what may be given for a field: numbers by what they measure."""
+    """Return the types accepted for a field: a number by its dimension."""
     unit = getattr(field.json_schema_extra, "unit", None)
     number = "float" if unit is None else WORDS_OF_UNITS.get(unit, "Quantity")
     return " | ".join(dict.fromkeys(_kinds_in(field.annotation, number)))
 
 
 def _kinds_in(annotation: Any, number: str) -> list[str]:
-    """Return the names of what an annotation allows, None left out, floats under their own word."""
+    """Return the names of the types that an annotation allows, without None; a float has the name `number`."""
     origin, inner = get_origin(annotation), get_args(annotation)
     if annotation in (type(None), float):
         return [number] if annotation is float else []

@@ -1,11 +1,11 @@
 """Stops: Ctrl-C, SIGTERM, which batch queues, `timeout` and a shutdown send, and SIGHUP, which a closed terminal sends.
 
-What was computed is kept.
+Computed points are kept.
 
-A stop raises KeyboardInterrupt at once. Two things are not broken off, because half of them breaks whatever follows: an
-import and a compilation. There the stop waits, and is raised right behind; a stop that ends the program breaks a compilation
-off all the same, as nothing is compiled behind it. Code of others may swallow an exception, so a stop
-is due until :func:`heard` is called by who keeps what was computed; each :func:`look` raises one that is still due.
+A stop raises KeyboardInterrupt at once. An import and a compilation are not interrupted: half done, they break later code.
+There the stop waits, and is raised right afterwards. A stop that ends the program also interrupts a compilation, because
+nothing is compiled afterwards. Other code may swallow an exception. So a stop is due until the code that keeps the computed
+points calls :func:`heard`; each :func:`look` raises a stop that is still due.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ _watching: ContextVar[Callable[[], None] | None] = ContextVar("watching", defaul
 
 
 class Ending:
-    """The end of a run, from its last point until its result is kept: a stop that comes then has to wait.
+    """The end of a run, from its last point until its result is saved: a stop has to wait there.
 
     Attributes
     ----------
     asked
-        Whether a stop came, and waits.
+        Whether a stop is waiting.
     is_due, is_heard
-        Whether a stop came that nobody has seen to yet, and one that somebody has.
+        Whether a stop is still to be handled, and whether one was handled.
     by
         Name of the last signal that was a stop.
     """
@@ -96,7 +96,7 @@ class Ending:
                 self._raise(frame)
             return
         now = time.monotonic()
-        # no later signal of a system may disturb what keeps the results; a person who presses Ctrl-C again wants no more of it
+        # no later signal of a system may disturb the saving of results; a second Ctrl-C may
         if now - self._came < SAME or (self.is_heard and number != signal.SIGINT):
             return
         self._came, self._number, self.by = now, number, signal.Signals(number).name
@@ -115,7 +115,7 @@ class Ending:
         self._raise_soon()
 
     def _raise_soon(self) -> None:
-        # `threading` itself may be what is broken off here, with a lock in its hands
+        # `threading` itself may be interrupted here while it holds a lock
         _thread.start_new_thread(self._try_again, (signal.Signals(self._number),))
 
     def _try_again(self, number: signal.Signals) -> None:
@@ -129,9 +129,9 @@ class Ending:
             _thread.interrupt_main(number)
 
     def swallowed(self, usual: Callable[..., None], *error: Any) -> None:
-        """Raise a stop again that Python could not pass on: a hook for errors in the end of an object, in place of the usual.
+        """Raise a stop again that Python could not pass on: a hook for errors in finalizers, in place of the usual hook.
 
-        What a stop leaves half made may raise errors of its own at its end; they are dropped.
+        An object that a stop left unfinished may raise errors at its end; they are dropped.
         """
         if not (self.is_due or self.is_heard):
             usual(*error)
@@ -156,11 +156,11 @@ _ending = Ending()
 
 @contextlib.contextmanager
 def late_stop_waits() -> Iterator[Ending]:
-    """Let a stop (Ctrl-C, SIGTERM, SIGHUP) that comes once a run inside has all its points wait until the context ends.
+    """Let a stop (Ctrl-C, SIGTERM, SIGHUP) wait until the context ends, once a run inside has all its points.
 
-    Before that it ends the run, as :func:`sigterm_as_ctrl_c` says. What the context gives says in `asked` whether one came.
-    In another thread than the main one, which hears no signals, nothing waits. In a program, which goes on with the result, a
-    sentence says that it was stopped.
+    Before that it ends the run, as in :func:`sigterm_as_ctrl_c`. `asked` of the context's value shows whether a stop came.
+    Only the main thread receives signals; in another thread nothing waits. In a program, which goes on with the result, a
+    message reports the stop.
     """
     if not _in_main_thread():
         yield Ending()
@@ -172,19 +172,19 @@ def late_stop_waits() -> Iterator[Ending]:
 
 
 def at_end(here: bool) -> None:
-    """Say whether a run has all its points; a look as well.
+    """Note whether a run has all its points; look for a stop as well.
 
     Raises
     ------
     KeyboardInterrupt
-        When a stop is due, or came after the last point where that was not the last one after all.
+        When a stop is due, or waited for an end that was not the end after all.
     """
     if _in_main_thread():
         _ending.reached(here)
 
 
 def look() -> None:
-    """Look whether the work of this thread is to stop: so does what takes seconds.
+    """Look whether the work of this thread is to stop; work that takes seconds calls this.
 
     Raises
     ------
@@ -209,7 +209,7 @@ def watching(check_cancelled: Callable[[], None]) -> Iterator[None]:
 
 
 def heard() -> None:
-    """Say that a stop was heard: who catches KeyboardInterrupt keeps what was computed, and no look raises it again."""
+    """Mark a stop as handled, after the computed points are kept: no look raises it again."""
     if _in_main_thread():
         _ending.hear()
 
@@ -222,7 +222,7 @@ class Stop:
 
 @contextlib.contextmanager
 def until_stopped() -> Iterator[Stop]:
-    """End what is inside at a stop, which is heard then; what the context gives says whether one came."""
+    """End the work inside at a stop and mark the stop as handled; the context's value shows whether a stop came."""
     stop = Stop()
     try:
         yield stop
@@ -233,7 +233,7 @@ def until_stopped() -> Iterator[Stop]:
 
 @contextlib.contextmanager
 def unbroken() -> Iterator[None]:
-    """Let a stop wait while the context lasts, and raise it then: for what leaves a mess where it is broken off."""
+    """Let a stop wait until the context ends, then raise it: for work that must not be interrupted."""
     if not _in_main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""Syntax trees of Python's text, whatever other threads do: Python 3.11 raises SystemError where two make them together."""
+"""Syntax trees of Python source, one thread at a time: Python 3.11 raises SystemError where two threads parse at once."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Text with a unit to SI numbers and back; the only module that knows pint.
+"""Text with a unit to SI numbers and back; the only module that uses pint.
 
-Inside dForce every quantity is a float in SI units; a unit appears only where a user reads or types. The units that nearly
-every case is written in stand in a table, so that pint, which takes a second to load, is asked for the others alone.
+Inside dForce every quantity is a float in SI units; a unit appears only where a user reads or types. A table has the units of
+nearly every case. pint, which takes a second to load, converts only the others.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from dforce.core.places import not_own, user_folder
 if TYPE_CHECKING:
     import pint
 
-# What is given for a quantity: a number in SI, or text with a unit; several in an array, a list, or a grid.
+# The accepted types of a quantity: a number in SI, or text with a unit; several in an array, a list, or a grid.
 Length: TypeAlias = "float | str"
 Time: TypeAlias = "float | str"
 Lengths: TypeAlias = "Length | Iterable[Length] | Mapping[str, object]"
 Frequencies: TypeAlias = "float | str | Iterable[float | str] | Mapping[str, object]"
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(.*?)\s*", re.DOTALL)
-# What a unit is: names, 1, and groups of them, multiplied or divided, each with at most one small power. pint sees nothing
-# else, because it computes what it reads, and a tower of powers takes it minutes.
+# The grammar of a unit: names, 1, and groups of them, multiplied or divided, each with at most one small power. pint receives
+# nothing else, because it evaluates its text, and a tower of powers takes minutes.
 LONGEST_UNIT = 40  # characters
 _NAME = r"(?:[^\W\d]\w*|°\w*|%|1(?!\w))"
 _POWER = r"(?:\s?(?:\*\*|\^)\s?(?:[+-]?\d(?:\.\d)?|\(\s?[+-]?\d(?:\.\d|\s?/\s?\d)?\s?\))(?![\w.*^]))?"
@@ -38,7 +38,7 @@ _PRODUCT = rf"{_NAME}{_POWER}(?:{_TIMES}{_NAME}{_POWER})*"
 _FACTOR = rf"(?:{_NAME}|\(\s?{_PRODUCT}\s?\)){_POWER}"
 UNIT = re.compile(rf"{_FACTOR}(?:{_TIMES}{_FACTOR})*")
 
-# What a reader likes to see, from the SI unit that a quantity is stored in.
+# The unit that a reader expects, by the SI unit in which a quantity is stored.
 SHOWN: dict[str, tuple[str, ...]] = {
     "m": ("m", "mm", "um", "nm", "pm"),
     "Hz": ("Hz", "kHz", "MHz", "GHz"),
@@ -58,7 +58,7 @@ SHOWN: dict[str, tuple[str, ...]] = {
     "mol/m^3": ("mol/m^3", "mmol/l", "mol/l"),
 }
 
-# The units that need no pint: what they measure, and their size there. A test holds each against pint.
+# The units that need no pint: their SI unit, and their size in it. A test compares each with pint.
 PREFIXES = {
     "z": 1e-21, "a": 1e-18, "f": 1e-15, "p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9,
     "T": 1e12,
@@ -103,7 +103,7 @@ def registry() -> pint.UnitRegistry[Any]:
         folder = _cache_folder(Path(pint.__file__))
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         return pint.UnitRegistry(cache_folder=None if not_own(folder) else folder)  # pint keeps pickles, which are code
-    except Exception:  # what was kept is cut short, or may not be written: the definitions are read anew  # noqa: BLE001
+    except Exception:  # the cache is truncated, or not writable: the definitions are read anew  # noqa: BLE001
         return pint.UnitRegistry()
 
 
@@ -133,9 +133,9 @@ def unit_scale(unit: str) -> tuple[float, float]:
 
 
 def _decimal(scale: float) -> float:
-    """Return the decimal number that a scale is by definition, such as 1e-9, where the way through the base units rounds.
+    """Return the exact decimal number of a scale, such as 1e-9, where the conversion by base units rounds.
 
-    A scale that is no short decimal number, such as that of the degree, stays as it is.
+    A scale that is not a short decimal number, such as the degree's, stays as it is.
     """
     short = float(f"{scale:.12g}")
     return short if abs(short - scale) <= 4.0 * math.ulp(scale) else scale
@@ -147,7 +147,7 @@ def _pint_unit(unit: str) -> Any:
 
 @functools.lru_cache(maxsize=4096)
 def _mismatch(unit: str, wanted: str) -> str | None:
-    """Say why `unit` cannot measure what is stored in `wanted`; None when it can."""
+    """Return why `unit` cannot measure a quantity in `wanted`; None when it can."""
     if unit in QUICK and wanted in QUICK and QUICK[unit][0] == QUICK[wanted][0]:
         return None
     given, asked = _pint_unit(unit), _pint_unit(wanted)
@@ -182,7 +182,7 @@ KINDS = {
 
 
 def _kind(unit: str) -> str:
-    """Return the words for what a unit measures: 'a length' for nm."""
+    """Return the words for the dimension of a unit: 'a length' for nm."""
     word = KINDS.get(unit)
     if word is None:
         given = _pint_unit(unit)
@@ -241,7 +241,7 @@ def parse(given: object, unit: str) -> float:
     return _finite(value + offset, given)
 
 
-# The unit that a message suggests, where the SI unit is not what people in the field would write.
+# The unit that a message suggests, where people in the field would not write the SI unit.
 SUGGESTED = {
     "m": "nm",
     "J": "zJ",
@@ -261,7 +261,7 @@ def parse_share(given: object, name: str) -> float:
     Raises
     ------
     ParameterError
-        For anything else; a number of percent is met with what to write.
+        For anything else; for a number in percent, with the text to write.
     """
     try:
         value = parse(given, "1")
@@ -275,7 +275,7 @@ def parse_share(given: object, name: str) -> float:
 
 
 def percent_hint(value: float) -> str:
-    """Return what to write for a number that may have been meant in percent, as the end of a sentence."""
+    """Return the text to write for a number that may be in percent, as the end of a sentence."""
     return f"; did you mean {value / 100.0:g} or '{value:g} %'?" if 1.0 < value <= 100.0 else ""
 
 
@@ -321,7 +321,7 @@ def usual_unit(unit: str) -> str:
 
 
 @checked
-@functools.lru_cache(maxsize=4096, typed=True)  # most numbers of a case are those of the case before
+@functools.lru_cache(maxsize=4096, typed=True)  # a case has most numbers of the case before
 def show(value: float, unit: str, digits: int | None = None) -> str:
     """Return an SI value as text with a unit chosen for the reader.
 

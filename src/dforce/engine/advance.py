@@ -1,4 +1,4 @@
-"""Motions advanced over intervals of time, each with steps of its own."""
+"""Motions advanced over intervals of time, each with its own steps."""
 
 from __future__ import annotations
 
@@ -157,10 +157,10 @@ def landing(lane: Any, laws: Any, level: float, v: float) -> float:
 
 @compiled
 def try_step(lane: Any, laws: Any, kind: int, h: float, left: float, f1: float, measured: bool, watched: bool) -> Any:
-    """Try a step until it ends where it should; return length, kind, what it ends on, the kink, error, and whether it does.
+    """Try a step until it ends on its event; return length, kind, event, kink, error, and whether it does.
 
-    It is at most `h` long, or `left`, to land on a kink. It ends on what it meets first, at a kink as near as `landing` asks.
-    `f1` is the force at its start, and `watched` says whether a switch may end it.
+    It is at most `h` long, or `left`, to land on a kink. It ends on the first event, at a kink as near as `landing` asks.
+    `f1` is the force at its start; `watched`: whether a switch may end it.
     """
     state, length = lane.state, lane.numbers[LENGTH]
     v0, begun, aim, tries, near = state[V0], kind, NOTHING, 0, -1.0

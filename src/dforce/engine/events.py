@@ -71,7 +71,7 @@ def event_in(lane: Any, h: float, turned: bool) -> Any:
 def call_law(lane: Any, laws: Any, f: int, kind: int, d: float, v: float, s: float) -> float:
     """Add a law's force to the result, or write its switch there, which is positive where its latch changes; return the result.
 
-    The time is s after the start of the next step; memory and branches are those at its start.
+    The time is s after the start of the next step; memory and branches have their values at its start.
     """
     numbers, at, latch = lane.numbers, lane.at, laws.place[f, 3]
     lane.d[0], lane.rate[0] = d, v * numbers[SPEED]
@@ -94,7 +94,7 @@ def largest_switch(lane: Any, laws: Any, d: float, v: float, s: float) -> float:
 
 @compiled
 def change_latches(lane: Any, laws: Any, d: float, v: float) -> bool:
-    """Change the latches whose switch is positive; say whether there are any."""
+    """Change the latches whose switch is positive; return whether there are any."""
     changed = False
     for f in range(laws.address.shape[0]):
         if laws.address[f, 2] != 0 and call_law(lane, laws, f, SWITCHING, d, v, 0.0) > 0.0:
@@ -113,7 +113,7 @@ def force_now(lane: Any, laws: Any) -> float:
 
 @compiled
 def force_at(lane: Any, laws: Any, d: float, v: float) -> float:
-    """Return the force at a distance and velocity, with time, memory and branches those at the start of the next step."""
+    """Return the force at a distance and velocity, with time, memory and branches at the start of the next step."""
     lane.result[0] = 0.0
     for m in range(lane.memory.shape[1]):
         lane.kept[0, m] = lane.memory[0, m]
@@ -124,7 +124,7 @@ def force_at(lane: Any, laws: Any, d: float, v: float) -> float:
 
 @compiled
 def crest(force: Any, f1: float, lowest: float, highest: float) -> float:
-    """Return at which share of a step the force is beyond what is known and both ends, by a cubic; 0 where it is not."""
+    """Return the share of a step at which the force, a cubic, exceeds its ends and the known range; 0 if nowhere."""
     f0, fa, fb, ca, cb = force[0], force[5], force[8], C[5], C[8]
     p1, p2 = (fa - f0) / ca, 0.0
     p2 = ((fb - fa) / (cb - ca) - p1) / cb

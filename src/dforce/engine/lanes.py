@@ -44,7 +44,7 @@ def inlined(function: Function) -> Function:
 
 
 class Lanes(NamedTuple):
-    """Motions that are advanced, a row for each.
+    """The motions to advance, a row for each.
 
     Attributes
     ----------
@@ -60,17 +60,17 @@ class Lanes(NamedTuple):
     kinks
         Distances (m) at which a law is not smooth, and a0, rising, (lanes, kinks).
     limits
-        Of a step: error in the motion, in the columns, in the fastest Fourier sum; longest (scaled time), (lanes, 4).
+        For a step: error in the motion, in the columns, in the fastest Fourier sum; longest (scaled time), (lanes, 4).
     deviation
         Deviation of each part from the free motion, and its derivatives, (lanes, parts, 2, 1 + columns).
     unit
-        What the distance changes by (m) in each column of itself, (lanes, columns).
+        Direct change of the distance (m) for each column, (lanes, columns).
     memory, scale, latched
         Of the forces: memory, (lanes, states), its scale, (states,), and branches, (lanes, latches).
     pairs
         Frequency ratios of the Fourier sums of the force, (pairs,).
     sums
-        What is summed over each interval, (lanes, intervals, FIRST_PAIR + 2 pairs); or nothing, (lanes, intervals, 0).
+        The sums over each interval, (lanes, intervals, FIRST_PAIR + 2 pairs); or nothing, (lanes, intervals, 0).
     still, path
         Scaled free motion, and motion, at the start and the end of each interval, (lanes, intervals + 1, size).
     samples
@@ -101,9 +101,9 @@ class Lanes(NamedTuple):
 
 
 class Lane(NamedTuple):
-    """One motion: what it is made of, where it is, and room for the stages of a step (q = 1 + columns)."""
+    """One motion: its numbers, its state, and room for the stages of a step (q = 1 + columns)."""
 
-    room: Any  # what holds all others that belong to no motion's row: they are views that hold nothing themselves
+    room: Any  # owner of all arrays outside a motion's row: they are views without memory of their own
     numbers: Any
     mode: Any  # (parts, NUMBERS): the parts of the modes, which are modes to all that follows
     turn: Any  # (tones, 8): ratio; free tip, complex; cosine and sine at the start of the step; phase; base, complex
@@ -116,7 +116,7 @@ class Lane(NamedTuple):
     moved: Any  # (modes, 2, q, WIDTH): in the frame, deviation and columns at each stage, at the end, and two errors
     w: Any  # (2, q): the same of the tip, at a stage
     push: Any  # (q, WIDTH): force at each stage and its change for each column, times the pace of time
-    table: Any  # (modes, 6, WIDTH): what a mode does up to each stage, see ``step``
+    table: Any  # (modes, 6, WIDTH): propagation of a mode up to each stage, see ``step``
     tip: Any  # (3, WIDTH): free deflection and velocity of the tip at each stage, and its time
     wave: Any  # (tones, 2, WIDTH): cosine and sine of a tone's angle since the start of the step
     swing: Any  # (4, WIDTH): waves of the first tone and of its harmonics, one after another
@@ -133,7 +133,7 @@ class Lane(NamedTuple):
     result: Any
     kept: Any  # (3, states): memory there
     at: Any  # addresses of d, rate, t, result, kept, change and the laws' numbers
-    state: Any  # (STATES,): what goes from step to step, see the places below
+    state: Any  # (STATES,): state passed from step to step, see the places below
 
 
 def _pointer(context: Any, at: Any) -> Any:

@@ -1,6 +1,6 @@
-"""Force laws as compiled functions over several points, called by their address.
+"""Force laws as compiled functions over several points, called by address.
 
-Each law is compiled alone, once, with the functions that it calls; what calls it knows its address and where its numbers lie.
+Each law is compiled alone, once, with its callees; its callers have its address and the place of its numbers.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ class Laws(NamedTuple):
     Attributes
     ----------
     address
-        Of each law, of the function that evolves its memory, and of its switch (0 where there is none), (forces, 3).
+        Address of each law, of the function that evolves its memory, and of its switch (0 where there is none), (forces, 3).
     place
-        Of each force: its first number behind those of the lever, its first state of memory, its number of states, its latch
-        (-1 where there is none), (forces, 4).
+        For each force: its first number behind the lever's numbers, its first state of memory, its number of states, its
+        latch (-1 where there is none), (forces, 4).
     rate
-        Whether any law may depend on the rate of the distance, or on what only the motion decides.
+        Whether any law may depend on the rate of the distance, on memory or on branches.
     """
 
     address: Any
@@ -56,7 +56,7 @@ class Laws(NamedTuple):
 def text_of(force: Force) -> str:
     """Return the text of a module with the law of one force over points."""
     linker = Linker()
-    linker.emit(HEADER.format(what=force.name) + "from numba import carray")
+    linker.emit(HEADER.format(contents=force.name) + "from numba import carray")
     numbers, place = [], 0
     for several in force.layout():
         if several is None:
@@ -105,7 +105,7 @@ def laws_of(forces: Sequence[Force]) -> Laws:
 
 
 def _call_over_points(context: Any, address: Any, given: Any) -> Any:
-    """Call a compiled function over points with what `TYPES` lists; arrays are given by their address."""
+    """Call a compiled function over points with the arguments of `TYPES`; arrays are passed by address."""
     arguments, result = sigutils.normalize_signature(TYPES)  # type: ignore[no-untyped-call]
 
     def generate(target: Any, builder: Any, typed: Any, values: Any) -> Any:
@@ -153,12 +153,12 @@ def force_over(laws: Laws, numbers: Array, zc: float, d: Array, rate: Array) -> 
 
 
 @functools.cache
-def entry(name: str, what: str, sources: tuple[str, ...]) -> Callable[..., None]:
+def entry(name: str, title: str, sources: tuple[str, ...]) -> Callable[..., None]:
     """Return a function of the last of some files of this folder; its first call compiles it or loads it from the user's disk.
 
     The hash of all these files names its module: the code lasts until one of them changes.
     """
     texts = [Path(__file__).with_name(f"{source}.py").read_bytes() for source in sources]
     stamp = hashlib.sha256(b"\0".join(texts)).hexdigest()
-    kernel: Any = Kernel(cache.load(f"# {stamp}\n{texts[-1].decode()}"), what)
+    kernel: Any = Kernel(cache.load(f"# {stamp}\n{texts[-1].decode()}"), title)
     return kernel.entry(name)  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""Motions marched side by side over whole periods or parts of one, and what is measured on the way, as arrays."""
+"""Motions marched side by side over whole periods or parts of one, and the measurements on the way, as arrays."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Start(NamedTuple):
 
 
 class Marched(NamedTuple):
-    """Where motions end, and what was found on the way.
+    """The ends of motions, and the measurements on the way.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Marched(NamedTuple):
     columns
         Derivatives of the end by the motion at the start and by the distance (per unit), (motions, size, size + 1), or none.
     rows
-        What was measured over each interval, (motions, intervals, columns), see ``observables``, or none.
+        The measurements over each interval, (motions, intervals, columns), see ``observables``, or none.
     samples
         Memory, branches and force (N) at the same times as `path`, or none.
     """
@@ -179,9 +179,9 @@ class Marcher:
 def measured(
     parts: Parts, free: Complexes, ratios: Array, phases: Array, ends: Array, harmonics: int, sums: Array
 ) -> Array:
-    """Return the rows that ``observables`` reads of each period, from the sums over it.
+    """Return the rows of each period for ``observables``, from the sums over it.
 
-    The Fourier sums U of the deviation u of a part follow from those of the force F and from its ends, with c = 2 eta:
+    The Fourier sums U of the deviation u of a part follow from the force's sums F and from its ends, with c = 2 eta:
     (K - w^2 + i w c) U = (g + (i w + c) b) F - [(v + (i w + c) u) exp(-i w t)] from start to end.
     """
     modes, tones, orders = free.shape[2], len(ratios), np.arange(1.0, harmonics + 1.0)

@@ -27,9 +27,9 @@ class Parts(NamedTuple):
     Attributes
     ----------
     numbers
-        Of each part, (motions, parts, NUMBERS).
+        Numbers of each part, (motions, parts, NUMBERS).
     split, join
-        What makes parts (x, v, x, v, ...) of a deviation from the free motion, (motions, 2 parts, size), and back.
+        Matrices from a deviation from the free motion to parts (x, v, x, v, ...), (motions, 2 parts, size), and back.
     """
 
     numbers: Array

@@ -1,8 +1,8 @@
 """One step of high order in the frame of the free oscillators.
 
-The motion of each mode is the free, driven one plus a deviation u = (x, v). In the frame that moves as the free oscillator,
-w = exp(-L s) u with s counted from the start of the step, only the force changes anything: w' = exp(-L s) (0, g F). So a free
-lever is exact at any Q and step. Columns, derivatives of the motion, obey the same equation with the change of the force.
+The motion of each mode is the free, driven motion plus a deviation u = (x, v). In the frame of the free oscillator,
+w = exp(-L s) u with s counted from the start of the step, only the force changes w: w' = exp(-L s) (0, g F). So a free lever
+is exact at any Q and step. Columns, derivatives of the motion, obey the same equation with the change of the force.
 
 A step from or to a kink of the law counts its time by a square, s = c^2 h or s = (2 c - c^2) h: there forces such as Hertz'
 begin like powers of a root, which are smooth in c.
@@ -110,7 +110,7 @@ def embedded(fifth: float, third: float) -> float:
 
 @compiled
 def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
-    """Try a step; return its error, relative to what is allowed.
+    """Try a step; return its error relative to the allowed error.
 
     The arrays are taken out of the lane once: each time costs the compiled code a counted reference.
     """
@@ -216,7 +216,7 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
 
 @compiled
 def swing_error(ratio: float, push: Any, tip: Any, swing: Any) -> float:
-    """Return the error of the deflection at a frequency over a step, per unit of gain; the force's Fourier sum gives it."""
+    """Return the error of the deflection at a frequency over a step, per unit of gain, from the force's Fourier sum."""
     for j in range(tip.shape[1]):
         s = 0.5 * ratio * tip[S, j]
         c, q = waves(s * s)  # of half of the angle, so that the tenth harmonic finds it small enough

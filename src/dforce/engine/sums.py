@@ -130,7 +130,7 @@ def add_deflection(lane: Any, h: float, bent_x: float, bent_v: float, sums: Any)
 
 @compiled
 def velocity(lane: Any, h: float, bent: Any, s: float) -> float:
-    """Return the scaled velocity a time s into the step that was tried: a quartic adds what its forces do, see ``bend``."""
+    """Return the scaled velocity a time s into the tried step: a quartic adds the effect of its forces, see ``bend``."""
     bent_x, bent_v, start, last = bent
     r = s / h
     rest = 30.0 * (bent_x / h - 0.5 * bent_v - h * (start - last) / 12.0)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from dforce.solvers.block import Block
     from dforce.solvers.integrator import Integrator, Motion
 
-Progress = Callable[[int, int, str], None]  # points done, points in all, what is being done
+Progress = Callable[[int, int, str], None]  # points done, points in all, the current work
 Place = tuple[int, ...]  # in the arrays of a result
 
 DISTANCE = "experiment.zc"
@@ -84,7 +84,7 @@ def values_of(given: Even | tuple[float, ...]) -> Array:
 
 
 def _kind_of_distances(given: Any) -> str:
-    """Say which kind of distances a value is: in a union of tables the messages name the keys of the one that is meant."""
+    """Return the kind of distances of a value: in a union of tables, messages name the keys of this kind."""
     if isinstance(given, RelativeGrid) or (isinstance(given, dict) and "of" in given):
         return "relative"
     return "grid" if isinstance(given, Grid | dict) else "list"
@@ -120,7 +120,7 @@ PROTOCOL: Any = pydantic.Field(
 
 @dataclass(frozen=True)
 class CurvePlan:
-    """A curve: the values that a parameter takes, in which order, and how the motion is carried from one to the next.
+    """A curve: the values of a parameter, their order, and how the motion is carried from one value to the next.
 
     Attributes
     ----------
@@ -137,9 +137,9 @@ class CurvePlan:
     start, protocol, carry
         Where the motion starts, and how it is carried along.
     shares
-        The values as shares of the free amplitude, where they are given as such.
+        The values as shares of the free amplitude, if the user gave shares.
     zc
-        Average distance (m), where the parameter is another one.
+        Average distance (m), where it is not the parameter.
     """
 
     name: str
@@ -174,7 +174,7 @@ def _refuse_tones(problem: Problem) -> None:
 
 
 class Experiment(Parameters):
-    """The plan of what is done with a case; one subclass, in one file, for each kind.
+    """The plan of a run; one subclass, in one file, for each kind.
 
     Attributes
     ----------
@@ -182,9 +182,9 @@ class Experiment(Parameters):
         The function that carries the plan out, as ``"module:name"`` below `dforce`, loaded when it is called; see
         :func:`dforce.runs.carry_out`.
     unswept
-        Dimensions of what a sweep does not keep of each case, such as the samples of a record.
+        Dimensions of variables that a sweep drops, such as the samples of a record.
     locks
-        Whether it can be done under controllers that hold amplitude or phase.
+        Whether it works under controllers that hold amplitude or phase.
     """
 
     title_of: ClassVar[str] = "experiment"
@@ -197,7 +197,7 @@ class Experiment(Parameters):
     @classmethod
     @abstractmethod
     def suggested(cls, problem: Problem) -> dict[str, Any]:
-        """Return keys without a default, as text that suits an instrument: what a form starts with."""
+        """Return keys without a default, as text that suits an instrument: the first values of a form."""
 
     @property
     def path(self) -> str:
@@ -209,20 +209,20 @@ class Experiment(Parameters):
         return {}
 
     def check(self, problem: Problem) -> None:
-        """Raise :class:`ParameterError` where it cannot be done with an instrument, which a case says as soon as it is made."""
+        """Raise :class:`ParameterError`, as soon as a case is made, where an instrument does not allow the experiment."""
         if problem.is_locked and not self.locks:
             problem.refuse_lock(f"experiment.kind = {self.kind}")
         for key, only in (("protocol", "quasi_static"), ("start", "free"), ("record", "settled")):
             if problem.is_locked and getattr(self, key, None) not in (None, only):
                 problem.refuse_lock(f"experiment.{key} = {shorten(getattr(self, key))}")
         for force in problem.forces:
-            if force.timed:  # with a period of its own, which that of the lock is not known to fit
+            if force.timed:  # with its own period, which the lock's period may not fit
                 problem.refuse_lock(f"the force {force.name}, which depends on time,")
         if problem.is_locked and len(problem.tones) > 1:
             _refuse_tones(problem)
 
     def range_of_zc(self, problem: Problem) -> tuple[float, float] | None:
-        """Return the nearest and the farthest average distance that it visits (m); None where it does not say."""
+        """Return the nearest and the farthest average distance (m); None where the plan does not contain them."""
         zc: Any = getattr(self, "zc", None)
         if zc is None:
             return None
@@ -235,7 +235,7 @@ class Experiment(Parameters):
 
 
 class MotionExperiment(Experiment):
-    """One that gives steady motions of the driven tip, and so their harmonics."""
+    """An experiment that gives steady motions of the driven tip, and so their harmonics."""
 
     harmonics: int = pydantic.Field(
         default=10, ge=1, le=100, description="number of reported harmonics of the first tone"
@@ -243,7 +243,7 @@ class MotionExperiment(Experiment):
 
 
 class DistanceExperiment(MotionExperiment):
-    """One that gives the amplitude along the distance, and so the states at a set point."""
+    """An experiment that gives the amplitude along the distance, and so the states at a set point."""
 
     set_point: Numbers = param(
         SET_POINT,
@@ -270,7 +270,7 @@ class CurveExperiment(MotionExperiment):
         """Return the curve."""
 
     def solved_with(self, settings: SolverSettings) -> SolverSettings:
-        """Return the settings that its motions are found with, from those of the case."""
+        """Return the solver settings for its motions, from the settings of the case."""
         return settings
 
     def coordinates(self, problem: Problem) -> dict[str, Any]:
@@ -279,12 +279,12 @@ class CurveExperiment(MotionExperiment):
 
 
 class PathExperiment(CurveExperiment):
-    """One that takes a parameter in one direction, the other, or both one after the other, slowly or by sudden steps.
+    """An experiment that changes a parameter in one direction, the other, or both in turn, slowly or by sudden steps.
 
     Attributes
     ----------
     both_ways
-        Names of the directions; where both are asked for, in this order.
+        Names of the directions; a run of both has this order.
     falls_first
         Whether the parameter falls in the first of them.
     """

@@ -60,8 +60,8 @@ def answer_with(
 ) -> str:
     """Return a result in words.
 
-    `states` is a result of :func:`dforce.at_set_point` for this share where it is known. `branches` has all states of the case:
-    those of regimes that the curve does not meet are named, too.
+    `states` is a result of :func:`dforce.at_set_point` for this share, if known. `branches` has all states of the case: the
+    answer then names states in regimes that the curve does not reach, too.
     """
     if is_kind(result, "fit"):
         return _of_fit(result)
@@ -119,11 +119,19 @@ def _of_fit(fit: xr.Dataset) -> str:
         if "." in str(one["parameter"].values)  # the others are offsets of the measurement
     ]
     held = [part.partition(" = ") for part in str(fit.attrs.get("holds_for", "")).split(", ") if part]
-    known = [f"{'R' if path == 'tip.radius' else 'k'} = {value}" for path, _, value in held]
+    known = [f"{_symbol_of(path)} = {value}" for path, _, value in held]
     text = f"{', '.join(found)}{', for ' if known else ''}{', '.join(known)}."
     text = f"{text[0].upper()}{text[1:]}" if words == "label" else text
     doubt = verdict(fit)
     return f"{doubt} {text}" if doubt else text
+
+
+def _symbol_of(path: str) -> str:
+    """Return the symbol of a value of lever or tip; with several modes it says of which one."""
+    if path == "tip.radius":
+        return "R"
+    *parts, name = path.split(".")
+    return f"{name} of mode {parts[-1]}" if "modes" in parts else name
 
 
 def _details(state: SetPointState) -> str:

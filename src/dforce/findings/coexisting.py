@@ -35,12 +35,12 @@ def coexisting(curve: xr.Dataset, progress: Progress | bool | None = None, large
     Returns
     -------
     xarray.Dataset
-        As :func:`dforce.branches` gives them.
+        As from :func:`dforce.branches`.
 
     Raises
     ------
     ParameterError
-        When the result is no such curve, or its forces have memory or branches.
+        When the result is not such a curve, or its forces have memory or branches.
     """
     along = goes_along(curve)
     if along not in ("zc", "frequency") or swept(curve) or "point" in curve.dims or curve.sizes.get(along, 0) < 2:

@@ -32,16 +32,16 @@ HIGHEST = {"multiplier_angle": 180.0}
 
 @dataclass(frozen=True)
 class Crossings:
-    """Where curves meet the value of a quantity, such as a set point.
+    """The points where curves meet the value of a quantity, such as a set point.
 
     Attributes
     ----------
     row, over, shape
-        The dimension of the curves' points; those of a sweep's parameters, and their sizes.
+        The dimension of the curves' points; the dimensions of a sweep's parameters, and their sizes.
     case, way
         Number of the case, and of the direction, of each state.
     before, after, share
-        The points before and after it, and how far between them it lies.
+        The points before and after it, and its place between them, from 0 to 1.
     """
 
     row: str

@@ -12,12 +12,12 @@ from dforce.core.quantities import NONE
 from dforce.core.units import reader_unit
 from dforce.results.dataset import unit_for
 
-DIGITS = 3  # of what is computed: the default accuracy promises them, and not always one more
-GIVEN_DIGITS = 5  # of what a user gave, and of frequencies: a narrow resonance is told from the drive by them
+DIGITS = 3  # of computed numbers: the default accuracy promises them, and not always another digit
+GIVEN_DIGITS = 5  # of a user's values, and of frequencies: they distinguish a narrow resonance from the drive
 GIVEN = ("zc", "frequency", "distance", "free_amplitude")
 LEAST = 0.001
 FINEST = 7  # place, counted from its first digit, beyond which no digit of a value is written, however small its error
-DEGREE = "degree"  # unit of phases in results, which the parser of units knows as an angle
+DEGREE = "degree"  # unit of phases in results, an angle for the parser of units
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,9 @@ class Findings(Listing[Finding]):
 
 
 def number(value: float, unit: str, name: str = "", none: bool = False, size: float | None = None) -> str:
-    """Return an SI number as a reader likes it, with the digits that are known: ``218 pN``, ``54.2°``, ``10.4 %``.
+    """Return an SI number for a reader, with the digits that are known: ``218 pN``, ``54.2°``, ``10.4 %``.
 
-    An amount of which there is none is "none". The unit is that of a value of the `size`, which is its own by default.
+    With `none` the text is "none". The unit suits a value of the `size`, by default the number itself.
     """
     if not np.isfinite(value):
         return "-"

@@ -1,4 +1,4 @@
-"""The jumps of curves: those noted where orbits were followed, else sudden steps of the motion."""
+"""The jumps of curves: jumps noted where orbits were followed, else sudden steps of the motion."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Jump:
 def jumps(curve: xr.Dataset, direction: str = "") -> list[Jump]:
     """Return the jumps of a curve over distance or frequency in one direction.
 
-    Where orbits were followed from point to point, or jumps noted, those that were noted count. Else a jump is a step of
+    Where orbits were followed from point to point, or jumps noted, the noted jumps count. Else a jump is a step of
     the first tone's complex amplitude of at least a tenth of the largest amplitude, three times larger than the steps
     before and after it and twice the median step: a coarse grid shows none.
     """
@@ -54,7 +54,7 @@ def jumps(curve: xr.Dataset, direction: str = "") -> list[Jump]:
 def jumps_of_all(result: xr.Dataset, along: str, direction: str = "") -> Iterator[tuple[int, int, list[Jump]]]:
     """Give the jumps of each curve of a result: the number of its case and of its direction, counted from 0, and its jumps.
 
-    `direction` is that of a result which is one direction of another.
+    `direction` names the direction of a result that is one direction of another result.
     """
     x, where, over = result.variables[along].values, _noted_as(along), swept(result, along)
     case = None if where in result and "direction" in result.dims else _case(result)

@@ -10,7 +10,7 @@ import numpy as np
 from dforce.case import case_of
 from dforce.core.errors import ParameterError, checked
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.validity import Advice, attributes
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 DERIVED = "derived for dForce; R. Garcia, R. Proksch, Eur. Polym. J. 49, 1897 (2013)"
 PHASES = 4096  # points of a period, for the Fourier coefficients of the force
 ATTRACTED = 0.05  # of the largest repulsive virial of a curve: more attraction is adhesion
-# what the formulas neglect: its largest share, and what it is
+# the terms that the formulas neglect: the largest share, and the words for the term
 NEGLECTED = {
     "harmonics": (0.05, "Mode 2 also answers harmonics of tone 1 near its resonance, by {} of the indentation"),
     "path": (0.05, "The force changes the path of mode 1 by {} of its amplitude"),
@@ -95,7 +95,7 @@ def material(curve: xr.Dataset, model: Literal["hertz", "punch", "cone"] = "hert
         variables |= {f"true_{name}": ((), np.array(known[0]))} if known else {}
     places = {dim: curve[dim] for dim in ("zc", "direction") if dim in curve.coords}
     data = xr.Dataset(variables, places | {"effect": list(shares)})
-    data.attrs = provenance(curve.attrs["case"], case.title) | {"model": model} | attributes(_advice(seen, shares))
+    data.attrs = of_case(case, curve.attrs["case"]) | {"model": model} | attributes(_advice(seen, shares))
     return describe(data)
 
 
@@ -124,7 +124,7 @@ class PowerContact(NamedTuple):
 class Observed(NamedTuple):
     """Observables of both tones, in SI: `k`, `Q` and `f0` of both modes, (2,); frequencies and amplitudes, (2, points).
 
-    `drive` (N) and `phase` (rad, lag) are those of tone 1, (points,).
+    `drive` (N) and `phase` (rad, lag) belong to tone 1, (points,).
     """
 
     k: Array
@@ -176,7 +176,7 @@ def estimate(seen: Observed, contact: PowerContact) -> Estimate:
 
 
 def neglected(seen: Observed, contact: PowerContact, found: Estimate) -> dict[str, Array]:
-    """Return what the formulas neglect, each as a share of what they assume to be much larger, see `NEGLECTED`."""
+    """Return the terms that the formulas neglect, each as a share of the term assumed much larger, see `NEGLECTED`."""
     A, f1 = seen.amplitude[0], seen.frequency[0]
     theta = 2.0 * np.pi / PHASES * np.arange(PHASES)
     depth = 1.0 - A[..., None] / found.indentation[..., None] * (1.0 - np.cos(theta))
@@ -208,7 +208,7 @@ def _contact(case: Case, model: str) -> PowerContact:
 
 
 def _observed(curve: xr.Dataset, case: Case) -> Observed:
-    """Return what the instrument shows; resonances are at the free locks, and free motion lags by 90 degrees there."""
+    """Return the observables of the instrument; resonances are at the free locks, where free motion lags by 90 degrees."""
     tones, calibration = case.problem.tones, 1.0 + 0.0j
     modes = [case.problem.modes[tone.mode] for tone in tones]
     f0 = [mode.f0 for mode in modes]
@@ -226,7 +226,7 @@ def _observed(curve: xr.Dataset, case: Case) -> Observed:
 
 
 def _advice(seen: Observed, shares: dict[str, Array]) -> list[Advice]:
-    """Return what makes the numbers wrong."""
+    """Return advice where the numbers are wrong."""
     pieces = []
     for name, (limit, text) in NEGLECTED.items():
         largest = float(np.max(shares[name], initial=0.0, where=np.isfinite(shares[name])))

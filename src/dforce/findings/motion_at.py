@@ -1,4 +1,4 @@
-"""The motion at one point of a result, computed anew: what a curve of amplitudes does not keep."""
+"""The motion at one point of a result, computed anew: a curve does not keep its motions."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def _origin(point: xr.Dataset) -> tuple[Case, Problem]:
 
 
 def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
-    """Return the motion that a result keeps of a point, else one that moves as the point says, as far as it says it."""
+    """Return the motion that a result keeps at a point, else a motion with the amplitudes and phases of the point."""
     problem = integrator.problem
     if MOTION in point.variables:
         return motion_of(point, problem)
@@ -141,7 +141,7 @@ def _start(integrator: Integrator, point: xr.Dataset) -> Motion:
     start = with_amplitudes(integrator, amplitudes)
     z, v = np.array(start.y[::2]), np.array(start.y[1::2])
     z[0] += float(point["mean_deflection"]) / integrator.scales.length
-    if "harmonic_amplitude" in point and modes == 1:  # of several modes no harmonic says whose it is
+    if "harmonic_amplitude" in point and modes == 1:  # with several modes the mode of a harmonic is unknown
         first = problem.tones[0]
         for h, amplitude, lag in zip(
             point["harmonic"].values[1:],

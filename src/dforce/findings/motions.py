@@ -107,7 +107,7 @@ def approach(dataset: xr.Dataset) -> Iterator[Finding]:
 
 
 def frequency_sweep(dataset: xr.Dataset) -> Iterator[Finding]:
-    """Give the resonance and what a curve tells, of each direction."""
+    """Give the resonance and the other findings of each direction."""
     for way, one in _ways(_with_scales(dataset)):
         yield _peak(one, way)
         yield from _curve(one, "frequency", way)
@@ -276,7 +276,7 @@ SPECIALS = (
 
 
 def basins(dataset: xr.Dataset) -> Iterator[Finding]:
-    """Give each state, the one that most starts lead to first, and the starts that lead to no state."""
+    """Give each state, the largest share of starts first, and the starts that lead to no state."""
     yield finding("zc", "average distance", float(dataset["zc"]), "m")
     for state in dataset["state"].values:
         one = dataset.sel(state=state).isel(tone=0)

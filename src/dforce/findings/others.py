@@ -83,7 +83,7 @@ def regimes(dataset: xr.Dataset) -> Iterator[Finding]:
 
 
 def thermal_spectrum(dataset: xr.Dataset) -> Iterator[Finding]:
-    """Give what the fits of a thermal spectrum found, beside the true values."""
+    """Give the fitted values of a thermal spectrum, beside the true values."""
     modes = _each(dataset, "mode")
     for one in modes:
         which = f" of mode {int(one['mode'])}" if len(modes) > 1 else ""

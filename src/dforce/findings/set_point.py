@@ -1,4 +1,4 @@
-"""States at a set point: those of a curve in which the amplitude is a given share of the free amplitude."""
+"""States at a set point: states of a curve in which the amplitude has a chosen ratio to the free amplitude."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def read_at_set_point(result: xr.Dataset, set_point: float, names: Collection[st
 
 @checked
 def at_distance(result: xr.Dataset, distance: float, names: Collection[str] | None = None) -> xr.Dataset:
-    """Return the states at an average distance (m), as :func:`at_set_point` gives those at a set point.
+    """Return the states at an average distance (m), as :func:`at_set_point` does at a set point.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def _kept(solved: AnyArray, result: xr.Dataset, name: str) -> AnyArray:
 
 @checked
 def states_meant(states: xr.Dataset) -> str:
-    """Return in words which states at a set point a result contains: those of an approach, or all on the branches.
+    """Return words for the states at a set point in a result: the states of an approach, or all on the branches.
 
     Parameters
     ----------
@@ -249,11 +249,11 @@ class SetPointState:
     set_point, zc, direction
         The share A/A0, the average distance (m), and the direction of a curve that has several.
     peak_force, phase, max_indentation
-        What the result holds there.
+        The result's values there.
     repels
         Whether the peak force is above its estimated error.
     regime, stable
-        Words as :func:`regime` says them, and whether the state is stable, where the result shows it.
+        The words of :func:`regime`, and whether the state is stable, where the result shows it.
     """
 
     set_point: float
@@ -293,7 +293,7 @@ def states_at(curve: xr.Dataset, set_point: float, found: xr.Dataset | None = No
 
 
 def why_none(curve: xr.Dataset, set_point: float) -> str:
-    """Return why no state of a curve is at a set point, and what to change, in two sentences."""
+    """Return why no state of a curve is at a set point, and the remedy, in two sentences."""
     ratio, status = curve[RATIO].values, curve["status"].values
     wanders = status == Status.NOT_REPEATING
     steady = ratio[repeats(status)]

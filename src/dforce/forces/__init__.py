@@ -1,8 +1,8 @@
 """Tip–sample forces: one file, one model.
 
-The models are found by looking through this folder, so that a new file is all that a new force takes:
-``dforce.forces.DMT`` is the class of ``dmt.py``, and ``REGISTRY["dmt"]`` the same by its key in a case. Those
-of other packages follow, by their entry points in the group "dforce.forces".
+dForce finds the models in this folder: a new force needs only a new file. ``dforce.forces.DMT`` is the class of ``dmt.py``,
+and ``REGISTRY["dmt"]`` the same by its key in a case. Models of other packages follow, by their entry points in the group
+"dforce.forces".
 """
 
 from __future__ import annotations
@@ -50,5 +50,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return the classes of forces and what goes with them, without the modules of this folder."""
+    """Return the classes of forces and their helpers, without the modules of this folder."""
     return __all__

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-# powers of two in steps of 1/256: what is left of a step needs a short polynomial only
-LAST, SHIFT = 255, 44  # of the steps; places of the exponent's bits behind theirs
+# powers of two in steps of 1/256: the remainder of a step needs only a short polynomial
+LAST, SHIFT = 255, 44  # of the steps; places of the exponent's bits behind the bits of the steps
 PER_E = 369.3299304675746  # steps to a factor of e: 256 / ln 2
 REACH = 708.0 * PER_E  # beyond it on either side the result is 0 or infinity
-ROUNDER = 6755399441055744.0  # 1.5 * 2^52: what is added to it is rounded to a whole number, found in the last bits
-# the bits of 2^(k / 256), less those of k where they stand
+ROUNDER = 6755399441055744.0  # 1.5 * 2^52: a number added to it is rounded to a whole number in the last bits
+# the bits of 2^(k / 256), less the bits of k at their place
 POWERS = (2.0 ** (np.arange(LAST + 1) / (LAST + 1))).view(np.int64) - (np.arange(LAST + 1, dtype=np.int64) << SHIFT)
 # (2^(r / 256) - 1) / r to a relative error of 5e-18 for |r| < 1/2, interpolated at Chebyshev's nodes
 C1, C2, C3, C4 = 0.0027076061740622767, 3.665565596910102e-06, 3.308302983772032e-09, 2.2393953277133572e-12
@@ -18,13 +18,13 @@ C1, C2, C3, C4 = 0.0027076061740622767, 3.665565596910102e-06, 3.308302983772032
 def exponential(x: float) -> float:
     """Return exp(x), not a number where x is none.
 
-    It is right to a few units in the last place, and what a unit in that of x changes.
+    The error is a few units in the last place, plus the change by such a unit of x.
     """
     return raised(x * PER_E, 1.0)
 
 
 def raised(x: float, factor: float) -> float:
-    """Return factor * 2^(x / 256), that is factor * exp(x / PER_E): a law that knows x in these steps knows it sooner."""
+    """Return factor * 2^(x / 256), that is factor * exp(x / PER_E): quicker for a law with x in these steps."""
     if abs(x) < REACH:
         shifted = x + ROUNDER
         whole = np.float64(shifted).view(np.int64)

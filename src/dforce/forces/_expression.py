@@ -1,12 +1,10 @@
-"""Expressions that users write, read as data: checked, and written out anew as the text of a law.
+"""Expressions of users, read as data: checked, and rewritten as the text of a law.
 
-The text that a user gives is parsed, never run. Each node of its syntax tree must be one of those known here;
-from them a new tree is built, of known names and plain numbers only, and its text is the law that runs and is
-compiled.
+The user's text is parsed, never run. Each node of its syntax tree must be of a known kind. A new tree is built, of known names
+and plain numbers only, and its text is the law that runs and is compiled.
 
-What does not depend on the motion is computed once a run: ``P3*sqrt(R)*indentation**1.5`` costs a step one
-product and the power. A division by zero or the logarithm of a negative number gives infinity or NaN,
-interpreted as well as compiled.
+Parts that do not depend on the motion are computed once a run: ``P3*sqrt(R)*indentation**1.5`` costs a step one product and
+the power. A division by zero or the logarithm of a negative number gives infinity or NaN, interpreted as well as compiled.
 """
 
 from __future__ import annotations
@@ -96,7 +94,7 @@ class Expression:
     prepare
         From the parameters by name: the constants, and the distances (m) at which a comparison with d turns.
     meanings
-        For each constant, the part of the expression that it stands for.
+        For each constant, its part of the expression.
     """
 
     variables: frozenset[str]
@@ -116,7 +114,7 @@ def read(text: str) -> Expression:
     """
     try:
         return _built(_parsed(text))
-    except (RecursionError, SyntaxError):  # what is written out has more parentheses than what was given
+    except (RecursionError, SyntaxError):  # the rewritten text has more parentheses than the user's
         raise ParameterError("is nested too deeply") from None
 
 
@@ -221,7 +219,7 @@ def _shown(node: ast.expr) -> str:
 
 
 class _Builder:
-    """Builds the new tree, and collects what the law takes as arguments."""
+    """Builds the new tree, and collects the arguments of the law."""
 
     def __init__(self) -> None:
         self.variables: set[str] = set()
@@ -229,7 +227,7 @@ class _Builder:
         self.edges: list[ast.expr] = []
 
     def placed(self, term: _Term) -> ast.expr:
-        """Return a term for use in the law: what does not move becomes an argument."""
+        """Return a term for use in the law: a term that does not depend on the motion becomes an argument."""
         if term.moving or term.value is not None:
             return term.tree
         self.constants.setdefault(ast.unparse(term.tree), term.tree)
@@ -248,7 +246,7 @@ class _Builder:
         return _Term(make(*(term.tree for term in terms)))
 
     def number(self, node: ast.expr) -> _Term:
-        """Return the term of a node that stands for a number."""
+        """Return the term of a node for a number."""
         match node:
             case ast.Constant():
                 return _constant(node)
@@ -271,7 +269,7 @@ class _Builder:
         raise _refusal(node)
 
     def condition(self, node: ast.expr) -> ast.expr:
-        """Return the tree of a node that stands for a condition."""
+        """Return the tree of a node for a condition."""
         match node:
             case ast.Compare() if all(isinstance(operator, COMPARISONS) for operator in node.ops):
                 terms = [self.number(part) for part in (node.left, *node.comparators)]
@@ -287,7 +285,7 @@ class _Builder:
         raise ParameterError(f"has '{_shown(node)}' in place of a condition such as d < a0")
 
     def _note_edge(self, one: _Term, other: _Term) -> None:
-        """Keep the distance at which d, or the indentation, passes what it is compared with."""
+        """Keep the distance at which d, or the indentation, passes the other side of a comparison."""
         if other.moving or not isinstance(one.tree, ast.Name):
             return
         if one.tree.id == "d":
@@ -392,5 +390,5 @@ def _check_count(name: str, count: int, wanted: int) -> None:
 def _refusal(node: ast.expr) -> ParameterError:
     if isinstance(node, ast.BinOp | ast.UnaryOp):
         return ParameterError(f"has '{_shown(node)}'; the operators are + - * / ** and comparisons")
-    what = REFUSED.get(type(node), "a form of Python")
-    return ParameterError(f"has {what} ('{_shown(node)}'), not allowed in an expression")
+    form = REFUSED.get(type(node), "a form of Python")
+    return ParameterError(f"has {form} ('{_shown(node)}'), not allowed in an expression")

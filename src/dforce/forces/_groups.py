@@ -1,4 +1,4 @@
-"""The headings that force models stand under, wherever they are listed."""
+"""The headings of force models in every list."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OWN = "Your own"
 
 
 def group_of(model: type[Force]) -> str:
-    """Return the heading that a model stands under, by what it counts."""
+    """Return the heading of a model, by its interactions."""
     if model.evolve is not None:
         return VISCOUS
     return next((title for interaction, title in GROUPS.items() if interaction in model.contains), OWN)

@@ -1,7 +1,7 @@
 """Frictionless contact with an elastic layer bonded to a rigid support, solved numerically.
 
-The displacement under a pressure is that of a half-space with each wave number k of the pressure weighted
-by a kernel L(kh). The contact of an axisymmetric tip then is the Fredholm equation
+The displacement under a pressure is a half-space's, with each wave number k of the pressure weighted by a kernel L(kh). The
+contact of an axisymmetric tip then is the Fredholm equation
 
     f(x) + (1/pi h) int_0^a [m((x + t)/h) + m((x - t)/h)] f(t) dt = depth - g(x),   m(s) = int_0^inf (L(w)
     - 1) cos(w s) dw
@@ -50,10 +50,10 @@ def kernel_moments(poisson: float) -> tuple[float, float]:
 
 
 def contact(profile: str, poisson: float, radius: float) -> tuple[float, float]:
-    """Return depth X and the force over that of a half-space there, for a contact radius in thicknesses.
+    """Return depth X and the force, relative to a half-space's there, for a contact radius in thicknesses.
 
-    The depth is measured as the series does: contact radius of the half-space over thickness for a sphere
-    and a punch, tan(theta) depth over thickness for a cone.
+    The depth is as in the series: contact radius of the half-space over thickness for a sphere and a punch, tan(theta)
+    depth over thickness for a cone.
     """
     w, weighted = _kernel(poisson)
     x, dx = legendre(POINTS, 0.0, radius)

@@ -1,19 +1,19 @@
 r"""Contact of a sphere with a viscoelastic sample of any number of relaxation times, memory included.
 
-The method of dimensionality reduction: the sample is a row of independent elements along :math:`x \ge 0`,
-each a spring in parallel with arms of a spring and a dashpot in series, and the tip presses the element
-at x down to :math:`\delta - x^2/R`. It gives the exact contact of a half-space: Lee and Radok's while the
-contact grows, Ting's while it shrinks, and every contact after that on a surface which has not recovered.
+The method of dimensionality reduction: the sample is a row of independent elements along :math:`x \ge 0`, each a spring in
+parallel with arms of a spring and a dashpot in series. The tip presses the element at x down to :math:`\delta - x^2/R`. The
+contact is exact for a half-space: Lee and Radok's while the contact grows, Ting's while it shrinks, and every later contact on
+a surface that has not recovered.
 
-An element's states are the displacements :math:`w_k` of its dashpots, its stress-free surface is at
-:math:`u = \sum_k (E_k/E_0) w_k`, and its load per length :math:`f = E_0 \max(0, \delta - x^2/R - u)`: in
-contact where that is positive. So no event has to be found, and the surface goes on to recover by the
-same equation, :math:`\dot w_k = (\max(\delta - x^2/R, u) - w_k)/\tau_k`.
+An element's states are the displacements :math:`w_k` of its dashpots. Its stress-free surface is at
+:math:`u = \sum_k (E_k/E_0) w_k`, and its load per length is :math:`f = E_0 \max(0, \delta - x^2/R - u)`, positive in contact.
+So no event has to be found, and the surface recovers by the same equation,
+:math:`\dot w_k = (\max(\delta - x^2/R, u) - w_k)/\tau_k`.
 
-The elements are at :math:`x_i = x_n (i/n)^2`, so that small contacts have enough of them, too. Between two
-of them :math:`\delta - x^2/R - u` is taken as a parabola in :math:`x^2`, bent as u is on the mean of both
-elements, and integrated exactly, so that an elastic sample gives Hertz' law for any number of elements; the
-error of the viscous part falls with the inverse cube of their number in contact.
+The elements are at :math:`x_i = x_n (i/n)^2`, so that small contacts have enough of them, too. Between two elements
+:math:`\delta - x^2/R - u` is a parabola in :math:`x^2`, with the mean curvature of u at both elements, and integrated exactly:
+an elastic sample gives Hertz' law for any number of elements. The error of the viscous part falls with the inverse cube of
+their number in contact.
 
 Sources: E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845
 (1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction in Contact Mechanics and Friction,

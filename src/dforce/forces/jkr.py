@@ -76,7 +76,7 @@ class JKR(AdhesiveContact):
 def contact_size(depth: float) -> float:
     """Return q of the indentation in units u; beyond pull-off its value there.
 
-    With q above its value at pull-off by r, and the depth above that at pull-off by s^2 in units of `BEND`, the equation is
+    With q above its value at pull-off by r, and the depth above its value there by s^2 in units of `BEND`, the equation is
     r^2 (1 + CUBIC r + QUARTIC r^2) = s^2. Its root is like s at first, and like the root of s far inside. The start has both
     limits and errs by 3 % at most; each of Halley's steps cubes the error.
     """

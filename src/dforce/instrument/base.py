@@ -39,7 +39,7 @@ class BaseMotion:
         return 1.0 / complex(1.0 - r * r, r / self.piezo_Q)
 
     def couplings(self, mode: ModeNumbers) -> tuple[float, float]:
-        r"""Return what mass and drag of a mode take from the base, :math:`\chi (1 - s\mu)` and :math:`\chi (1 - s)`."""
+        r"""Return the couplings of a mode's mass and drag to the base, :math:`\chi (1 - s\mu)` and :math:`\chi (1 - s)`."""
         s = self.fluid_follows
         share = mode.added_mass if mode.memory is None else mode.memory.added_mass
         return mode.base_coupling * (1.0 - s * (share or 0.0)), mode.base_coupling * (1.0 - s)

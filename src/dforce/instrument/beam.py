@@ -1,7 +1,7 @@
 """The rectangular cantilever: Euler–Bernoulli modes in vacuum, and Sader's theory in a fluid.
 
-Pure functions of floats in SI units. A mode's shape is one at the free end, so that its spring constant,
-force and deflection are those of the tip. Tapered and V-shaped levers are no such beams: give their modes.
+Pure functions of floats in SI units. A mode's shape is one at the free end: its spring constant, force and deflection
+refer to the tip. Tapered and V-shaped levers are not such beams: give their modes.
 """
 
 from __future__ import annotations
@@ -170,8 +170,8 @@ def fluid_mode(
     .. math:: f = \frac{f_\mathrm{vac}}{\sqrt{1 + \frac{\pi \rho b}{4 \rho_c h} \Gamma_r(\omega)}}, \qquad
               Q = \frac{\frac{4 \rho_c h}{\pi \rho b} + \Gamma_r(\omega)}{\Gamma_i(\omega)}
 
-    at the frequency in the fluid. The domain is length far above width far above thickness, Q of one or more,
-    no wall near by, and for higher modes also a bending wavelength far above the width.
+    at the frequency in the fluid. Domain: length far above width, width far above thickness, Q of one or more, no wall
+    near by, and for higher modes a bending wavelength far above the width.
 
     Raises
     ------

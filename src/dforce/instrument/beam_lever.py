@@ -146,7 +146,7 @@ class Beam(Parameters):
         return None if self.tip_height is None else Wall(self.tip_height, self.tilt or 0.0, self.length)
 
     def _wet(self, n: int, frequency: float, density: float, viscosity: float) -> beam.FluidMode:
-        """Return a mode in a fluid, whose frequency in vacuum is known (Hz); over the sample if the tip's height is given."""
+        """Return a mode in a fluid from its frequency in vacuum (Hz); over the sample if the tip's height is set."""
         numbers = (frequency, self.density, self.width, self.thickness, density, viscosity)
         if self._wall is None:
             return beam.fluid_mode(*numbers)

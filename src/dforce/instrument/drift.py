@@ -55,8 +55,8 @@ class Drift(Parameters):
         found = read_columns(named(data["file"], key), key, {"height": "m", "Q": "1", "A0": "m"})
         if "height" not in found:
             raise ParameterError(f"{key} = '{shorten(data['file'])}' has no column 'height'")
-        order = sorted(range(len(found["height"])), key=found["height"].__getitem__)  # a ramp may come from afar
-        rest = {name: value for name, value in data.items() if name != "file"}  # the case holds what the file says
+        order = sorted(range(len(found["height"])), key=found["height"].__getitem__)  # a ramp may start far away
+        rest = {name: value for name, value in data.items() if name != "file"}  # the case keeps the values of the file
         sorted_columns = {name: [column[i] for i in order] for name, column in found.items()}
         return rest | {"zc": sorted_columns.pop("height")} | sorted_columns
 

@@ -55,8 +55,8 @@ class ToneNumbers:
     base
         Amplitude of the base far below the piezo's resonance (m); 0 under a force.
     lock
-        What its controllers hold; None in amplitude modulation. Where they hold amplitude or phase, frequency, force and base
-        are those of the free lock.
+        The quantities that its controllers hold; None in amplitude modulation. Where they hold amplitude or phase, the
+        frequency, force and base of the free lock.
     """
 
     frequency: float

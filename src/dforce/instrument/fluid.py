@@ -2,8 +2,8 @@ r"""The fluid around a beam: the exact flow past a thin blade, free, and near a 
 
 Force per length on a blade of width b that moves across itself by :math:`W e^{-i \omega t}`:
 :math:`\tfrac{\pi}{4} \rho \omega^2 b^2 \Gamma W`, with :math:`\mathrm{Re} = \rho \omega b^2 / 4 \mu` and, near a wall, the gap
-g over the width, H. :func:`dforce.instrument.beam.hydrodynamic_function` is a fit of the free blade; this is what it is
-checked by.
+g over the width, H. :func:`dforce.instrument.beam.hydrodynamic_function` is a fit of the free blade; tests compare it with
+this module.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from dforce.core.errors import ParameterError
 from dforce.instrument import beam
 
 FUNCTIONS = 12  # of the traction across the blade; with 10 there are 12 digits
-FARTHEST = 2.0e4  # wave number over half the width: what lies beyond is below 1e-12
+FARTHEST = 2.0e4  # wave number over half the width: the integral beyond is below 1e-12
 NODES = 8  # of the quadrature over each half turn of the Bessel functions
 STATIONS = 32  # along the lever, by Gauss's rule, where the gap counts
 LEAST_RE, MOST_RE = 0.01, 1000.0  # of the table near a wall
@@ -56,7 +56,7 @@ def blade(reynolds: float) -> complex:
     for m in range(FUNCTIONS):
         for n in range(FUNCTIONS):
             low, high = sorted((2 * m, 2 * n))
-            # what was taken off, in closed form: G. N. Watson, Theory of Bessel Functions, 13.53
+            # the subtracted part, in closed form: G. N. Watson, Theory of Bessel Functions, 13.53
             matrix[m, n] += 0.25 * (-1.0) ** (m - n) * float(iv(high, 1.0) * kv(low, 1.0))
             matrix[m, n] *= (-1.0) ** (m + n)
     c = np.linalg.solve(matrix, np.eye(FUNCTIONS)[0])
@@ -181,7 +181,7 @@ def mode_near_wall(
     Raises
     ------
     ParameterError
-        When no frequency satisfies the equation, or Re or gap leave what is known.
+        When no frequency satisfies the equation, or Re or gap leave the range of the theory.
     """
     load = math.pi * density * width / (4.0 * beam_density * thickness)
     flow = wall_flow(n, width, density, viscosity, wall)

@@ -68,7 +68,7 @@ def _between(a: float, b: float, share: float) -> float:
     return (1.0 - share) * a + share * b
 
 
-@functools.lru_cache(maxsize=256)  # the problems of a sweep share what does not change in it
+@functools.lru_cache(maxsize=256)  # the problems of a sweep often share a lever
 def heights_of(
     cantilever: Cantilever,
     drive: Drive,
@@ -77,12 +77,12 @@ def heights_of(
     modes: tuple[ModeNumbers, ...],
     tones: tuple[ToneNumbers, ...],
 ) -> Heights | None:
-    """Return what a lever and its drive are at each height; None where they stay what they are, `modes` and `tones`.
+    """Return a lever's modes and tones at each height; None where they are `modes` and `tones` at every height.
 
     Raises
     ------
     ParameterError
-        When what drifts is that of several modes or tones, or leaves what is known of the flow at a wall.
+        When a drift has several modes or tones, or the lever leaves the range of the theory of the flow at a wall.
     """
     if cantilever.beam is not None and cantilever.beam.wall == "at_distance":
         return _over_wall(cantilever.beam, medium, tones)

@@ -1,14 +1,14 @@
-r"""The memory of the fluid around a beam: its load depends on frequency, and in time on the motion that was.
+r"""The memory of the fluid around a beam: its load depends on frequency, and in time on the past motion.
 
 On a mode that moves as :math:`z e^{p t}` the fluid acts by
 
 .. math:: -m_v T \left[ \Gamma_r - i \Gamma_i \right] p^2 z
           = -m_v T \left[ a p^2 + c\, p + \sum_j w_j \frac{p^2}{p + s_j} \right] z, \qquad p = i \omega
 
-with the mode's mass in vacuum :math:`m_v` and the load T of the fluid, see :func:`dforce.instrument.beam.fluid_mode`: mass that
-follows at once, drag, and fluid that follows late, each part by a dashpot, at a rate :math:`s_j`. No part is negative, as those
-of no flow that only loses energy are; so the numbers follow from Γ by non-negative least squares. A Basset force, whose Γ goes
-as :math:`\sigma(1 - i)`, is the sum of many such parts.
+with the mode's mass in vacuum :math:`m_v` and the load T of the fluid, see :func:`dforce.instrument.beam.fluid_mode`. The parts
+are mass that follows at once, drag, and fluid that follows late by dashpots, at the rates :math:`s_j`. No part is negative,
+because the flow only loses energy: the numbers follow from Γ by non-negative least squares. A Basset force, whose Γ goes as
+:math:`\sigma(1 - i)`, is the sum of many such parts.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class FluidMemory:
     frequency
         :math:`\Omega / 2 \pi` (Hz) with m, the mass of the lever and of the fluid that follows at once.
     Q
-        :math:`\Omega / \gamma`, with the damping by what follows late as well.
+        :math:`\Omega / \gamma`, with the damping by the late fluid as well.
     added_mass
         Share of the fluid in m.
     rates, weights
@@ -127,7 +127,7 @@ def fluid_memory(
         Frequencies (Hz) between which it is met.
     """
     a, c, weights = late_flow(gamma, low, high)
-    mass = 1.0 + load * a  # over that of the lever
+    mass = 1.0 + load * a  # over the lever's mass
     frequency = vacuum_frequency / math.sqrt(mass)
     return FluidMemory(
         frequency=frequency,

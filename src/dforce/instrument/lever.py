@@ -20,7 +20,7 @@ from dforce.instrument.modes import MOST_MODES, TILT, ModeNumbers, normal_factor
 from dforce.library.cantilevers import Probe, cantilevers, own_cantilevers
 
 LONGEST_REPEAT = 15  # periods of mode 1 after which it and an ideal higher mode repeat together
-DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies are those in air
+DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies hold in air
 
 
 class Mode(Parameters):
@@ -158,7 +158,7 @@ class Cantilever(Parameters):
             hint = "; write measured values of higher modes under cantilever.higher_modes" if self.modes else ""
             raise ParameterError(f"cantilever has both name and {other}; write only one of them{hint}")
         if self.library is not None and self.f0 is not None and self.k is not None:
-            return self  # it holds what it needs, wherever its file is
+            return self  # it already has the values of its file
         known = cantilevers() if self.library is None else own_cantilevers(named(self.library, "cantilever.library"))
         if self.name not in known:
             hint = nearest(self.name[:100], known, "" if self.library else "dforce cantilevers")
@@ -168,7 +168,7 @@ class Cantilever(Parameters):
             if getattr(self, field) is None and value is not None:
                 try:
                     self.quantities()[field].check(value)
-                except ParameterError as error:  # of a file: those that are shipped are within bounds
+                except ParameterError as error:  # of a user's file: shipped files are within bounds
                     where = f"cantilever.library = '{shorten(str(self.library))}', {shorten(self.name)}"
                     raise ParameterError(f"{where}: {field} {error}") from None
                 self.__dict__[field] = value
@@ -223,7 +223,7 @@ class Cantilever(Parameters):
         return (first, *higher)
 
     def _higher(self, n: int, given: HigherMode, first: ModeNumbers, medium: Medium) -> ModeNumbers:
-        r"""Return a higher mode: what was measured of it, the rest from the first mode of an ideal beam.
+        r"""Return a higher mode: its measured values, the others from the first mode of an ideal beam.
 
         .. math:: f_n = (\kappa_n / \kappa_1)^2 f_1, \qquad k_n = (\kappa_n / \kappa_1)^4 k_1, \qquad
                   Q_n = Q_1\, \Gamma_i(f_1) / \Gamma_i(f_n)
@@ -270,7 +270,7 @@ class Cantilever(Parameters):
 
 
 def _measured(given: Mode | Cantilever, n: int, Q: float, tilt: float | None) -> ModeNumbers:
-    """Return a mode that was given by its numbers."""
+    """Return a mode from its measured numbers."""
     coupling = beam.base_coupling(n) if given.base_coupling is None else given.base_coupling
     k = given.needed("k") * normal_factor(tilt)
     return ModeNumbers(given.needed("f0"), k, Q, coupling, given.added_mass)

@@ -1,4 +1,4 @@
-"""The medium: what the cantilever moves in."""
+"""The medium around the cantilever."""
 
 from __future__ import annotations
 

@@ -23,18 +23,18 @@ TILT = param(
 
 @dataclass(frozen=True)
 class ModeNumbers:
-    """One mode as it is in its medium.
+    """A mode in its medium.
 
     Attributes
     ----------
     f0, k, Q
         Resonance frequency (Hz), spring constant (N/m) and quality factor.
     base_coupling
-        How strongly a base that moves drives it; 1 for a point mass.
+        Coupling to the motion of the base; 1 for a point mass.
     added_mass
         Share of the fluid in its mass; None where it is not known.
     memory
-        The fluid's load in time; None where it is a mass and a damping. With it f0 and Q are those of the resonance.
+        The fluid's load in time; None where it is a mass and a damping. f0 and Q are always the resonance's.
     """
 
     f0: float
@@ -46,7 +46,7 @@ class ModeNumbers:
 
     @property
     def oscillator(self) -> tuple[float, float]:
-        """Frequency (Hz) and Q of the equation of motion; with the fluid's memory those of what follows at once."""
+        """Frequency (Hz) and Q of the equation of motion; with the fluid's memory only its instantaneous part counts."""
         return (self.f0, self.Q) if self.memory is None else (self.memory.frequency, self.memory.Q)
 
     def stiffness(self, frequency: Any) -> Any:
@@ -54,7 +54,7 @@ class ModeNumbers:
 
         .. math:: k (1 - r^2 + i r / Q), \qquad r = \omega / \omega_0
 
-        or with the fluid's memory what :meth:`dforce.instrument.history.FluidMemory.stiffness` says.
+        or, with the fluid's memory, :meth:`dforce.instrument.history.FluidMemory.stiffness`.
         """
         if self.memory is not None:
             return self.k * self.memory.stiffness(frequency)

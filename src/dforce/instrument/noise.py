@@ -1,4 +1,4 @@
-"""Noise: thermal motion of the lever, and what the detector adds by itself."""
+"""Noise: thermal motion of the lever, and the detector's own noise."""
 
 from __future__ import annotations
 
@@ -83,9 +83,9 @@ def time_constant(bandwidth: float, poles: int) -> float:
 
 
 def detector_readings(noise: NoiseNumbers, seed: int, frequency: float, periods: int, tones: int) -> Any:
-    """Return what the detector adds to the complex amplitude (m) of each period, (periods, tones).
+    """Return the detector's noise in the complex amplitude (m) of each period, (periods, tones).
 
-    It is white, so that periods of the first tone, of a frequency (Hz), are independent where each is read by itself.
+    It is white: periods of the first tone, with the given frequency (Hz), are independent.
     """
     import numpy as np
 

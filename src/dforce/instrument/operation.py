@@ -98,8 +98,8 @@ class Operated(Parameters):
 def free_lock(response: Callable[[float], complex], mode: ModeNumbers, phase: float) -> float:
     r"""Return the frequency (Hz) at which a signal without tip–sample forces has a phase lag (rad).
 
-    For a mode alone :math:`1 - r^2 = (r / Q) \cot\phi`. Other modes move the total deflection as well: of several frequencies
-    the one nearest to that of the mode alone counts.
+    For a mode alone :math:`1 - r^2 = (r / Q) \cot\phi`. Other modes contribute to the total deflection: of several
+    frequencies, the nearest to this solution counts.
 
     Parameters
     ----------

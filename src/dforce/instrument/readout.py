@@ -1,4 +1,4 @@
-"""The read-out: what the detector makes of the motion, and what its phase is measured against."""
+"""The read-out: the detector's signal of the motion, and the reference of its phase."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class ReadoutNumbers:
     Attributes
     ----------
     weights
-        By which each mode's deflection counts at each tone, a row for each tone.
+        Weight of each mode's deflection at each tone, a row for each tone.
     base
-        By which the base's motion counts.
+        Weight of the base's motion.
     turns
-        What is added to the phase at each tone (rad).
+        Offset of the phase at each tone (rad).
     """
 
     weights: tuple[tuple[float, ...], ...]

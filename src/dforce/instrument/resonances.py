@@ -2,8 +2,8 @@ r"""A resonance that is fitted to an averaged spectrum of thermal motion, over a
 
 .. math:: S(f) = W + \langle z^2 \rangle \frac{2}{\pi f_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = \frac{f}{f_0}
 
-one-sided (m²/Hz). Each point of an averaged spectrum scatters in proportion to what it should be (a gamma distribution), so
-that the likelihood is that of P. Whittle: the minimum of the sum of ln S + P/S, found by Fisher's scoring.
+one-sided (m²/Hz). Each point of an averaged spectrum scatters in proportion to its expected value (a gamma distribution).
+The fit maximizes P. Whittle's likelihood: it minimizes the sum of ln S + P/S, by Fisher's scoring.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def most_likely(frequency: Array, power: Array, start: Resonance, beside: float 
     scatter = float(np.mean((power / density - 1.0) ** 2)) * len(power) / max(len(power) - 4, 1)
     norms = np.maximum(np.linalg.norm(relative, axis=0), TINY)
     _, sizes, ways = np.linalg.svd(relative / norms, full_matrices=False)
-    # a number that the spectrum does not tell at all has an error without end, not none
+    # a number that the spectrum does not constrain has an infinite error, not none
     f0, Q, mean_square = (math.sqrt(scatter) * np.linalg.norm(ways.T / np.maximum(sizes, TINY), axis=1) / norms)[
         :3
     ].tolist()

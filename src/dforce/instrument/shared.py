@@ -14,9 +14,9 @@ from dforce.instrument import Contact, Medium, ModeNumbers, Sample, Tip, effecti
 def instrument_values(
     modes: tuple[ModeNumbers, ...], tip: Tip, sample: Sample, contact: Contact, medium: Medium
 ) -> dict[str, float | None]:
-    """Return the SI values that forces may share, by path; None where the user gave none.
+    """Return the SI values that forces may share, by path; None where the user set none.
 
-    The cantilever's are those of mode 1. A tip without a Young's modulus is rigid: its modulus is infinite.
+    The cantilever's values are of mode 1. A tip without a Young's modulus is rigid: its modulus is infinite.
     """
     sections: dict[str, Parameters] = {"tip": tip, "sample": sample, "contact": contact, "medium": medium}
     values: dict[str, float | None] = {
@@ -31,7 +31,7 @@ def instrument_values(
 
 DERIVED = {
     "contact.E_eff": ("tip.youngs_modulus", "tip.poisson_ratio", "sample.youngs_modulus", "sample.poisson_ratio")
-}  # what :func:`instrument_values` makes of values that a user gives
+}  # the values that :func:`instrument_values` derives from a user's values
 
 
 @checked
@@ -47,16 +47,16 @@ def with_values(force: Force, values: Mapping[str, float | None]) -> Force:
     Parameters
     ----------
     force
-        A force as the user gave it.
+        A force of the user.
     values
-        What :func:`instrument_values` returns.
+        The result of :func:`instrument_values`.
 
     Raises
     ------
     ForceError
         When it takes a value that no instrument has.
     ParameterError
-        When one of its values is missing, with where it goes, or too small or large to compute with.
+        When a value is missing (the error names its place), or is too small or large to compute with.
     """
     paths = list(force.shared_fields().values())
     for path in paths:

@@ -1,6 +1,6 @@
 """Events of a step: kinks that it passes, grazes or turns behind, and branches that switch on the way.
 
-`forces` are those of ``loops``.
+`forces` is described in ``loops``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def risen(y: Any, t: float, latched: Any, p: Any) -> int:
 def passed(y: Any, end: Any, t: float, forces: Any, p: Any) -> int:
     """Return which kink (0, 1, ...) or latch (counted on from the kinks) lies between two motions, or -1.
 
-    Of several kinks it is the first one that the motion comes to. `t` is the time (s) of the second motion.
+    Of several kinks it is the first on the motion's way. `t` is the time (s) of the second motion.
     """
     _, latched, kinks, _ = forces
     d0, d1, first = distance(y, p), distance(end, p), -1
@@ -43,10 +43,10 @@ def passed(y: Any, end: Any, t: float, forces: Any, p: Any) -> int:
 
 
 def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
-    """Say whether a step that begins and ends on one side of a kink may come to its other side on the way.
+    """Return whether a step that begins and ends on one side of a kink may reach its other side on the way.
 
-    Neither the parabola through the step nor the stages of the method reach farther than the tangent at the start does in
-    the middle of the step.
+    Neither the parabola through the step nor the stages of the method reach farther than the tangent from the start to the
+    middle of the step.
     """
     d, middle = distance(y, p), distance(coasted(y, 0.5 * h), p)
     found = False
@@ -56,10 +56,10 @@ def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
 
 
 def touches_a_jump(y: Any, h: float, t: float, forces: Any, p: Any) -> bool:
-    """Say whether the force jumps at a kink that a step may touch.
+    """Return whether the force jumps at a kink that a step may touch.
 
-    Where it only bends, a step that dips behind the kink and back is left whole: what it misses vanishes with the depth of
-    the dip, while a cut would change the error of the step at once.
+    Where it only bends, a step that dips behind the kink and back is left whole: its error vanishes with the depth of the
+    dip, while a cut would change the error of the step at once.
     """
     memory, latched, kinks, _ = forces
     d, middle, rate, found = distance(y, p), distance(coasted(y, 0.5 * h), p), rate_of(y, p), False

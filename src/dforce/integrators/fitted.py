@@ -1,10 +1,10 @@
 r"""A lever with which Runge–Kutta steps give the free motion of the true lever, exactly.
 
-A step of length h multiplies a motion that goes like :math:`e^{\lambda t}` by :math:`R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24`,
-with :math:`z = \lambda h`, in the place of :math:`e^z`. So the lever that is given to the method has another stiffness and
-damping, such that :math:`R(z') = e^z` for both roots of each mode, and the drive is another complex number, such that the free
-steady motion is the true one. These numbers differ by :math:`h^4`. Without that a lever of the quality factor Q adds up
-the errors of Q periods; with it what errs is the force's part of a step, once.
+A step of length h multiplies a motion :math:`e^{\lambda t}` by :math:`R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24`, with
+:math:`z = \lambda h`, instead of :math:`e^z`. So the method gets a lever with another stiffness and damping, such that
+:math:`R(z') = e^z` for both roots of each mode. Its drive is another complex number, such that the free steady motion is
+exact. These numbers differ by :math:`h^4`. Without the fit a lever of the quality factor Q adds up the errors of Q periods;
+with it only the force's part of a step has an error, once.
 
 Source: P. Chartier, E. Hairer, G. Vilmart, Math. Comp. 76, 1941 (2007), integrators based on modified differential equations.
 """
@@ -18,7 +18,7 @@ import numpy as np
 
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, PER_MODE
 
-LARGEST = 0.7  # of a mode's roots z: of faster motions a step is no picture, whatever the lever
+LARGEST = 0.7  # of a mode's roots z: a step does not resolve faster motions of any lever
 STEPS = 3  # of Newton's method; it begins with an error of z^5 / 120, and squares it
 
 
@@ -49,7 +49,7 @@ def fitted_mode(square: float, damping: float, h: float) -> Any:
 
 
 def fitted_drive(square: float, damping: float, fitted: Any, omega: float, h: float) -> Any:
-    """Return by what a drive of angular frequency omega on a mode is multiplied, for steps of length h with a fitted mode.
+    """Return the factor of a drive of angular frequency omega on a mode, for steps of length h with a fitted mode.
 
     With the mode's matrix M for one step, of trace s and determinant q, a step is x -> R(M) x + h S(M) u; polynomials of
     M are r0 + r1 M, for M^2 = s M - q.

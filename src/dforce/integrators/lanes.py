@@ -65,13 +65,12 @@ def cut_lanes(here: Any, there: Any, i: int, lanes: Any, drive: Any, crossed: An
 def advance_lanes(samples: Any, lanes: Any, drive: Any, crossed: Any, work: Any, tip: Any) -> int:
     """Advance motions of different problems by one period, cut at kinks, and keep their samples.
 
-    samples[i] holds sample i: the motion and, behind it, the force, one column a lane. Where it has two rows alone, these are
-    used in turns. Returns the row where the period ends. `lanes` are the numbers of the tip equations, the drives (real parts
-    of each tone on each mode, then imaginary ones) and the kinks, one column a lane, and the tone tables, (lanes, tones,
-    columns).
-    `drive` is what they share: the tones' phases at the start of the period, its number and that of its steps, and cosine and
-    minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1). `crossed` and `work`, with a column
-    for each kink, are scratch. Of `tip` only the addresses matter: each lane has parameters of its own.
+    samples[i] is sample i: the motion and, behind it, the force, one column a lane. Two rows alone are used in turns. Returns
+    the row where the period ends. `lanes` are the numbers of the tip equations, the drives (real parts of each tone on each
+    mode, then imaginary parts) and the kinks, one column a lane, and the tone tables, (lanes, tones, columns).
+    `drive` is common to all lanes: the tones' phases at the start of the period, the number of the period, the number of steps,
+    and cosine and minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1). `crossed` and `work`,
+    with a column for each kink, are scratch. Of `tip` only the addresses matter: each lane has its own parameters.
     """
     (numbers, forcing, kinks, _), (_, period, points, waves) = lanes, drive
     h = TAU / points

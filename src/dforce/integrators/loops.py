@@ -1,12 +1,12 @@
 """The common part of the compiled loops: time and drive within a period, records of a period, the forces' memory.
 
-These go down together:
+These arguments are passed together:
 
-- `drive`: the tone table, the tones' phases at the start of a period, the number of that period and of the steps in it;
+- `drive`: the tone table, the tones' phases at the start of a period, the number of the period, and its number of steps;
 - `u`: the drive on each mode at the start, in the middle and at the end of a step;
 - `forces`: memory and branches of the forces, the distances (m) of their kinks, and room for the memory within a step, (8,
-  states): row 0 holds the memory that the step leads to, rows 1 to 4 its rates of change at the stages, and rows 5 to 7 serve
-  the parts of a step;
+  states): row 0 has the memory after the step, rows 1 to 4 its rates of change at the stages, and rows 5 to 7 serve the parts
+  of a step;
 - `limits`: the distances (m) of the kinks on either side, both just inside.
 """
 
@@ -71,7 +71,7 @@ def keep_rest(samples: Any, i: int, memory: Any, latched: Any, f: float) -> None
 
 
 def remember(forces: Any) -> None:
-    """Take the memory to where the last step has led it; what has faded is nothing."""
+    """Set the memory to its values after the last step; faded values become 0."""
     memory, _, _, room = forces
     for k in range(memory_size(memory)):
         memory[k] = room[0, k] if abs(room[0, k]) > FADED else 0.0

@@ -53,14 +53,14 @@ LANDED = 1e-8  # relative to the step: how near behind a switch a cut is, and a 
 def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: Any, p: Any) -> Any:
     """Return the motion after step i, cut where it passes a kink or a branch switches; the forces' states are updated.
 
-    `f` is the force at its start, `end` is where the whole step leads. Without memory and branches:
+    `f` is the force at its start, `end` the motion after the whole step. Without memory and branches:
 
     1. the cubic through both ends gives the time `first` to the kink, and Newton's method corrects it;
     2. a step leads there, with the force held on this side, and a short Taylor step from there to just behind the kink;
     3. a step with the force of the other side leads on to the end.
 
-    The drive is interpolated between the three of `u`, to an error below that of the step. All else, such as more than one
-    kink in a step, is left to `cut_step`.
+    The drive is interpolated between the three of `u`, to an error below the step's. `cut_step` handles all else, such as
+    more than one kink in a step.
     """
     (_, _, period, points), (memory, latched, kinks, _), (u0, u1, u2) = drive, forces, u
     h = TAU / points
@@ -87,7 +87,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
             first -= off * NEAR * h
             if not abs(off) < CLOSE / NEAR:
                 continue
-            # so near, the rest of the way is that of a motion with a constant acceleration
+            # so near, the acceleration is constant over the rest of the way
             back, reached = -off * NEAR * h, held(distance(landed, p), limits)
             before = force(reached, rate_of(landed, p), t + seconds(first, p), memory, latched, p)
             a = forced(free_acceleration(uh, landed, p), before, p)
@@ -151,10 +151,10 @@ def cut_step(y: Any, end: Any, tau: float, h: float, drive: Any, forces: Any, p:
 
 @uncounted
 def on_switch(y: Any, end: Any, event: int, start: float, h: float, drive: Any, forces: Any, p: Any) -> Any:
-    """Say whether a motion stays on a switch, as both branches drive it back there, and return it after the step.
+    """Return whether a motion stays on a switch, because both branches drive it back, and the motion after the step.
 
-    It is between the motions to which the branches lead: a tip that sticks (A. F. Filippov, Differential Equations with
-    Discontinuous Righthand Sides, Kluwer (1988)). Its own branch leads it past the switch, to `end`.
+    It lies between the motions on both branches: a tip that sticks (A. F. Filippov, Differential Equations with
+    Discontinuous Righthand Sides, Kluwer (1988)). On its own branch the motion passes the switch, to `end`.
     """
     (_, _, period, _), (_, latched, kinks, _) = drive, forces
     t, which = seconds(period * TAU + start, p), event - kinks.shape[0]

@@ -1,15 +1,15 @@
 """One step of the classical Runge–Kutta method, and steps that become shorter beside a kink, at roots and spikes.
 
-A force may be like a root of the distance to a kink, or have a spike there that is narrower than a step.
+A force may be like a square root of the distance to a kink, or have a spike there that is narrower than a step.
 
-On the inner side of such a kink the force goes like the root of the time since it was passed, or until it is reached: a step
-of the length h leaves an error like h^1.5 there. So the step is taken in parts, too, which end where the cube root of that time
-has grown by equal amounts: all parts have errors alike. The result is a blend of both. The weight of the parts falls to zero
-with the distance from the kink, so that the end of a step is a continuous function of its beginning. A spike, such as the
-attraction just before contact for a tip that crosses its whole range in a step, is treated the same way.
+On the inner side of such a kink the force goes like the root of the time since the kink was passed, or until it is reached: a
+step of the length h leaves an error like h^1.5. So the step is also taken in parts, which end where the cube root of the time
+has grown by equal amounts: all parts have similar errors. The result is a blend of both. The weight of the parts falls to zero
+with the distance from the kink: the end of a step is a continuous function of its beginning. A spike, such as the attraction
+just before contact for a tip that crosses its whole range in a step, is treated the same way.
 
-Two kinks may be so close that a step passes both. The way between them is then equally long with any number of steps a period,
-and its error would not fall with more of them. So it has more parts, the more steps there are.
+Two kinks may be so close that a step passes both. The way between them has the same length with any number of steps a period,
+and more steps would not reduce its error. So its number of parts grows with the number of steps.
 
 Source: H. Brunner, Collocation Methods for Volterra Integral and Related Functional Differential Equations, Cambridge (2004),
 chapter 6.2: graded meshes.
@@ -50,20 +50,20 @@ PARTS = 4  # of a step beside such a kink
 SPARSE = 64  # steps a period with which one between two near kinks would have one part
 EVEN = 1e4  # steps behind a root from where on parts are all but equal
 REACH = 2.0  # steps from it, within which steps are divided
-# second difference of the force over a part, as a share of the forces there, from which on it counts as a spike, and from
-# which on fully; and the same for what it changes in the velocity, of omega A0, where Q is below UNDAMPED: a lever of a higher
-# Q adds up the errors of as many more periods
+# second difference of the force over a part, as a share of the forces there, from which it counts as a spike, and from which
+# it counts fully; and the same for its change of the velocity, as a share of omega A0, where Q is below UNDAMPED: a lever of a
+# higher Q adds up the errors of more periods
 SPIKE, SPIKE_FULLY = 0.2, 0.35
 PUSH, PUSH_FULLY = 1e-6, 1e-5
 UNDAMPED, DAMPING = 10.0, FIRST_MODE + 1
-STRIDE = 1.0  # lengths of a step against the distance: a shorter one holds no spike, one of twice that may count fully
+STRIDE = 1.0  # lengths of a step over the distance: a shorter step has no spike, a step of twice this may count fully
 
 
 @inlined
 def step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any, p: Any) -> Any:
     """Return the motion one step later, from the force `f` at its start; other forces are evaluated within the limits.
 
-    `u` and `forces` are those of ``loops``.
+    `u` and `forces` are described in ``loops``.
     """
     (u0, u1, u2), (memory, latched, _, room) = u, forces
     half = seconds(0.5 * h, p)
@@ -73,7 +73,7 @@ def step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, limits: Any,
     d = distance(y, p)
     rate = rate_of(y, p)
     middle, last = coasted(y, 0.5 * h), coasted(y, h)
-    # distances are those of the motions to come without the latest force, and what it adds: the next one is known sooner
+    # each distance is first computed without the latest force, whose part is added later: the next force starts sooner
     b1 = free_acceleration(u0, y, p)
     a1 = forced(b1, f, p)
     ya = pushed(middle, 0.5 * h, a1)
@@ -141,7 +141,7 @@ def smooth(x: float) -> float:
 
 @inlined
 def spike(f0: float, fm: float, f1: float, stride: float, h: float, p: Any) -> float:
-    """Return the weight, 0 to 1, of a step's parts for a spike; the forces are those at its beginning, middle and end.
+    """Return the weight, 0 to 1, of a step's parts for a spike, from the forces at its beginning, middle and end.
 
     `stride` is the length of the step against the distance from the surface.
     """
@@ -160,7 +160,7 @@ def node(steps: float, k: int, parts: int) -> float:
 
 
 def since_root(y: Any, h: float, kinks: Any, p: Any) -> float:
-    """Return how many steps ago a motion came in over a kink; `REACH` stands for all that is more."""
+    """Return how many steps ago a motion came in over a kink, at most `REACH`."""
     d, rate, ago = distance(y, p), rate_of(y, p), REACH
     for kink in kinks:
         if d < kink and rate < 0.0:
@@ -193,7 +193,7 @@ def part_step(y: Any, f: float, u: Any, h: float, t: float, forces: Any, points:
 
 
 def beside(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
-    """Say whether a step that passes no kink lies so near one that it may have to be `divided`."""
+    """Return whether a step that passes no kink is so near a kink that it may have to be `divided`."""
     if is_rooted(p) and min(since_root(y, h, kinks, p), until_root(y, end, h, kinks, p)) < REACH:
         return True
     return strides(y, end, h, kinks, p)
@@ -210,7 +210,7 @@ def divided(y: Any, whole: Any, f: float, u: Any, h: float, t: float, forces: An
 
 
 def strides(y: Any, end: Any, h: float, kinks: Any, p: Any) -> bool:
-    """Say whether a step outside a kink, and near it, is long against the distance: there it may hold a spike."""
+    """Return whether a step outside a kink, and near it, is long against the distance: it may contain a spike."""
     d0, d1, far, found = distance(y, p), distance(end, p), REACH * h / p[OMEGA], False
     if abs(d1 - d0) > STRIDE * min(d0, d1):
         for kink in kinks:
@@ -252,9 +252,9 @@ def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
 
 @uncounted
 def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
-    """Return a step's end blended with the end of its parts, the memory there too; the whole step leads to `whole`.
+    """Return a step's end blended with the end of its parts, and blend the memory; the whole step leads to `whole`.
 
-    `around` holds the distance, in steps, from a root behind to its beginning, and from its end to a root ahead; then the
+    `around` has the distance, in steps, from a root behind to its beginning, and from its end to a root ahead; then the
     weights, 0 to 1, of parts that become longer from its beginning, and of parts that become shorter to its end.
     """
     (before, after, at_begin, at_end), (memory, _, _, room) = around, forces
@@ -281,8 +281,8 @@ def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forc
 def in_parts(y: Any, mesh: Any, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
     """Return the motion one step later, taken in parts.
 
-    `mesh` holds the distance, in steps, from a root behind to its beginning, the number of parts, and whether the distance is
-    that from its end to a root ahead instead.
+    `mesh` has the distance, in steps, from a root behind to its beginning, the number of parts, and whether the distance goes
+    from its end to a root ahead instead.
     """
     (steps, parts, mirrored), (u0, u1, u2), (memory, latched, kinks, room) = mesh, u, forces
     share, now, limits = 0.0, room[7], between_kinks(distance(y, p), kinks, p)

@@ -206,22 +206,22 @@ class Kernel:
     Parameters
     ----------
     module
-        Holds the functions.
-    what
-        Name of what is compiled, in words; several kernels may be parts of it.
+        The module with the functions.
+    title
+        Its name in messages; several kernels may share it.
     usual
         Entry functions that nearly every use compiles.
     """
 
-    def __init__(self, module: ModuleType, what: str, usual: Sequence[str] = ()) -> None:
+    def __init__(self, module: ModuleType, title: str, usual: Sequence[str] = ()) -> None:
         self.module = module
-        self.what = what
+        self.title = title
         self.usual = usual
         self._entries: dict[str, Callable[..., Any]] = {}
         self._addresses: dict[str, int] = {}
 
     def is_ready(self, name: str) -> bool:
-        """Say whether compiled code of an entry function lies in memory or on disk."""
+        """Return whether compiled code of an entry function is in memory or on disk."""
         return name in self._addresses or name in self._entries or cache.is_compiled(self.module, name)
 
     def entry(self, name: str) -> Callable[..., Any]:
@@ -249,9 +249,10 @@ class Kernel:
                 with cache.alone(), unbroken():
                     yield
                 return
-            if self.what not in _ANNOUNCED or log.is_heard():  # printed once, and told to each who waits
-                _ANNOUNCED.add(self.what)
-                log.announce(f"Compiling {self.what} (once; it is kept on disk) ...")
+            if self.title not in _ANNOUNCED or log.is_heard():  # printed once, and passed to each listener
+                _ANNOUNCED.add(self.title)
+                how = "at each start" if cache.complaints() else "once; it is kept on disk"
+                log.announce(f"Compiling {self.title} ({how}) ...")
             with cache.one_at_a_time(self.module, name), compiling.watched(self, name, _KERNELS.values()):
                 yield
 
@@ -286,13 +287,13 @@ def load(
     Parameters
     ----------
     problem
-        What is to be solved; of its numbers only those matter that decide which laws the forces have.
+        The problem to solve; its numbers matter only where they choose the laws of the forces.
     entries
         Entry functions by name, written over :mod:`dforce.kernel.vocabulary`.
     called
-        All functions that the solvers call by their address, see :func:`codegen.compose`.
+        All functions that the solvers call by address, see :func:`codegen.compose`.
     lanes
-        Whether they march lanes, and so are compiled for the number of tones, too.
+        Whether they march lanes, and so are compiled for the number of tones.
     """
     modes, late, forces = len(problem.modes), problem.late_fluid, problem.forces
     drive = (len(problem.tones), problem.lagging) if lanes else None
@@ -307,7 +308,7 @@ def load_solvers(
     late: int,
     usual: Sequence[str],
 ) -> Kernel:
-    """Return the entry functions that are the same for all forces; what they call lies elsewhere, see ``tip``."""
+    """Return the entry functions that are the same for all forces; their callees are in other kernels, see ``tip``."""
     text = functools.partial(compose_solvers, modes, entries, called, late)
     return _loaded(("solvers", modes, late), (), (entries, called), text, _solvers_for(modes), usual)
 
@@ -321,7 +322,7 @@ def load_any(problem: Problem, entries: dict[str, Callable[..., Any]]) -> Kernel
 
 
 def load_laws(forces: Sequence[Force]) -> Kernel:
-    """Return the functions that those entry functions call: the sums of some laws."""
+    """Return the functions that these entry functions call: the sums of some laws."""
     text = functools.partial(any_force.compose_laws, forces)
     return _loaded(("laws",), forces, ({}, ()), text, _tip_equation_for(forces))
 
@@ -339,21 +340,21 @@ def _loaded(
     forces: Sequence[Force],
     functions: tuple[dict[str, Callable[..., Any]], Sequence[Callable[..., Any]]],
     text: Callable[[], str],
-    what: str,
+    title: str,
     usual: Sequence[str] = (),
 ) -> Kernel:
-    """Return the kernel of this process for a combination; its text is read from disk or made where there is none.
+    """Return the kernel of this process for a combination; its text is read from disk, or made if missing.
 
-    `functions` are the entry functions by name, and what the solvers call by address.
+    `functions` are the entry functions by name, and the functions that the solvers call by address.
     """
     (entries, called), signatures = functions, [signature(force) for force in forces]
     key = numbers, *signatures, *entries.items(), *called
     if key not in _KERNELS:
         names = [(function.__module__, function.__qualname__) for function in (*entries.values(), *called)]
         parts = numbers, [rest for _, _, *rest in signatures], list(entries), names
-        _KERNELS[key] = Kernel(cache.load(texts.remembered(parts, forces, text)), what, usual)
+        _KERNELS[key] = Kernel(cache.load(texts.remembered(parts, forces, text)), title, usual)
     return _KERNELS[key]
 
 
-_ANNOUNCED: set[str] = set()  # what this process has said that it compiles
+_ANNOUNCED: set[str] = set()  # announced compilations of this process
 _KERNELS: dict[tuple[Any, ...], Kernel] = {}  # of this process; the parameters' values are no part of the key

@@ -1,9 +1,9 @@
 """Code that is compiled once for any sum of forces, and calls their laws by address.
 
-Beside the motion this code knows the forces by whole numbers: where the first number of their laws lies, how far the next one
-is from it (bytes), where the compiled functions lie that are called, whether one begins like a root beside a kink, and behind
-which column of samples their branches lie. All but the first two are the last numbers of the parameters. The text counts modes
-and states of the fluid, and knows whether forces have states; no number of them, and no tone.
+Beside the motion this code receives whole numbers on the forces: the address of the first number of their laws, the distance
+of the next number (bytes), the addresses of the compiled functions, whether a law begins like a root beside a kink, and the
+column of samples before their branches. All but the first two are the last of the parameters. The text depends on the numbers
+of modes and of states of the fluid, and on whether forces have states; not on the number of states or tones.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LAWS = "Tuple((f8,f8,f8,f8,i8,i8,i8,i8,i8))"
 FIRST = OMEGA + 1
 STATES = "f8[::1],f8[::1]"
 Functions = dict[str, tuple[str, str]]
-# what each function takes, with its types: of forces that are functions of motion and time, and of all others
+# the arguments of each function with their types: for forces that are functions of motion and time, and for all others
 PLAIN = {
     "force": ("d, rate, t", f"f8(f8,f8,f8,{LAWS})"),
     "each_force": ("d, rate, t, step, out", f"void(f8[::1],f8[::1],f8,f8,f8[::1],{LAWS})"),
@@ -43,12 +43,12 @@ WITH_STATES = {
 
 
 def functions_of(forces: Sequence[Force]) -> Functions:
-    """Return the functions of forces that are called by their address: what each takes, and its types."""
+    """Return the functions of forces that are called by address: the arguments of each, and their types."""
     return WITH_STATES if any(force.memory or force.switch is not None for force in forces) else PLAIN
 
 
 def _given(name: str) -> str:
-    """Return the arguments of a function of the vocabulary, whatever the forces."""
+    """Return the arguments of a function of the vocabulary, the same for all forces."""
     return (PLAIN | WITH_STATES)[name][0]
 
 
@@ -61,7 +61,7 @@ def compose_any(modes: int, late: int, functions: Functions, entries: dict[str, 
     if functions is WITH_STATES:
         del sizes["memory_size"], sizes["latch_count"]
     linker = Linker(sizes)
-    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
+    linker.emit(HEADER.format(contents=f"{modes} mode{'s' * (modes > 1)} and any force"))
     linker.emit(pointers())
     first = parameter_count(modes, late)
     for text in (*shared_text(modes, late), *_lanes(modes, first)):
@@ -87,7 +87,7 @@ def compose_any(modes: int, late: int, functions: Functions, entries: dict[str, 
 def compose_laws(forces: Sequence[Force]) -> str:
     """Return the text of a module with the functions of some forces that are called by their address, see `functions_of`."""
     linker = Linker()
-    linker.emit(HEADER.format(what=" + ".join(force.name for force in forces) or "no force"))
+    linker.emit(HEADER.format(contents=" + ".join(force.name for force in forces) or "no force"))
     linker.emit(pointers())
     linker.emit("def number(context, at):\n    return number_at(at)", "intrinsic")
     for text in forces_text(linker, 0, forces, _number):

@@ -1,9 +1,9 @@
 """Keeps composed modules on disk, so that a second process starts without compiling.
 
 The folder is the user's cache folder, or ``DFORCE_CACHE_DIR``. Each module has a folder there, named by the hash of its text
-and of the versions that compile it; in it lie the text, for a reader, and the compiled code (:mod:`dforce.kernel.cache_files`).
-What is damaged is made again, and what others may have put there is not used (:mod:`dforce.core.places`): then a folder of this
-process alone takes its place. Where nothing can be written, code that lies there is used all the same.
+and of the versions that compile it. It contains the text, for a reader, and the compiled code
+(:mod:`dforce.kernel.cache_files`). Damaged files are made again. A folder into which others may have written is not used
+(:mod:`dforce.core.places`): a folder of this process alone replaces it. Code in a folder that is not writable is used.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import threading
 import time
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any
@@ -42,26 +42,27 @@ LOOK = 0.05  # s that it does so without a look whether it is to stop
 TEXTS = "texts"  # folder beside the kernels, see ``kernel.texts``
 MOST_KERNELS = 250  # folders kept; the least recently used go first
 NAME = re.compile(r"[0-9a-f]{20}")
-# numba's settings, from variables such as NUMBA_OPT, that change what it compiles to
+# numba's settings, from variables such as NUMBA_OPT, that change the compiled code
 SETTINGS = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
-_COMPILING = threading.RLock()  # what is done meanwhile concerns the whole process
-_MAKING = threading.Lock()  # of the folder of this process alone there is one
+_COMPILING = threading.RLock()  # the settings during a compilation affect the whole process
+_MAKING = threading.Lock()  # this process makes only one folder of its own
 _IMPORTING = threading.Lock()  # a module that another thread is importing is not whole yet
 
 
 @dataclass(frozen=True)
 class KernelCache:
-    """The folder of compiled force models: where it is, how many it holds, and their size (bytes)."""
+    """The folder of compiled force models, their number, their size (bytes), and how often this process could keep none."""
 
     folder: Path
     kernels: int
     size: int
+    lost: int = field(default=0, compare=False)
 
 
 def cache_folder(inner: str = "") -> Path:
     """Return the folder where kernels are kept; it may not exist, or not be writable.
 
-    Where others may have put code into it, or into the folder `inner` of it, it is a folder of this process alone.
+    Where others may have written into it, or into its folder `inner`, it is a folder of this process alone.
 
     Raises
     ------
@@ -92,7 +93,7 @@ def _asked_folder() -> Path:
 def kernel_cache() -> KernelCache:
     """Return the folder of compiled force models, their number and their size (bytes)."""
     folders = _kernels(_asked_folder())
-    return KernelCache(_asked_folder(), len(folders), sum(map(_size, folders)))
+    return KernelCache(_asked_folder(), len(folders), sum(map(_size, folders)), complaints())
 
 
 def clear_kernel_cache() -> KernelCache:
@@ -148,7 +149,7 @@ def check_compiler() -> None:
 
 
 def fingerprint(text: str) -> str:
-    """Return the hash of a module's text and of everything else that decides what it compiles to."""
+    """Return the hash of a module's text and of everything else that decides its compiled code."""
     import numba
 
     versions = [importlib.metadata.version(name) for name in ("numba", "llvmlite", "numpy")]
@@ -238,7 +239,7 @@ def load(text: str) -> ModuleType:
 
 
 def _not_kept(folder: Path, error: OSError) -> None:
-    """Say why code is not kept in a folder; where there is none, :func:`place` has said so, or a user has removed it."""
+    """Announce why code is not kept in a folder; a missing folder was announced by :func:`place`, or a user removed it."""
     if folder.is_dir():
         _say_not_kept(folder.parent, reason(error))
 
@@ -264,6 +265,11 @@ def _say_not_kept(folder: Path, why: str) -> None:
         f"Compiled code cannot be kept in '{shorten(str(folder))}' ({why}), so each start compiles it again; "
         "set DFORCE_CACHE_DIR to a folder that you can write to."
     )
+
+
+def complaints() -> int:
+    """Return of how many folders this process has said that it keeps no compiled code there."""
+    return _say_not_kept.cache_info().currsize + _say_not_used.cache_info().currsize
 
 
 @contextlib.contextmanager
@@ -296,6 +302,6 @@ def alone() -> Iterator[None]:
 
 
 def is_compiled(module: ModuleType, function: str) -> bool:
-    """Say whether compiled code of a module's entry function lies in memory, or whole on disk."""
+    """Return whether compiled code of a module's entry function is in memory, or undamaged on disk."""
     dispatcher = getattr(module, function)
     return bool(dispatcher.signatures) or any(kept(path) is not None for path in dispatcher._cache.files())

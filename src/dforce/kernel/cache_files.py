@@ -1,8 +1,7 @@
 """Keeps the compiled code of a module's functions on disk, a file for each signature and processor.
 
-numba's own files are not looked through before they are used, so one that was cut short or has a flipped bit would end the
-process or, worse, give other numbers. Here each file begins with the hash of what follows: one that is not as it was
-written is removed, and its function compiled again.
+numba does not check its own files: a truncated file or a flipped bit would end the process or, worse, give other numbers.
+Here each file begins with the hash of its content: a damaged file is removed, and its function compiled again.
 """
 
 from __future__ import annotations
@@ -43,9 +42,9 @@ def keep(path: Path, content: bytes) -> None:
 
 
 def kept(path: Path) -> bytes | None:
-    """Return the content of a file; None where there is none, others may have written it, or it is not as it was written.
+    """Return the content of a file; None where it is missing or damaged, or others may have written it.
 
-    What is not as it was written is removed.
+    A damaged file is removed.
     """
     try:
         with path.open("rb") as stream:
@@ -93,7 +92,7 @@ class KeptCode:
         from numba.core.compiler import CompileResult
         from numba.core.runtime.nrt import rtsys
 
-        rtsys.initialize(target)  # all that compiled code needs; `target.refresh` would load what a compiler needs
+        rtsys.initialize(target)  # enough for compiled code; `target.refresh` would also load the compiler
         path = self._path(signature, target.codegen())
         content = kept(path)
         if content is None:
@@ -101,7 +100,7 @@ class KeptCode:
         try:
             types, parts = pickle.loads(content)
             return CompileResult._rebuild(target, *parts) if types == str(signature) else None
-        except Exception:  # whatever is wrong with it: the function is compiled anew  # noqa: BLE001
+        except Exception:  # the file is damaged: the function is compiled anew  # noqa: BLE001
             forget(path)
             return None
 
@@ -118,7 +117,7 @@ class KeptCode:
             self._failed(error)
 
     def files(self) -> Iterator[Path]:
-        """Give the files that hold code for this processor, whatever the types."""
+        """Give the files with code for this processor, for any types."""
         from numba.core.registry import cpu_target
 
         return self._folder.glob(f"{self._start(cpu_target.target_context.codegen())}-*{CODE}")

@@ -10,7 +10,7 @@ from typing import Any
 from dforce.forces import Force
 from dforce.kernel.linker import Linker, signature_of
 
-HEADER = '''"""Composed by dForce from {what}; never edited, named by the hash of its content."""
+HEADER = '''"""Composed by dForce from {contents}; never edited, named by the hash of its content."""
 import math
 import numpy as np
 from numba import njit
@@ -30,8 +30,8 @@ apart = unshared(uncounted)
 entry = njit(**OPTIONS)
 '''
 
-# Columns of a tone's row: frequency ratio, phase, then real and imaginary part of the drive on each mode, and of the base,
-# and what is added to the detector's phase.
+# Columns of a tone's row: frequency ratio, phase, then real and imaginary part of the drive on each mode and of the base, and
+# the offset of the detector's phase.
 FIRST_DRIVE = 2
 
 # Places of the parameters in the tuple p (CONTACT: a0); each mode adds three (stiffness, damping, gain); then come the rates
@@ -39,8 +39,8 @@ FIRST_DRIVE = 2
 ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_MODE, PER_MODE = 0, 1, 2, 3, 4, 5, 3
 
 
-# The tip equation as the solvers know it, whatever the forces: the parameters up to CONTACT, an array of the others, and
-# the addresses of the compiled functions that they call.
+# The tip equation of the solvers, the same for all forces: the parameters up to CONTACT, an array of the others, and the
+# addresses of the compiled functions that they call.
 MOTION = "UniTuple(f8,{size})"
 TIP = "Tuple(({numbers},f8[::1],{addresses}))"
 OTHERS = CONTACT + 1
@@ -74,13 +74,13 @@ def compose_solvers(
     entries
         The functions to be called from Python, by name.
     called
-        What they call by its address, in the order of the addresses.
+        The functions that they call by address, in the order of the addresses.
     late
         States of the fluid's memory of each mode.
     """
     count, first, size = len(called), OTHERS + 1, motion_size(modes, late)
     linker = Linker(elsewhere=places_of(called, size))
-    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and any force"))
+    linker.emit(HEADER.format(contents=f"{modes} mode{'s' * (modes > 1)} and any force"))
     linker.emit(pointers())
     linker.emit("def pointer(context, at):\n    return pointer_to(at)", "intrinsic")
     places, addresses = range(size), [f"p[{first + i}]" for i in range(count)]
@@ -93,7 +93,7 @@ def compose_solvers(
         "    return carray(pointer(room.ctypes.data), (rows, columns, lanes), np.float64)",
     ):
         linker.emit(text, "compiled")
-    for text in (  # to numba a mere 1 is a type of its own, for which what is called would be compiled anew
+    for text in (  # to numba a literal 1 has its own type, for which each callee would be compiled anew
         f"def mode_count():\n    return np.int64({modes})",
         f"def fluid_size():\n    return np.int64({late * modes})",
         f"def motion_size():\n    return np.int64({size})",
@@ -134,8 +134,8 @@ def compose(
     sizes = sizes_of(modes, forces, late)
     elsewhere = places_of(called, sizes["motion_size"])
     linker = Linker(sizes, {f: place for f, place in elsewhere.items() if f not in entries.values()})
-    what = " + ".join(force.name for force in forces) or "no force"
-    linker.emit(HEADER.format(what=f"{modes} mode{'s' * (modes > 1)} and {what}"))
+    names = " + ".join(force.name for force in forces) or "no force"
+    linker.emit(HEADER.format(contents=f"{modes} mode{'s' * (modes > 1)} and {names}"))
     if called:
         linker.emit(pointers())
     count = parameter_count(modes, late) + sum(len(force.numbers()) for force in forces)
@@ -161,7 +161,7 @@ def motion_size(modes: int, late: int) -> int:
 
 
 def sizes_of(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
-    """Return the numbers that functions of the vocabulary without arguments stand for."""
+    """Return the values of the vocabulary's functions without arguments."""
     memory = sum(force.memory for force in forces)
     latches = sum(force.switch is not None for force in forces)
     return {
@@ -175,7 +175,7 @@ def sizes_of(modes: int, forces: Sequence[Force], late: int) -> dict[str, int]:
 
 
 def shared_text(modes: int, late: int) -> list[str]:
-    """Return the functions that are the same whatever the forces."""
+    """Return the functions that are the same for all forces."""
     places = range(motion_size(modes, late))
     return [
         *_kinematics(modes, late),
@@ -191,9 +191,9 @@ def tuple_of(parts: Sequence[str]) -> str:
 
 
 def _pairs(modes: int, late: int, x: str, v: str) -> str:
-    """Return the motion whose deflections and velocities are these, written with their places and the mode's.
+    """Return the text of a motion from the forms of deflections and velocities, with their places and the mode's.
 
-    The states of the fluid stay those of y.
+    The states of the fluid are y's.
     """
     moves = [form.format(x=i, v=i + 1, n=i // 2) for i in range(0, 2 * modes, 2) for form in (x, v)]
     return tuple_of([*moves, *(f"y[{k}]" for k in range(2 * modes, motion_size(modes, late)))])
@@ -300,7 +300,7 @@ def _lanes(modes: int, tones: int, lagging: bool) -> list[str]:
 
 
 def number_of(place: int, several: int | None) -> str:
-    """Return the text of the parameter at a place or, where `several` is given, of the tuple of so many from there on."""
+    """Return the text of the parameter at a place or, with `several`, of the tuple of so many from there on."""
     return f"p[{place}]" if several is None else f"p[{place}:{place + several}]"
 
 

@@ -11,35 +11,35 @@ from dforce.core import log
 
 # The time that a function takes by itself, and once more in each entry function that it is linked into, as shares.
 WRITTEN, LINKED = 0.6, 0.25
-_COMPILED: dict[str, float] = {}  # the effort so far in this process, by the name of what is compiled
+_COMPILED: dict[str, float] = {}  # the effort so far in this process, by the name of the kernels
 
 
 class Part(Protocol):
-    """A kernel, as a part of what is compiled; see ``kernel.Kernel``."""
+    """A kernel, as a part of all kernels with its name; see ``kernel.Kernel``."""
 
     module: ModuleType
-    what: str
+    title: str
     usual: Sequence[str]
 
     def is_ready(self, name: str) -> bool:
-        """Say whether compiled code of an entry function is there."""
+        """Return whether compiled code of an entry function exists."""
 
 
 @contextlib.contextmanager
 def watched(kernel: Part, entry: str, known: Iterable[Part]) -> Iterator[None]:
-    """Tell who watches how far the compilation is while an entry function is compiled inside.
+    """Show the progress of the compilation while an entry function is compiled inside.
 
-    The share is that of all kernels known so far which are parts of the same, with the entry functions that are usual.
+    It is the progress of all known kernels with the same name, with their usual entry functions.
     """
-    alike = [part for part in {kernel, *known} if part.what == kernel.what]
+    alike = [part for part in {kernel, *known} if part.title == kernel.title]
     parts = {part: {name for name in part.usual if not part.is_ready(name)} for part in alike}
     parts[kernel].add(entry)
-    before = _COMPILED.get(kernel.what, 0.0)
+    before = _COMPILED.get(kernel.title, 0.0)
     whole = before + sum(effort(part.module, missing) for part, missing in parts.items())
 
     def tell(done: float) -> None:
-        _COMPILED[kernel.what] = before + done
-        log.show_progress(f"Compiling {kernel.what}, once", (before + done) / whole)
+        _COMPILED[kernel.title] = before + done
+        log.show_progress(f"Compiling {kernel.title}, once", (before + done) / whole)
 
     with counted(kernel.module, entry, tell):
         yield
@@ -60,7 +60,7 @@ def sizes(module: ModuleType, entry: str) -> dict[str, int]:
 
 
 def effort(module: ModuleType, entries: Iterable[str]) -> float:
-    """Return what entry functions cost together, in bytes of code: each function once, and once more where it is linked.
+    """Return the effort for entry functions, in bytes of code: each function once, and once more where it is linked.
 
     A function that has been compiled already is only linked.
     """

@@ -45,13 +45,13 @@ RESERVED = {
 }
 
 
-# of a function that returns no array, as annotations say it
+# annotations of a function that returns no array
 SCALARS = ("None", "float", "int", "bool")
 UFUNCS = ("np.log", "np.sin", "np.cos", "np.exp", "np.sqrt", "np.int64", "np.bool_", "np.float64")
 
 
 class Linker:
-    """Collects functions and what they call; each is emitted once, callees first."""
+    """Collects functions and their callees; each is emitted once, callees first."""
 
     def __init__(
         self,
@@ -70,9 +70,9 @@ class Linker:
         self.text: list[str] = []
 
     def add(self, function: Callable[..., Any], name: str | None = None, decorator: str = "") -> str:
-        """Add a function and all that it calls; return the name under which the text knows it.
+        """Add a function and its callees; return its name in the text.
 
-        `decorator` is the composed module's name for how it is compiled; left out: as what others call.
+        `decorator` is the name in the composed module of the way to compile it; left out: as a callee.
 
         Raises :class:`ForceError` when it uses something that cannot be copied: only numbers, tuples and arrays of numbers,
         functions of `math` and functions with Python source may be used.
@@ -113,7 +113,7 @@ class Linker:
     def add_entry(self, function: Callable[..., Any], name: str) -> None:
         """Add a function that is called from outside under this name: from Python, or by its address.
 
-        One that others have called already is wrapped; else it is compiled once only, as the entry itself.
+        A function that is already a callee of others is wrapped; else it is compiled only as the entry.
         """
         if signature_of(function):
             head, _, body = self._copy(function, _read(function, self._sizes), name, "compiled").partition("\n")
@@ -127,7 +127,7 @@ class Linker:
         self.emit(f"def {name}({arguments}):\n    return {inner}({arguments})", "entry")
 
     def emit(self, text: str, decorator: str = "") -> None:
-        """Add text to the module, as a function with this decorator where one is given."""
+        """Add text to the module, as a function if a decorator is passed."""
         self.text.append(f"@{decorator}\n{text}" if decorator else text)
 
     def _resolve(self, own: dict[str, Any], used: str, user: str) -> str:
@@ -154,7 +154,7 @@ class Linker:
         )
 
     def _table(self, values: AnyArray, used: str, user: str) -> str:
-        """Add an array of numbers; return the name under which the text knows it."""
+        """Add an array of numbers; return its name in the text."""
         if values.dtype.kind not in "fi" or not np.isfinite(values).all():
             raise ForceError(f"'{user}' uses '{used}', an array that holds something other than finite numbers")
         text = f"np.array({values.tolist()}, np.{values.dtype})"
@@ -166,7 +166,7 @@ class Linker:
 
 
 def arguments_of(function: Callable[..., Any]) -> tuple[str, ...]:
-    """Return the names of what a function takes."""
+    """Return the names of a function's arguments."""
     return function.__code__.co_varnames[: function.__code__.co_argcount]
 
 
@@ -186,9 +186,9 @@ def reordered(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def uncounted(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a function that makes no array and returns none, where its annotation does not say so.
+    """Mark a function that makes no array and returns none, where its annotation does not show it.
 
-    Whoever calls it holds the arrays that it is given, so references to them need not be counted: that costs more than a step.
+    Its callers hold the arrays among its arguments: counting references to them is not necessary, and costs more than a step.
     """
     function.uncounted = True  # type: ignore[attr-defined]
     return function
@@ -204,10 +204,10 @@ def apart(function: Function) -> Function:
 
 
 def by_address(signature: str) -> Callable[[Function], Function]:
-    """Mark a function that is compiled for each tip equation, while what calls it, by its address, is compiled once for all.
+    """Mark a function that is compiled for each tip equation; its callers use its address and are compiled once for all.
 
-    `signature` are numba's types of the result and the arguments, with the motion as {y} and the tip equation as {tip}. That
-    is the argument `tip`, and `unpacked` makes `p` of it.
+    `signature` has numba's types of the result and the arguments, with the motion as {y} and the tip equation as {tip}:
+    `unpacked` makes `p` from this argument `tip`.
     """
 
     def mark(function: Function) -> Function:
@@ -223,7 +223,7 @@ def signature_of(function: Callable[..., Any]) -> str:
 
 
 def decorator_of(function: Callable[..., Any]) -> str:
-    """Return how a function is compiled: calls of laws, and of what is marked so, are replaced by the body."""
+    """Return how a function is compiled: laws and functions marked for it are inlined."""
     for name in ("apart", "reordered", "uncounted"):
         if getattr(function, name, False):
             return name
@@ -233,9 +233,9 @@ def decorator_of(function: Callable[..., Any]) -> str:
 
 
 def may_hold_arrays(function: Callable[..., Any]) -> bool:
-    """Say whether a function may make an array or return one, as far as its text tells.
+    """Return whether a function may make or return an array, by its text.
 
-    Annotations of functions from elsewhere count for nothing: a wrong one would free numbers that are in use.
+    Annotations of functions from elsewhere do not count: a wrong annotation would free numbers in use.
     """
     if not function.__module__.startswith("dforce.") or function.__annotations__.get("return") not in SCALARS:
         return True
@@ -335,7 +335,7 @@ class _Renamer(ast.NodeTransformer):
 class _Plainer(ast.NodeTransformer):
     """Removes literal types, so that numba does not compile a function again for each constant.
 
-    To numba each 0, 1, or False is a type of its own, and a function is compiled anew for each that it is called with.
+    To numba each literal 0, 1, or False has its own type, and a function is compiled anew for each such argument.
     """
 
     def visit_Assign(self, node: ast.Assign) -> ast.Assign:

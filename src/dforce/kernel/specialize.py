@@ -1,6 +1,6 @@
-"""Leaves out of a function what a combination of forces has no use for: memory or branches that no force has.
+"""Removes unused code from a function: for memory or branches that no force of a combination has.
 
-The compiler would leave it out as well, but only after it has worked through it.
+The compiler would remove it as well, but only after it has worked through it.
 """
 
 from __future__ import annotations

@@ -40,16 +40,16 @@ def is_shipped(force: Force) -> bool:
 
 
 def remembered(parts: Iterable[object], forces: Iterable[Force], compose: Callable[[], str]) -> str:
-    """Return the text for a combination: the one kept, else the one composed, which is then kept where that may be done.
+    """Return the text for a combination: the kept text, else composed text, which is then kept if possible.
 
     Parameters
     ----------
     parts
-        What else than the forces' laws decides the text; each says by its ``repr`` all that matters.
+        The inputs of the text besides the forces' laws, compared by their ``repr``.
     forces
-        The bound forces, of which only the laws are looked at.
+        The bound forces; only their laws matter.
     compose
-        Makes the text.
+        Function that makes the text.
     """
     given = [*map(repr, parts)]
     for force in forces:
@@ -63,7 +63,7 @@ def remembered(parts: Iterable[object], forces: Iterable[Force], compose: Callab
     if content is not None:
         return content.decode()
     text = compose()
-    with contextlib.suppress(OSError):  # that nothing can be kept there is told where compiled code is
+    with contextlib.suppress(OSError):  # the folder of compiled code reports that nothing can be kept there
         make_folder(file.parent)
         keep(file, text.encode())
         for path in oldest(list(file.parent.glob("*.text")), MOST_TEXTS):

@@ -1,8 +1,8 @@
-"""Tells the compiler that the arrays which a function is given share no memory.
+"""Declares to the compiler that the arrays among a function's arguments share no memory.
 
-Before a loop is turned into vector instructions, the compiler makes sure that what is written is not what is read elsewhere:
-by a check at run time for each pair of rows. Over 128 such checks the loop stays as it is; two modes over a base that
-is shaken at two tones need more. With nothing to check there is no such limit.
+Before the compiler turns a loop into vector instructions, it ensures that written memory is not read elsewhere, with a check
+at run time for each pair of rows. With over 128 checks the loop stays scalar; two modes over a base that is shaken at two
+tones need more. Without checks there is no such limit.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import Any
 
 
 def unshared(decorate: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a decorator that compiles as this one does, with arrays that share no memory.
+    """Return a decorator that compiles as `decorate` does, with arrays that share no memory.
 
-    A numba that cannot be told so compiles as usual.
+    A numba without this option compiles as usual.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:

@@ -1,7 +1,7 @@
 """The vocabulary in which solvers and observables are written.
 
-Each name here is a place that the kernel fills for one combination of modes and forces (see ``codegen``): the solvers'
-loops import these names, and the linker puts the composed functions in their place. They are never called as they stand.
+The kernel defines each name here for one combination of modes and forces (see ``codegen``): the solvers' loops import these
+names, and the linker replaces them by the composed functions. The functions here are never called.
 
 Scaled quantities: length in the first tone's free amplitude, time in 1/omega of the first tone. The motion is a tuple
 ``y = (x1, v1, x2, v2, ...)`` of scaled deflections and velocities, and behind them velocities of fluid that follows late;
@@ -24,7 +24,7 @@ def latch_count(latched: Any) -> int:
 
 
 def has_states() -> bool:
-    """Say whether forces have a memory or branches: code for any forces knows no more of them while it is compiled."""
+    """Return whether forces have a memory or branches: code for any forces is compiled with only this information."""
     raise NotImplementedError
 
 
@@ -64,7 +64,7 @@ def force(d: float, rate: float, t: float, memory: Any, latched: Any, p: Any) ->
 
 
 def is_rooted(p: Any) -> bool:
-    """Say whether a force begins like a root of the distance beside a kink."""
+    """Return whether a force begins like a root of the distance beside a kink."""
     raise NotImplementedError
 
 
@@ -79,7 +79,7 @@ def free_acceleration(u: Any, y: Any, p: Any) -> Any:
 
 
 def forced(a: Any, f: float, p: Any) -> Any:
-    """Return the accelerations of the modes with what the force `f` (N) adds."""
+    """Return the accelerations of the modes with the part of the force `f` (N)."""
     raise NotImplementedError
 
 
@@ -134,7 +134,7 @@ def followed(y: Any, start: Any, h: float, slopes: Any) -> Any:
 
 
 def fluid_mean(k1: Any, k2: Any, k3: Any, k4: Any) -> Any:
-    """Return the slope of the fluid's memory over a Runge–Kutta step from those of its four stages."""
+    """Return the slope of the fluid's memory over a Runge–Kutta step from the slopes at its four stages."""
     raise NotImplementedError
 
 
@@ -159,12 +159,12 @@ def parameters_of(table: Any, j: int) -> Any:
 
 
 def unpacked(tip: Any) -> Any:
-    """Return the parameter tuple p of the tip equation that a function called by its address is given."""
+    """Return the parameter tuple p of a tip equation, for a function that is called by address."""
     raise NotImplementedError
 
 
 def of_case(p: Any, table: Any, j: int, others: Any) -> Any:
-    """Return the tip equation of lane j; `p` is that of another lane, and `others` gets its numbers."""
+    """Return the tip equation of lane j; `p` belongs to another lane, and `others` gets the numbers of lane j."""
     raise NotImplementedError
 
 

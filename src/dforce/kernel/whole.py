@@ -1,10 +1,9 @@
 """Whole-program compilation: link all callees into each entry point, and generate code once.
 
-numba links, optimizes and turns into machine code every function by itself, then links that into those who call it, and does
-the same again: most of its time goes into code that nobody calls by itself. Here a function that only others call stays as
-it was written, in memory alone; it is linked, optimized and turned into machine code in those that are called from outside,
-and where somebody asks for its address. Only such wholes are kept on disk: so the code of each follows from its text,
-whatever was compiled before it.
+numba links, optimizes and translates every function by itself, then links it into its callers and does the same again: most
+of its time goes into code that is never called by itself. Here a function with callers stays intermediate code in memory. It
+is linked, optimized and translated to machine code in the functions that are called from outside, and where its address is
+needed. Only such wholes are kept on disk: the code of each follows from its text, independent of earlier compilations.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from typing import Any
 
 from dforce.core.stopping import look
 
-# what is used of numba's class for a function's code; a numba that has it no more compiles in its own way
+# the members used of numba's class for a function's code; a numba without them compiles in its own way
 USED = (
     "_check_llvm_bugs",
     "_ensure_finalized",
@@ -30,12 +29,12 @@ USED = (
     "get_pointer_to_function",
 )
 _COUNTING = threading.Lock()
-_INSIDE: list[Any] = []  # the class that each who compiles has found
+_INSIDE: list[Any] = []  # the class that each compilation has found
 
 
 @functools.cache
 def way() -> str:
-    """Return the name of the way in which functions are compiled: it decides the last digits of what they give."""
+    """Return the name of the way in which functions are compiled: it decides the last digits of their results."""
     from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 
     known = all(hasattr(JITCodeLibrary, name) or hasattr(JITCPUCodegen, name) for name in USED)
@@ -44,7 +43,7 @@ def way() -> str:
 
 @contextlib.contextmanager
 def compiled() -> Iterator[None]:
-    """Compile as wholes what is compiled inside, and whatever other threads compile meanwhile."""
+    """Compile as wholes inside the context, in all threads."""
     from numba.core.registry import cpu_target
 
     if way() == "in parts":
@@ -63,7 +62,7 @@ def compiled() -> Iterator[None]:
 
 
 def is_part(library: Any) -> bool:
-    """Say whether a function's code has been left for those who call it."""
+    """Return whether a function's code is left for its callers to compile."""
     return way() != "in parts" and isinstance(library, _library()) and not library._finalized
 
 
@@ -101,7 +100,7 @@ def _library() -> Any:
             self._linking_libraries.append(library)
 
         def as_written(self) -> Any:
-            """Return a copy of the function that others can link, without what it calls."""
+            """Return a copy of the function that others can link, without its callees."""
             if self._as_written is None:
                 self._as_written = self._final_module.clone()
                 for function in self._as_written.functions:
@@ -110,7 +109,7 @@ def _library() -> Any:
             return self._as_written
 
         def called(self) -> list[Any]:
-            """Return all that this function calls, and what that calls, each before what it calls itself."""
+            """Return all direct and indirect callees, each before its own callees."""
             found: dict[Any, None] = {}
 
             def visit(library: Any) -> None:
@@ -124,12 +123,12 @@ def _library() -> Any:
             return list(found)[::-1]
 
         def _link(self) -> None:
-            for library in self.called():  # in this order, for what is not called yet is left out
+            for library in self.called():  # in this order: a function that is not called yet is left out
                 if hasattr(self, "_reload_init"):  # younger versions of numba only
                     self._reload_init.update(library._reload_init)
                 module = library.as_written() if is_part(library) else library._get_module_for_linking()
                 self._final_module.link_in(module, preserve=True)
-            # nobody else calls these: what is called once is put in its place, and what nobody reads is not handed on
+            # these have no other callers: functions called once are inlined, and unused results are not returned
             for function in self._final_module.functions:
                 if function.linkage == Linkage.linkonce_odr:
                     function.linkage = "internal"

@@ -1,6 +1,6 @@
 """The library: examples and media as data, one file each, with their sources.
 
-This module reads text; what it means is known to :mod:`dforce.case` and :mod:`dforce.instrument`.
+This module only reads text; :mod:`dforce.case` and :mod:`dforce.instrument` interpret it.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Cantilevers by name: nominal values of makers, as data, and those of a file of the user's own.
+"""Cantilevers by name: nominal values of makers, and cantilevers in a user's own file.
 
 A file is a CSV table with a head: `name`, `f0`, `k`, and, where known, `Q`, `length`, `width`, `thickness`, `tip_radius`,
-`maker` and `source`; numbers in SI or with a unit, lines that begin with ``#`` left out. Sizes are shipped where they agree
-with f0 and k of a rectangular silicon beam.
+`maker` and `source`; numbers in SI or with a unit, lines that begin with ``#`` left out. Shipped sizes agree with f0 and k of
+a rectangular silicon beam.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Probe:
     source: str = ""
 
     def cells(self) -> tuple[str, ...]:
-        """Return what a table shows of it: name, maker, f0, k, tip radius."""
+        """Return the cells of its row in a table: name, maker, f0, k, tip radius."""
         shown = (units.show(self.f0, "Hz", 4), units.show(self.k, "N/m", 4))
         return (self.name, self.maker, *shown, "" if self.tip_radius is None else units.show(self.tip_radius, "m", 3))
 
@@ -92,23 +92,23 @@ def own_cantilevers(file: Path) -> Probes:
     return _read(lines_of(file, key), f"{key} = '{shorten(file.name)}'")
 
 
-def _read(lines: Iterable[str], what: str) -> Probes:
+def _read(lines: Iterable[str], table: str) -> Probes:
     try:
         rows = [row for row in csv.reader(lines, skipinitialspace=True) if row and not row[0].startswith("#")]
     except csv.Error as error:
-        raise ParameterError(f"{what} is not a table: {error}") from None
+        raise ParameterError(f"{table} is not a table: {error}") from None
     columns = [column.strip() for column in rows[0]] if rows else []
     for column in ("name", "f0", "k"):
         if column not in columns:
-            raise ParameterError(f"{what} has no column '{column}'; its first line must name the columns")
+            raise ParameterError(f"{table} has no column '{column}'; its first line must name the columns")
     for column in columns:
         if column not in (*UNITS, *WORDS):
-            raise ParameterError(f"{what} has a column '{shorten(column)}'; allowed are {', '.join((*WORDS, *UNITS))}")
+            raise ParameterError(f"{table} has a column '{shorten(column)}'; allowed are {', '.join((*WORDS, *UNITS))}")
         if columns.count(column) > 1:
-            raise ParameterError(f"{what} has two columns '{column}'")
+            raise ParameterError(f"{table} has two columns '{column}'")
     found = Probes()
     for number, row in enumerate(rows[1:], start=1):
-        here = f"{what}, cantilever {number}"
+        here = f"{table}, cantilever {number}"
         if len(row) != len(columns):
             raise ParameterError(f"{here}: it has {len(row)} cells for {len(columns)} columns")
         given = dict.fromkeys((*UNITS, *WORDS), "") | {

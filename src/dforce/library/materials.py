@@ -58,7 +58,7 @@ class Material:
         return math.sqrt(mine * others) if known else None
 
     def cells(self) -> tuple[str, ...]:
-        """Return what a table shows of it."""
+        """Return the cells of its row in a table."""
         return (
             self.name,
             units.show(self.youngs_modulus, "Pa", 3),

@@ -1,4 +1,4 @@
-"""Advice on a sweep: what is said at the corners of its grid, where most models are at their limits."""
+"""Advice on a sweep: the advice at the corners of its grid, where most models are at their limits."""
 
 from __future__ import annotations
 

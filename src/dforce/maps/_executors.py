@@ -27,8 +27,8 @@ from dforce.maps.axes import Axis
 
 LOST = "the cluster is lost; finished blocks are kept, and another cluster can continue"
 TRIES = 2  # of a block
-TRIES_OF_DEAD = 8  # where four workers died with it, as Dask says then: they may have been killed for another reason
-LOGS = ("distributed", "distributed.client")  # where Dask says that a connection is lost
+TRIES_OF_DEAD = 8  # after Dask reports that four workers died with it: they may have been killed for another reason
+LOGS = ("distributed", "distributed.client")  # where Dask reports a lost connection
 AHEAD = 2  # blocks for each thread of a cluster, so that none waits for the next one
 Arrays = dict[str, tuple[tuple[str, ...], Any]]  # dimensions and values by name
 
@@ -55,7 +55,7 @@ class Alone(Crew):
 
 
 def results_of(case: Case, axes: list[Axis], kept: Kept, crew: Crew) -> Any:
-    """Return what is kept of the cases of a block, as a Dataset.
+    """Return the kept results of the cases of a block, as a Dataset.
 
     Raises
     ------
@@ -92,7 +92,7 @@ class Hands(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Stop what is under way."""
+        """Stop running blocks."""
 
     def points(self) -> int:
         """Return how many points of the blocks under way are done, as far as that is known."""
@@ -131,14 +131,14 @@ class Threads(Hands):
         return sum(crew.done for crew in list(self._crews.values()))
 
     def close(self) -> None:
-        """Stop what is under way."""
+        """Stop running blocks."""
         self._stop.set()
         self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 @dataclass(frozen=True)
 class Sent:
-    """The order to the workers of a cluster: the case as text, the files of its plug-ins, what is kept, and the version."""
+    """The order to the workers of a cluster: the case as text, the files of its plug-ins, the kept names, the version."""
 
     text: str
     plugins: tuple[tuple[str, bytes], ...]
@@ -147,7 +147,7 @@ class Sent:
 
     @classmethod
     def of(cls, case: Case, kept: Kept) -> Sent:
-        """Return what workers need to know of a case."""
+        """Return the order for a case."""
         files = tuple((path, read_plugin(Path(case.folder or "", path))) for path in case.plugins)
         return cls(case.to_toml(complete=True), files, kept, importlib.metadata.version("dforce"))
 
@@ -197,7 +197,7 @@ class Cluster(Hands):
         self.check()
         try:
             threads: dict[str, int] = self.client.nthreads()
-        except OSError:  # what Dask raises when a connection has ended
+        except OSError:  # Dask raises this when a connection has ended
             raise ResultError(LOST) from None
         return max(1, AHEAD * sum(threads.values()))
 
@@ -218,7 +218,7 @@ class Cluster(Hands):
             raise ResultError(LOST)
 
     def close(self) -> None:
-        """Forget what is under way."""
+        """Forget running blocks."""
         self._pool.shutdown(wait=False)
         if self._own:
             self.client.close(timeout=5)

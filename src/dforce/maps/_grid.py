@@ -1,8 +1,8 @@
-"""The problems of a sweep, as the arrays that the solvers take, without building a case for each of them.
+"""The problems of a sweep as arrays for the solvers, without building a case for each problem.
 
-A problem is made of pieces: the modes, the tones, the contact, each force. Each piece depends on few of the parameters
-that are swept over, so it is computed only for the combinations of these, by the same code as for a single case, and put
-together for all problems by indexing.
+A problem has pieces: the modes, the tones, the contact, each force. Each piece depends on few swept parameters. It is
+computed only for the combinations of these, by the same code as for a single case, and all problems are put together by
+indexing.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ class ProblemGrid:
     Parameters
     ----------
     case, axes
-        What is varied; axes of one dimension vary together.
+        The case and the varied parameters; axes of one dimension vary together.
 
     Attributes
     ----------
     example
-        The first of them.
+        The first problem.
     alike
-        Whether all of them have the same laws, so that one kernel solves them.
+        Whether all have the same laws, so that one kernel solves them.
     """
 
     def __init__(self, case: Case, axes: Sequence[Axis]) -> None:
@@ -189,7 +189,7 @@ def _joined(parts: list[Array], rows: int) -> Array:
 
 
 def _distinct(kinks: Array) -> Array:
-    """Return the kinks in order, without those that fall together in all rows."""
+    """Return the kinks in order, without kinks that coincide in all rows."""
     kinks = np.sort(kinks, axis=1)
     keep = np.append(True, (np.diff(kinks, axis=1) != 0.0).any(axis=0)) if kinks.size else slice(None)
     return kinks[:, keep]

@@ -18,7 +18,7 @@ from dforce.procedures.found import KEPT
 if TYPE_CHECKING:
     import xarray as xr
 
-QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of those that are kept
+QUANTITIES = "quantities"  # attribute of an interrupted sweep: the names of the kept quantities
 ALL = KEPT | frozenset(jumps_along("zc"))
 NEEDED = frozenset({RATIO, "virial", *GUESSES})  # of a curve, for its states at a set point
 
@@ -38,13 +38,13 @@ class Kept:
         layout: SweepLayout,
         before: str | None = None,
     ) -> Kept:
-        """Return what is asked for; without `quantities` those of the sweep that goes on, as it notes them, else all.
+        """Return the kept quantities; without `quantities` the names that a continued sweep has noted, else all.
 
         Raises
         ------
         ParameterError
-            For a name that is not known, names other than those of the sweep that goes on, a set point that is no share, or
-            cases without set points.
+            For an unknown name, names that differ from the continued sweep's, a set point that is no share, or cases without
+            set points.
         """
         share = None if set_point is None else parse_share(set_point, "at_set_point")
         if share is not None and not isinstance(layout.case.experiment, Approach):
@@ -74,9 +74,9 @@ class Kept:
         return {"interrupted": 1, QUANTITIES: " ".join(sorted(self.names))}
 
     def take(self, data: xr.Dataset, layout: SweepLayout) -> xr.Dataset:
-        """Return what is kept of cases with the quantities that are computed.
+        """Return the kept results of cases.
 
-        At a set point :func:`dforce.at_set_point` gives it; the `status` of a case is the largest of those of its points.
+        At a set point :func:`dforce.at_set_point` gives them; the `status` of a case is the largest of its points.
         """
         if self.set_point is None:
             return data

@@ -31,7 +31,7 @@ from dforce.maps._result import SweepLayout
 from dforce.maps._resume import check_same
 from dforce.maps.axes import Axis
 from dforce.results import store
-from dforce.results.provenance import of_plugins
+from dforce.results.provenance import PLUGINS, of_plugins
 from dforce.results.seal import identity_of, part
 from dforce.results.status import Status
 from dforce.results.store_plan import Blocks, Plan, Variable
@@ -61,18 +61,18 @@ class Map:
     Parameters
     ----------
     asked
-        The case, with the table that it was asked by.
+        The case, with its table of swept parameters.
     layout
-        How the points of its cases lie in the result.
+        The layout of the points of its cases in the result.
     quantities, set_point
-        What is asked to be kept; see :meth:`Kept.of`.
+        The quantities to keep; see :meth:`Kept.of`.
     store
         Path or URL.
 
     Attributes
     ----------
     kept
-        What is kept.
+        The kept quantities.
     """
 
     asked: Case
@@ -116,7 +116,7 @@ class Map:
         axes = [(axis.path, axis.dim, axis.coordinate()[1].tolist()) for axis in self.layout.axes]
         kept = sorted(self.kept.names), self.kept.set_point
         return identity_of(
-            [self.asked.to_toml(complete=True), axes, *kept, __version__, *of_plugins(self.asked.forces).values()]
+            [self.asked.to_toml(complete=True), axes, *kept, __version__, of_plugins(self.asked).get(PLUGINS, "")]
         )
 
     def _check(self, writer: Writer) -> None:
@@ -134,7 +134,7 @@ class Map:
             raise ParameterError(f"this store is from dForce {begun}; continue it with that version, not {__version__}")
 
     def _mend(self, writer: Writer) -> None:
-        """Write anew what is damaged of the store beside its blocks."""
+        """Write damaged files of the store again, except its blocks."""
         if any(key in writer.seal.files for key in writer.damaged):
             writer.repair(self._plan())
         if writer.damaged:
@@ -264,7 +264,7 @@ class _Run:
         self.pending[self.hands.submit(self.map._cut(place))] = place, attempt
 
     def _take(self, future: Future[Arrays]) -> None:
-        """Write the block that a future holds; one that failed is tried again, then left out."""
+        """Write the block of a future; a failed block is tried again, then left out."""
         place, attempt = self.pending.pop(future)
         try:
             arrays = future.result()
@@ -283,7 +283,7 @@ class _Run:
 
 
 def _say(writer: Writer, work: _Run) -> None:
-    """Tell which parts of a store were damaged and are repaired, or that there was nothing to do."""
+    """Report the repaired parts of a store, or that there was nothing to do."""
     damaged = [part(key) for key in writer.damaged]
     if damaged:
         more = f" and {len(damaged) - NAMED} more" if len(damaged) > NAMED else ""

@@ -1,7 +1,7 @@
-"""The cases of a sweep, each carried out by itself: whatever an experiment gives, put together along the axes.
+"""The cases of a sweep, each run by itself: the results of any experiment, put together along the axes.
 
-Cases that find more than others (states, points of branches, jumps) make a dimension longer. The others are filled up: with
-NaN, 0, False or nothing.
+The longest case (in states, points of branches, jumps) sets the length of a dimension. The other cases are filled up with
+NaN, 0, False or empty text.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RAGGED = ("point", "state", "jump")  # dimensions along which a case may have more than others
-ALWAYS = ("status", "jump_")  # beginnings of the names of what is kept in any case
+ALWAYS = ("status", "jump_")  # beginnings of the names that are always kept
 
 
 def cases_of(layout: SweepLayout) -> SideBySide | OneByOne:
@@ -74,7 +74,7 @@ class OneByOne:
         report_progress(1, 1, "")
 
     def _reduced(self, data: xr.Dataset, kept: frozenset[str]) -> xr.Dataset:
-        """Return what is kept of a case. Its status is one number where each point of a ragged dimension has its own."""
+        """Return the kept results of a case. A status for each point of a ragged dimension becomes one number."""
         assert self.layout.case.experiment is not None
         data = data.drop_dims(self.layout.case.experiment.unswept, errors="ignore")
         status = data["status"]
@@ -88,7 +88,7 @@ class OneByOne:
         return data.drop_vars([*dropped, *axes])
 
     def result(self, asked: Case) -> xr.Dataset:
-        """Return what was found, with the words and the case that was asked for."""
+        """Return the finished cases, with the words and the case of the sweep."""
         import xarray as xr
 
         cases = [one for one in self.found if one is not None]
@@ -130,7 +130,7 @@ def fill(name: str, dtype: np.dtype[Any]) -> Any:
 
 
 def unpadded(part: xr.Dataset) -> xr.Dataset:
-    """Return one case of a sweep as its experiment gives it, without what fills it up."""
+    """Return one case of a sweep as its experiment gives it, without the padding."""
     for dim in (dim for dim in RAGGED if dim in part.dims):
         filled = np.zeros(part.sizes[dim], dtype=bool)
         for name, one in part.variables.items():

@@ -1,4 +1,4 @@
-"""How fast a sweep goes, told with its progress."""
+"""The speed of a sweep, shown with its progress."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ LEAST = 1.0  # s before the first figure
 
 
 def paced(progress: Progress) -> Progress:
-    """Return a progress function that tells the points a second since its first call, too."""
+    """Return a progress function that also shows the points per second since its first call."""
     begun, first = 0.0, -1
 
     def report(done: int, total: int, note: str) -> None:

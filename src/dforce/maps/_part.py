@@ -66,12 +66,12 @@ class SideBySide:
         return all(part.run() for part in parts)
 
     def result(self, asked: Case) -> xr.Dataset:
-        """Return what was found, with the words and the case that was asked for."""
+        """Return the finished cases, with the words and the case of the sweep."""
         return finished(dataset(self.layout, self.founds, self.example), asked, self.layout)
 
 
 class SweepPart:
-    """The cases of a sweep that differ in numbers only; those that are whole in `found` are not computed again."""
+    """The cases of a sweep that differ in numbers only; complete cases in `found` are not computed again."""
 
     def __init__(self, case: Case, axes: list[Axis], crew: Crew, kept: frozenset[str], found: Found) -> None:
         self.case, self.crew, self.kept = case, crew, kept
@@ -139,10 +139,10 @@ class SweepPart:
         return problem.at_height(float(self.zc[case, 0])) if not self.plan.coords else problem
 
     def _block(self, which: Any) -> None:
-        """Compute cases side by side, and those that need more samples again with more."""
+        """Compute cases side by side, and again with more samples where cases need more."""
         first = self._problem(int(which[0]))
         report_done: Callable[[int], None] = self.crew.add
-        with contextlib.suppress(Stopped):  # what is done is kept
+        with contextlib.suppress(Stopped):  # finished points are kept
             for points in sample_counts(sample_count(first, self.settings), self.settings):
                 which = which[self._solve(which, points, first, report_done)]
                 if not len(which):
@@ -174,14 +174,14 @@ class SweepPart:
             solver.run()
             assure(block, zc, solver.points)
         finally:
-            with watching(never_cancelled):  # what is done is kept, as accurate as all
+            with watching(never_cancelled):  # finished points are kept, with full accuracy
                 assure_in_grace(block, zc, solver.points)
                 block.check_cancelled = never_cancelled
                 self._keep(which, solver, block, zc)
         return need_samples(solver.points, self.found.status[which])
 
     def _keep(self, which: Any, solver: Walk | Stepwise, block: Block, zc: Array) -> None:
-        """Keep what was found, but for orbits whose errors are not known: these are found anew when the sweep goes on."""
+        """Keep the points found, without orbits of unknown error: a continued sweep finds these again."""
         became = statuses(solver.points, block, zc)
         became[solver.points.is_orbit & np.isnan(solver.points.error)] = Status.NOT_COMPUTED
         for number, jumps in zip(which, solver.jumps, strict=True):

@@ -17,7 +17,7 @@ from dforce.experiments.base import CurveExperiment
 from dforce.maps.axes import Axis, amplitude_axis, dims_of
 from dforce.procedures.found import Layout
 from dforce.results.dataset import describe
-from dforce.results.provenance import of_plugins, provenance
+from dforce.results.provenance import of_case
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,16 +27,16 @@ CORNERS = 64  # of the grid, at most, that are validated as whole cases
 
 
 class SweepLayout(Layout):
-    """Where the cases of a sweep, and the points of each of them, lie in its result.
+    """The places of the cases of a sweep, and of their points, in the result.
 
-    A part is all cases with the same choices; inside it the cases are those of the numbers.
+    A part is all cases with the same choices; its cases differ in numbers.
 
     Attributes
     ----------
     plan
-        The curve that each case is, where curves along the distance are solved side by side; None: each case by itself.
+        The curve of each case, where curves along the distance are solved side by side; None: each case by itself.
     side_by_side
-        The case of each part, with its choices, where curves are solved so.
+        The case of each part, with its choices, where curves are solved side by side.
     jumps
         Names of the jumps that cases may have.
     free
@@ -129,5 +129,5 @@ def finished(data: xr.Dataset, case: Case, layout: SweepLayout) -> xr.Dataset:
         data = data.assign_coords(zc=layout.distances).assign_attrs(along=RATIO)
     data = describe(data).assign_coords({axis.name: axis.coordinate() for axis in layout.axes})
     over = {"over": " ".join(axis.path for axis in layout.axes)}
-    data.attrs = provenance(case.to_toml(complete=True), case.title) | of_plugins(case.forces) | over | data.attrs
+    data.attrs = of_case(case) | over | data.attrs
     return data

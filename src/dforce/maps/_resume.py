@@ -1,4 +1,4 @@
-"""Says whether a stopped sweep is the same as the one that is to go on."""
+"""Checks that a stopped sweep is the same as the sweep that continues it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def check_same(case: Case, layout: SweepLayout, resume: xr.Dataset, set_point: f
     Raises
     ------
     ParameterError
-        When it is no sweep, or that of another case, other values or another set point.
+        When it is not a sweep, or has another case, other values or another set point.
     """
     if "over" not in resume.attrs:
         raise ParameterError("this result is not a sweep, so df.sweep cannot continue it")
@@ -31,7 +31,7 @@ def check_same(case: Case, layout: SweepLayout, resume: xr.Dataset, set_point: f
         )
     if resume.attrs.get("case") != case.to_toml(complete=True):
         raise ParameterError(f"this sweep belongs to another case; {OTHER_CASE}")
-    check_plugins(case.forces, resume)
+    check_plugins(case, resume)
     paths = [axis.path for axis in layout.axes]
     before = resume.attrs["over"].split()
     if paths != before:

@@ -22,28 +22,28 @@ from dforce.experiments.base import DISTANCE
 from dforce.maps._rows import read_rows
 
 INSTRUMENT = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces")
-ROW = "case"  # dimension of cases that are given one by one
+ROW = "case"  # dimension of cases that are rows of a table
 WAYS = COMBINATIONS, CASES = "combinations", "cases"
 MOST_POINTS = 20_000_000  # of a result: 40 numbers each are 6 GB
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One parameter of a sweep; those of one dimension vary together.
+    """One parameter of a sweep; parameters of one dimension vary together.
 
     Attributes
     ----------
     path
-        Where it is in the case.
+        Its path in the case.
     name
         Its name in the result: the last word of the path, or the whole path where that would be ambiguous.
     dim
-        Its dimension in the result: its name, or `case` where the parameters of each case stand in a row.
+        Its dimension in the result: its name, or `case` where each case is a row of a table.
     values
-        Its values: SI numbers, or whatever the case takes.
+        Its values: SI numbers, or any values that the case takes.
     quantity
-        What is declared about it, where its values are plain numbers of the instrument, the sample or a force, or the
-        one distance of an experiment; None for a choice, which is validated with the whole case.
+        Its declaration, where its values are plain numbers of the instrument, the sample or a force, or the one distance
+        of an experiment; None for a choice, which is validated with the whole case.
     """
 
     path: str
@@ -87,7 +87,7 @@ def make_axes(case: Case, over: Mapping[str, Any]) -> list[Axis]:
 
 
 def make_rows(case: Case, rows: Mapping[str, Any]) -> list[Axis]:
-    """Return the axes of cases that are given one by one, each a row of a table with a column for each path.
+    """Return the axes of a table with a row for each case and a column for each path.
 
     Raises
     ------
@@ -115,14 +115,14 @@ def make_rows(case: Case, rows: Mapping[str, Any]) -> list[Axis]:
 def axes_of(
     case: Case, over: Mapping[str, Any] | None, rows: Mapping[str, Any] | None, along: str | None = None
 ) -> tuple[Case, list[Axis]]:
-    """Return the axes that a user asks for, else those of the case's own table; and the case, without a table not used.
+    """Return the axes from the arguments, else from the case's own table; and the case, without an unused table.
 
     `along` is "combinations" (also where it is left out) or "cases".
 
     Raises
     ------
     ParameterError
-        As :func:`make_axes` and :func:`make_rows`, and when both are given, or nothing says what to vary.
+        As :func:`make_axes` and :func:`make_rows`, with both arguments, or without any parameter to vary.
     CaseError
         When the file of a case's rows cannot be read.
     """
@@ -182,7 +182,7 @@ def _number_at(case: Case, path: str) -> ParameterQuantity | None:
 
 
 def _one_distance(case: Case) -> bool:
-    """Say whether the experiment of a case is done at one distance."""
+    """Return whether the experiment of a case has one distance."""
     return isinstance(getattr(case.experiment, "zc", None), float)
 
 

@@ -4,10 +4,10 @@ Unknown are the orbit, the average distance and the parameter. With the map P ov
 
 .. math:: P(x, z_c, p) = x, \quad A(x, z_c, p) = s A_0
 
-are one fewer than the unknowns, so that their solutions are lines; the forces' memory belongs to x. A point is predicted along
-the line's tangent and corrected by Newton's method in the plane across it (pseudo-arclength continuation): a line may turn back
-along the parameter, and where it does its states begin or end. Where a force with two branches is about to switch P jumps, and
-lines end. Motion and distance are scaled by free amplitudes, the parameter by its range.
+are one fewer than the unknowns: their solutions are lines. The forces' memory belongs to x. A point is predicted along the
+line's tangent and corrected by Newton's method in the plane across it (pseudo-arclength continuation). A line may turn back
+along the parameter; its states begin or end there. Where a force with two branches is about to switch, P jumps and the lines
+end. Motion and distance are scaled by free amplitudes, the parameter by its range.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 5.
 """
@@ -205,7 +205,7 @@ class Lines:
             try:
                 residual, after, place = self._look(u, branch)
                 step = np.linalg.solve(np.vstack([place.equations, normal]), np.append(residual, 0.0))
-            except (DForceError, np.linalg.LinAlgError, ValueError):  # outside of what is allowed, or no number
+            except (DForceError, np.linalg.LinAlgError, ValueError):  # outside the allowed range, or not a number
                 return None
             longest = float(np.abs(step).max())
             if not longest < 0.5 or (longest > 2.0 * before):
@@ -255,7 +255,7 @@ class Lines:
         return points
 
     def switches_beside(self, place: LinePoint) -> bool:
-        """Say whether a line ends at a point because the map jumps beside it: a force switches there that did not before."""
+        """Return whether a line ends at a point because the map jumps beside it: another force switches there."""
         return self.has_branches and self._look(place.u, place.branch, 2.0)[2].bend > JUMP
 
     def between(self, a: LinePoint, b: LinePoint, test: Callable[[LinePoint], float]) -> LinePoint:

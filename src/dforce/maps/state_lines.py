@@ -16,7 +16,7 @@ from dforce.maps.loci import FreeParameter, LinePoint, Lines
 from dforce.maps.seeds import Curves
 from dforce.procedures.motion import scaled
 
-# what a cell of the map says; its numbers stand in the result
+# the meanings of a cell of the map, by its number in the result
 REGIMES = ("none", "no contact", "attractive", "both", "repulsive")
 FOLD, END, UNSTABLE, GRAZING, LOST = "fold", "end", "instability", "grazing", "lost"
 NET_FORCE, CONTACT = "net force", "contact"
@@ -69,7 +69,7 @@ def lines_at(
 
 
 def _lies_on(places: list[LinePoint], x: Array, zc: float, scaled: float) -> bool:
-    """Say whether a scaled motion at a scaled distance lies on a line, where that passes a value of the parameter."""
+    """Return whether a scaled motion at a scaled distance lies on a line, where the line passes the parameter's value."""
     for a, b, share in _passing(places, scaled):
         u = a.u + share * (b.u - a.u)
         # the motion is beside the set point: both motion and distance differ from the line's by as much

@@ -1,10 +1,10 @@
-"""Over which periods to average, and with which weights.
+"""The periods to average over, and their weights.
 
 Tones with commensurate frequencies repeat after a common period: averages over whole common periods are exact. Other
-tones never repeat. There the motion of a period depends on where in their turns the tones stand, and the average over
-all time is approached by one with the weight sin^6(pi s) over the window 0 < s < 1: what beats n times within the window
-is left with a part that falls like 1/n^7, 3e-7 at n = 12 (G. Gómez, J. M. Mondelo, C. Simó, Discrete Contin. Dyn. Syst. B
-14, 41 (2010)). So the window holds twelve turns of the slowest beat of low order.
+tones never repeat. There the motion of a period depends on the phases of the tones. An average with the weight sin^6(pi s) over
+the window 0 < s < 1 approximates the average over all time: the remaining part of a beat with n turns in the window falls like
+1/n^7, 3e-7 at n = 12 (G. Gómez, J. M. Mondelo, C. Simó, Discrete Contin. Dyn. Syst. B 14, 41 (2010)). So the window contains
+twelve turns of the slowest beat of low order.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Modulus, angle and product of complex numbers, the same to the last bit wherever the numbers lie in memory.
+"""Modulus, angle and product of complex numbers, the same to the last bit at any place in memory.
 
-NumPy's own, up to 2.0, take another routine, which rounds otherwise, where a result happens to lie within a stride behind
-numbers that are strided. Sums, products and roots of real numbers are rounded as IEEE 754 says, whatever the routine.
+NumPy, up to 2.0, uses another routine with other rounding where a result happens to lie within a stride behind strided
+numbers. Sums, products and roots of real numbers are rounded by IEEE 754 in every routine.
 """
 
 from __future__ import annotations

@@ -3,12 +3,11 @@
 The integrator has cut its steps, too, see ``integrators.rk4``, but its samples lie at even times. So the steps between them are
 cut again here, for the averages over a period.
 
-The force acts on the motion on either side of a kink in another way, so that no smooth interpolant leads across it. The
-motion is taken up to the kink by one Runge–Kutta step from where it is known, and a Taylor step of what is left; so each
-piece has the motion and its accelerations at both ends. Next to a kink a force may start like the root of the distance
-to it, which the substitution s = u^2 (3 - 2u) makes smooth.
+The force differs on both sides of a kink, and no smooth interpolant leads across it. One Runge–Kutta step from a known motion
+and a short Taylor step lead to the kink: each piece has the motion and its accelerations at both ends. Next to a kink a force
+may start like the root of the distance to it, which the substitution s = u^2 (3 - 2u) makes smooth.
 
-These go down together, beside the `drive` of ``integrators.loops``:
+These arguments are passed together, beside the `drive` of ``integrators.loops``:
 
 - `record`: the samples of a period, the length of a step and the time of the first sample (s), the rates of change of the
   memory at all samples, room for the memory, and the distances (m) of the kinks;
@@ -93,8 +92,7 @@ SECTIONS = 6  # of the golden section: to a tenth of the piece, where a parabola
 GOLDEN = 0.6180339887498949
 TOP = 4.0  # the top of a parabola lies at most half so many times the outer places' distance from their middle
 
-# what is added up step by step: force, and force times deflection and velocity, and time in contact; extremes, and in which
-# steps
+# sums over the steps: force, force times deflection and velocity, and time in contact; extremes, and the steps with them
 SUM, SUM_Z, SUM_V, TOUCHED, F_LOW, F_HIGH, AT_LOW, AT_HIGH, D_LOW, D_HIGH, FASTEST, SUMS = range(12)
 # a piece: the part of the step that it is interpolated over, the motion at both ends of that, and the shares of it between
 # which it reaches; whether it has the branches at the end of the step, and the number of the step
@@ -198,7 +196,7 @@ def acceleration(y: Any, f: float, tau: float, tones: Any, bases: Any, p: Any) -
 
 @inlined
 def within(s: float, h: float, piece: Any) -> float:
-    """Return the distance at a share of what a piece is interpolated over."""
+    """Return the distance at a share of a piece's range of interpolation."""
     step = (piece[TO] - piece[FROM]) * h
     b0, b1 = bends(step, piece[D0], piece[V0], piece[A0], piece[D1], piece[V1], piece[A1])
     return quintic(s, step, piece[D0], piece[V0], piece[D1], piece[V1], b0, b1)
@@ -244,7 +242,7 @@ def landed(y: Any, guess: float, event: float, limits: Any, piece: Any, record: 
 
 @inlined
 def time_to(event: float, d: float, rate: float, a: float, share: float, i: int, record: Any, p: Any) -> float:
-    """Return after what time (s) from a share of step i an event comes, for a tip whose acceleration stays."""
+    """Return the time (s) from a share of step i to an event, for a tip with constant acceleration."""
     samples, h, start, _, _, kinks = record
     if event == TURN:
         return -rate / a
@@ -361,7 +359,7 @@ def refine(sign: float, best: float, piece: Any, record: Any, p: Any) -> float:
 
 @inlined
 def force_on(s: float, piece: Any, record: Any, p: Any) -> float:
-    """Return the force at a share of what a piece is interpolated over."""
+    """Return the force at a share of a piece's range of interpolation."""
     width, h = piece[TO] - piece[FROM], record[1]
     b0, b1 = bends(width * h, piece[D0], piece[V0], piece[A0], piece[D1], piece[V1], piece[A1])
     d = quintic(s, width * h, piece[D0], piece[V0], piece[D1], piece[V1], b0, b1)

@@ -1,4 +1,4 @@
-"""Turns what was measured over each period into the quantities that a result holds, in SI units."""
+"""Turns the measurements over each period into the quantities of a result, in SI units."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ def finish(
     Parameters
     ----------
     problem
-        What was solved.
+        The solved problem.
     harmonics
-        Number of harmonics that were measured.
+        Number of measured harmonics.
     rows
         One row a period, as ``measure`` writes them, shape (periods, columns).
     weights
         Weight of each period, shape (periods,).
     added
-        What the detector adds by itself to the complex amplitude of each tone (m), shape (tones,).
+        The detector's noise in the complex amplitude of each tone (m), shape (tones,).
 
     Returns
     -------

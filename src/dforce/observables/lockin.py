@@ -2,7 +2,7 @@
 
 The complex amplitude of a signal at a tone is c = 2 <z exp(-i (w t + theta))>, so that z = |c| cos(wt + theta - phase)
 with phase = -arg c: the lag behind the drive, never folded. Sums are trapezoidal over the samples, which is exact to
-rounding for periodic motion that is resolved.
+rounding for a resolved periodic motion.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def lock_in_at(x: Any, cosine: Any, sine: Any, base: float, out: Any, place: int
 
 @inlined
 def add_lock_in(real: float, imaginary: float, c: float, s: float, points: int, out: Any, place: int) -> None:
-    """Add to c the sums of samples times cosine and sine of an angle that is still to be turned by that of (c, s)."""
+    """Add the sums of samples times cosine and sine of an angle, turned by the angle of (c, s)."""
     out[place] += 2.0 * (real * c - imaginary * s) / points
     out[place + 1] -= 2.0 * (imaginary * c + real * s) / points
 

@@ -1,4 +1,4 @@
-"""Everything that is measured over one period of the first tone, from its samples.
+"""All measurements over one period of the first tone, from its samples.
 
 Deflections are summed over the samples. Forces are not smooth, so their averages are taken step by step between samples:
 by Simpson's rule where the force is flat enough, else by Gauss–Legendre quadrature on the Hermite interpolant of the motion,
@@ -6,9 +6,9 @@ through distance, velocity and acceleration at both ends, and of the forces' mem
 kink or a branch switches, a step is cut in pieces, see ``cuts``; these give the contact time and the extremes between
 samples, too.
 
-Beside what goes down together in ``cuts`` and ``integrators.loops``, `path` holds distance, velocity, force and acceleration at
-the samples, and what the accelerations add to the cubics of the steps, in SI units; `middle` holds distance, velocity and
-force in the middle of each step.
+Beside the common arguments of ``cuts`` and ``integrators.loops``, `path` has distance, velocity, force and acceleration at the
+samples, and the accelerations' part in the quintics of the steps, in SI units; `middle` has distance, velocity and force in the
+middle of each step.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def measure(samples: Any, turns: Any, drive: Any, kinks: Any, p: Any, room: Any,
 
     Deflections and their lock-ins are scaled by the free amplitude; all other columns are in SI units.
 
-    `room` is scratch, (ROOM, samples), taken once: fresh memory costs more than what is done with it.
+    `room` is scratch, (ROOM, samples), allocated once: fresh memory costs more than the work in it.
     """
     tones, bases, _, _ = drive
     for k in range(out.shape[0]):
@@ -124,7 +124,7 @@ def measure_motion(samples: Any, turns: Any, bases: Any, room: Any, out: Any) ->
 
 
 def deflection_extremes(samples: Any, turns: Any, tones: Any, bases: Any, room: Any, out: Any) -> None:
-    """Write the extremes of the deflection from a base that moves; those of the tip are known then."""
+    """Write the extremes of the deflection from a moving base, after the tip's extremes."""
     points, place = turns.cosine.shape[1] - 1, FIRST_DRIVE + 2 * mode_count()
     z, v = room[0], room[1]
     for i in range(points + 1):
@@ -211,7 +211,7 @@ def highest(sign: float, path: Any, kind: Any, piece: Any, record: Any, result: 
 
 
 def accelerations(path: Any, waves: Any, record: Any, drive: Any, p: Any) -> None:
-    """Write the tip's acceleration (m/s^2) at all samples, and what it adds to the cubics of the steps."""
+    """Write the tip's acceleration (m/s^2) at all samples, and its part in the quintics of the steps."""
     (d, v, f, a, b0, b1), (cosine, sine), (samples, h, _, _, _, _), (tones, bases, _, _) = path, waves, record, drive
     nothing = row(np.zeros((1, mode_count())), 0)
     for i in range(d.shape[0]):
@@ -282,7 +282,7 @@ def sort_steps(path: Any, middle: Any, kind: Any, record: Any, p: Any) -> None:
 
 
 def mark_kinks(d: Any, kinks: Any, kind: Any) -> None:
-    """Mark the steps that pass a kink, and those beside them on its near side, where a force may still be like a root."""
+    """Mark the steps that pass a kink, and the steps beside them on its near side, where a force may still be like a root."""
     last = d.shape[0] - 2
     for kink in kinks:
         for i in range(last + 1):

@@ -1,11 +1,11 @@
-"""How far what was measured on the force and on the motion is from the tip equation that ties them together.
+"""The misfit of measured force and motion in the tip equation.
 
-Over the period of a steady motion each mode's equation holds for every Fourier component by itself, whatever the force:
+Over the period of a steady motion each mode's equation holds for every Fourier component, for any force:
 
     (k - m w^2 + i c w) X = D + f,    k <z> = <F>
 
-with X the mode's complex amplitude at its tone, D its drive and f the component of the force there. What remains is the
-error of the integration: it acts on the mode like a force that is not there, and moves amplitude and phase accordingly.
+with X the mode's complex amplitude at its tone, D its drive and f the component of the force there. The residual is the
+error of the integration: it acts on the mode like a spurious force, and changes amplitude and phase accordingly.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from dforce.observables.finish import driving_tone
 from dforce.problem import Problem
 
 OF_MODES = ("mode_amplitude", "mode_phase", "virial", "dissipated_energy")
-MEASURED = (*OF_MODES, "mean_deflection", "mean_force")  # what a misfit is made of
+MEASURED = (*OF_MODES, "mean_deflection", "mean_force")  # the inputs of a misfit
 
 GROSS = 0.02  # of the drive: more than this is refined, or no result
 GAINED = 0.05  # of the energy that the drive can give in a period
-HELD = 0.02  # of the mean force and of what bends the lever so far, by which they may differ
-FARTHEST = 2.0  # times the largest amplitude that the drives can keep up; 1.22 times it for an impact oscillator
+HELD = 0.02  # largest difference of the mean force and the force in the lever's spring, as a share of them
+FARTHEST = 2.0  # times the largest amplitude that the drives can maintain; an impact oscillator reaches 1.22 times it
 PERIODS = 100  # that a motion which never repeats is measured over, at least
 
 
 def misfit(problem: Problem, values: Mapping[str, Any]) -> Array:
-    """Return the force that the error acts like, in units of each mode's drive: the largest over the modes, (points,).
+    """Return the error as a force in units of each mode's drive: the largest over the modes, (points,).
 
-    `values` are observables by name, with the points first, as :func:`dforce.observables.finish.finish_each` gives them.
+    `values` are observables by name, with the points first, as from :func:`dforce.observables.finish.finish_each`.
     """
     tables = np.array([kernel.parameters(problem, 0.0)]), kernel.tone_table(problem)[None]
     return misfit_each(problem, values, *tables)
@@ -52,13 +52,13 @@ def misfit_each(example: Problem, values: Mapping[str, Any], numbers: Array, ton
         f = np.where(c != 0.0, work / np.conj(c), 0.0)
     base = kernel.base_of(tones) * numbers[:, LENGTH, None]
     for j, n in enumerate(example.own_modes):
-        if driving_tone(example, n) == j:  # the drive of the tables is that of the mode together with the base
+        if driving_tone(example, n) == j:  # the drive in the tables acts on the mode and the base together
             c[:, n] += base[:, j]
     return _misfit(example, c, f, values["mean_deflection"], values["mean_force"], numbers, tones)
 
 
 def misfit_of_rows(problem: Problem, rows: Array, weights: Array, numbers: Array, tones: Array) -> Array:
-    """Return the same from what was measured over each period, (points, periods, columns)."""
+    """Return the same from the measurements over each period, (points, periods, columns)."""
     mean = np.einsum("k,ikc->ic", weights, rows)
     count, length = len(problem.modes), numbers[:, LENGTH]
     driver = [driving_tone(problem, n) for n in range(count)]
@@ -83,7 +83,7 @@ def _misfit(example: Problem, c: Any, f: Any, mean_z: Array, mean_f: Array, numb
 
 
 def reach(problem: Problem) -> float:
-    r"""Return the amplitude (m) that the drives can keep up over a passive sample: that of free motion at resonance.
+    r"""Return the amplitude (m) that the drives can maintain over a passive sample: of free motion at resonance.
 
     A drive :math:`F` on damping :math:`c` gives no more than the power :math:`F^2 / 2 c`; a mode whose amplitude is :math:`A`
     loses :math:`k \omega A^2 / 2 Q`.
@@ -94,11 +94,11 @@ def reach(problem: Problem) -> float:
 
 
 def is_wrong(problem: Problem, values: Mapping[str, Any], settled: bool, repeats: bool) -> Bools:
-    """Return at which points the numbers mean nothing: they break the tip equation, or energy is not kept.
+    """Return the points with wrong numbers: they violate the tip equation or the conservation of energy.
 
-    Over long a motion that never repeats loses no more energy than the drives give, a passive sample gives none, and the
-    mean force bends the lever; nor does it move farther than the drives can keep up. Numbers that are no numbers are wrong,
-    too; of a motion that has not settled nothing else is asked.
+    On long means a motion that never repeats loses no more energy than the drives supply, a passive sample supplies none, and
+    the mean force bends the lever. No motion is larger than the drives can maintain. NaN is wrong, too; a motion that has not
+    settled is checked for NaN alone.
     """
     wrong: Bools = ~np.isfinite(values["amplitude"]).all(axis=1)
     if settled and repeats:

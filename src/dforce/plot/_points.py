@@ -16,16 +16,16 @@ FILLED = {"approach": GRAY, "retract": "none"}
 def draw_points(
     axes: Axes, measured: xr.Dataset, across: tuple[str, float], up: tuple[str, float], tone: int = 0
 ) -> list[Line2D]:
-    """Draw the measured points of one quantity against another, where both were measured, and return what was drawn.
+    """Draw the measured points of one quantity against another, where both were measured, and return the lines.
 
     Parameters
     ----------
     measured
         A calibrated curve.
     across, up
-        The quantities, by the names of the model, and what their values are divided by.
+        The quantities, by the names of the model, and the divisors of their values.
     tone
-        The only one that is drawn, from 1; 0: all.
+        The tone to draw, from 1; 0: all.
     """
     there, out = by_model(measured), list[Line2D]()
     if across[0] not in there or up[0] not in there:

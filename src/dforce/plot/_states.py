@@ -38,7 +38,7 @@ def check_states(states: xr.Dataset) -> None:
 
 
 def check_under(states: xr.Dataset, dataset: xr.Dataset) -> None:
-    """Raise :class:`ParameterError` where states are not those along the distance of the very case of a curve."""
+    """Raise :class:`ParameterError` where states do not belong to the case of a curve, along the distance."""
     check_states(states)
     along = states.attrs["along"]
     if along != "zc":
@@ -56,7 +56,7 @@ def check_under(states: xr.Dataset, dataset: xr.Dataset) -> None:
 
 
 def _matter(result: xr.Dataset) -> Any:
-    """Return what decides the states of a result's case: all but what is done with it, and how it is solved."""
+    """Return the part of a result's case that decides its states: all without experiment and solver."""
     case = case_of(result)
     return {name: getattr(case, name) for name in type(case).model_fields if name not in APART}
 
@@ -77,7 +77,7 @@ def draw_states(axes: Axes, x: Array, y: Array, states: xr.Dataset, colors: Mapp
 def draw_under(axes: Axes, variable: xr.DataArray, states: xr.Dataset, scale: float, named: bool = True) -> None:
     """Draw a quantity of states thinly behind a curve against zc, with its folds, to be named in a legend or not.
 
-    `scale` is that of the curve.
+    `scale` is the scale of the curve.
     """
     across, _ = reader_unit(states["zc"])
     x, y = np.asarray(states["zc"].values) / across, np.asarray(variable.values) / scale
@@ -98,7 +98,7 @@ def are_several(states: xr.Dataset) -> Bools:
 
 
 def repeats(states: xr.Dataset) -> Indices:
-    """Return after how many periods the motion at each point repeats; a result of an older version does not say."""
+    """Return after how many periods the motion at each point repeats; 1 in a result of an older version without them."""
     if "repeat_periods" in states:
         return np.asarray(states["repeat_periods"].values, dtype=np.int64)
     return np.ones(states.sizes["point"], dtype=np.int64)

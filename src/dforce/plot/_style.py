@@ -35,7 +35,7 @@ from dforce.core.notation import first_phrase
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.status import check_computed
 
-# Okabe and Ito, Color Universal Design (2008): told apart by the color-blind, and in print
+# Okabe and Ito, Color Universal Design (2008): distinct for the color-blind, and in print
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 COLORS = (BLUE, GREEN, VERMILLION, PURPLE, ORANGE, SKY)
 SCALE, LIGHTEST = "viridis", 0.93  # of more lines than colors; its last part is hardly seen on white
@@ -62,15 +62,15 @@ class Sheet(Figure):
     """
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
-        """Take what matplotlib's Figure takes."""
+        """Take the arguments of matplotlib's Figure."""
         super().__init__(*arguments, **settings)
 
 
 def new_figure(figure: FigureBase | None, width: float, height: float) -> FigureBase:
-    """Return the figure to draw on: the given one, or pyplot's, which a notebook and ``plt.show()`` show.
+    """Return the figure to draw on: the argument, or pyplot's, which a notebook and ``plt.show()`` show.
 
-    A :class:`Sheet` and a new figure get this size in inches. A figure without a layout of its own gets the constrained
-    one, or axes and labels would be cut off.
+    A :class:`Sheet` and a new figure get this size in inches. A figure without a layout gets the constrained layout, or axes
+    and labels would be cut off.
     """
     if figure is None:
         from matplotlib import pyplot  # here: it may look for a screen
@@ -90,7 +90,7 @@ def take(dataset: xr.Dataset, name: str, *dims: str) -> xr.DataArray:
     Raises
     ------
     ParameterError
-        For a name that the result lacks, and for more dimensions, such as those of a sweep.
+        For a name that the result lacks, and for more dimensions, as in a sweep.
     """
     if name not in dataset.variables:
         check_computed(dataset)
@@ -159,7 +159,7 @@ def _linear(axes: Axes) -> bool:
 
 
 def colored_axes(host: Axes, count: int) -> list[Axes]:
-    """Return `count` axes over one abscissa, each with a scale of its own color: left, then right."""
+    """Return `count` axes over one abscissa, each with its own colored scale: left, then right."""
     every = [host]
     for number in range(1, count):
         twin = host.twinx()

@@ -129,7 +129,7 @@ def _sweeps(axes: Axes, variable: xr.DataArray, dataset: xr.Dataset) -> None:
 def _finish_pair(upper: Axes, lower: Axes, dataset: xr.Dataset, along: str) -> None:
     upper.set_xlabel("")
     upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
-    if along == "frequency":  # off resonance the phase says nothing of attraction or repulsion
+    if along == "frequency":  # off resonance the phase does not distinguish attraction and repulsion
         lower.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 9, 10]))
     elif measured(dataset)[1] == "phase":
         phase_axis(lower)

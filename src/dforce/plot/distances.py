@@ -35,7 +35,7 @@ from dforce.results.significance import largest_error
 from dforce.results.status import Status
 
 WORDS = {"m": "length", "N": "force", "J": "energy", "s": "time", "degree": "phase lag"}
-CURVE = ("zc", "direction")  # dimensions of what is drawn against the distance
+CURVE = ("zc", "direction")  # dimensions of the quantities that are drawn against the distance
 FEW_POINTS = 40  # so few that each is worth a dot
 
 
@@ -152,7 +152,7 @@ def curves(
     states: xr.Dataset | None = None,
     states_named: bool = True,
 ) -> list[Axes]:
-    """Draw variables on axes, with an axis for each unit, and behind them those of all states, in the legend or not."""
+    """Draw variables on axes, with an axis for each unit, and behind them all states, in the legend or not."""
     units = list(dict.fromkeys(str(variable.attrs.get("units", "1")) for variable in variables))
     axes = colored_axes(host, len(units))
     groups = [[v for v in variables if str(v.attrs.get("units", "1")) == unit] for unit in units]
@@ -276,7 +276,7 @@ def _mark(axes: Axes, x: Array, y: Array, status: AnyArray, color: str) -> None:
 
 
 def _legend(host: Axes, axes: Sequence[Axes] = (), named: Mapping[str, str] | None = None) -> None:
-    """Put one legend on the picture: colors that tell lines apart, dashes for directions, then marks."""
+    """Put one legend on the picture: colors for lines, dashes for directions, then marks."""
     every = list(axes) or [host]
     found: dict[Any, Artist] = {}
     for one in every:

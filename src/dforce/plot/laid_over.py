@@ -21,7 +21,7 @@ from dforce.results.significance import largest_error
 BACK = (0, (4, 1.5))  # dashes of the way back
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
 LONGEST_NAME = 40
-MOST_INSIDE = 6  # entries of a legend that leave room for lines; more stand below the axes
+MOST_INSIDE = 6  # entries of a legend that leave room for lines; a longer legend is below the axes
 Layers = Mapping[str, xr.Dataset]
 
 
@@ -124,7 +124,7 @@ class _Drawing:
             )
 
     def _look(self, number: int, line: Line, name: str) -> dict[str, Any]:
-        """Return color and dash of a line, and note what they mean for the legend."""
+        """Return color and dash of a line, and note their meaning for the legend."""
         back = line.direction in ("retract", "down")
         dash: Any = UNSTABLE if not line.stable else BACK if back else "-"
         if self.several:

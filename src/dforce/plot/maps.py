@@ -127,12 +127,12 @@ def _side(dataset: xr.Dataset, name: str) -> tuple[Array, str]:
     if axis.dims != (name,) or axis.dtype.kind not in "fi" or axis.size < 2:
         raise ParameterError(f"'{name}' is not a parameter with a grid of two or more numbers, so it has no map")
     scale, unit = reader_unit(axis)
-    name = str(axis.attrs.get("long_name", name)).partition(";")[0]  # without what is said behind it
+    name = str(axis.attrs.get("long_name", name)).partition(";")[0]  # without the explanation behind it
     return np.asarray(axis.values, dtype=float) / scale, axis_text(axis.assign_attrs(long_name=name), unit)
 
 
 def is_log(at: Array) -> bool:
-    """Say whether values go by equal factors, and not by equal steps as well."""
+    """Return whether values have equal factors, and not equal steps as well."""
     steps = np.diff(at)
     if len(at) < 3 or not (at > 0.0).all() or np.ptp(steps) <= EVEN * np.abs(steps).max():
         return False

@@ -113,7 +113,7 @@ def main_frequency(dataset: xr.Dataset) -> float:
 
 
 def at_distance(dataset: xr.Dataset) -> str:
-    """Return the words that say at which average distance a dwell was."""
+    """Return the words for the average distance of a dwell."""
     return (
         f"zc = {units.show(float(dataset['zc']), 'm', 4)}" if dataset.get("zc", xr.DataArray([0, 0])).ndim == 0 else ""
     )

@@ -1,4 +1,4 @@
-"""The picture that says most about a result, chosen by its kind."""
+"""The most useful picture of a result, chosen by its kind."""
 
 from __future__ import annotations
 

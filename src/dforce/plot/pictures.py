@@ -24,17 +24,17 @@ def draw(
     figure: FigureBase | None = None,
     measured: xr.Dataset | None = None,
 ) -> list[Axes]:
-    """Draw quantities against another one, and return all axes.
+    """Draw quantities against another quantity, and return all axes.
 
     Parameters
     ----------
     results
-        A result, or several by name, which get a color each; so do the cases of a sweep.
+        A result, or several by name; each result or case of a sweep has a color.
     picture
-        What is drawn; left out: the one that says most, and of one result its overview.
+        The picture to draw; left out: the most useful, or the overview of a single result.
     measured
-        A curve as :func:`dforce.calibrate` gives it, drawn as gray points where a picture shows what was measured; its heights
-        count as average distances.
+        A curve from :func:`dforce.calibrate`, drawn as gray points in pictures of the measured quantities; its heights count
+        as average distances.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def draw(
 
 
 def _cases(result: xr.Dataset, picture: Picture) -> dict[str, xr.Dataset]:
-    """Return the cases of a sweep by name, else the result, after checking that it has what a picture shows."""
+    """Return the cases of a sweep by name, else the result, after a check that it has the quantities of a picture."""
     for name in (picture.x, *picture.y):
         if name not in result.variables:
             known = [str(name) for name, variable in result.variables.items() if variable.dtype.kind == "f"]
@@ -84,7 +84,7 @@ def _cases(result: xr.Dataset, picture: Picture) -> dict[str, xr.Dataset]:
 def _own(
     result: xr.Dataset, picture: Picture, measured: xr.Dataset | None, figure: FigureBase | None
 ) -> list[Axes] | None:
-    """Draw this very picture as its kind of result draws it, with what a reader looks for; None where it does not."""
+    """Draw a picture by its kind's own function, with further details; None where the kind has no function for it."""
     kind = kind_of(result)
     if (
         kind is None

@@ -84,7 +84,7 @@ def _place(dataset: xr.Dataset, name: str) -> tuple[int, ...]:
 
 
 def _fill(axes: Axes, dataset: xr.Dataset, x: str, y: str, at: list[Array]) -> list[Any]:
-    """Color what fails by cells of the grid, and above it what holds, up to the boundaries that were located."""
+    """Color failing cells of the grid, and above them the allowed regions, up to the located boundaries."""
     allowed, holds, first = nodes(dataset, x, y)
     names = sorted(set(first.ravel().tolist()) - {""})
     failing = [FAILING[i % len(FAILING)] for i in range(len(names))]

@@ -21,12 +21,12 @@ LINES: dict[str, Any] = {name: name for name in ("solid", "dashed", "dotted", "d
 
 
 def is_regime_map(dataset: xr.Dataset) -> bool:
-    """Say whether a result holds regimes with their boundaries."""
+    """Return whether a result contains regimes with their boundaries."""
     return "edge_kind" in dataset and "map_over" in dataset.attrs
 
 
 def fill_regimes(axes: Axes, dataset: xr.Dataset, x: str, y: str, edges: tuple[Array, Array]) -> None:
-    """Color the cells of a picture by regime, with a legend of those that there are."""
+    """Color the cells of a picture by regime, with a legend of the regimes in it."""
     variable = dataset["regime"].transpose(y, x)
     colors = ListedColormap(list(COLORS))
     norm = BoundaryNorm(np.arange(len(COLORS) + 1) - 0.5, len(COLORS))

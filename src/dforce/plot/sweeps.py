@@ -19,22 +19,22 @@ from dforce.results.dataset import reader_unit
 from dforce.results.kinds import swept
 from dforce.results.status import check_computed
 
-MOST = 12  # cases in a picture, so that each has a color of its own and a line in the legend
-FIRST = ("share", "amplitude", "phase", "peak_force", "max_indentation")  # what is drawn before other quantities
+MOST = 12  # cases in a picture, so that each has its own color and a line in the legend
+FIRST = ("share", "amplitude", "phase", "peak_force", "max_indentation")  # drawn before other quantities
 PANELS, MAPS = 3, 2
 
 
 def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
     """Draw some cases of a sweep over each other, and return all axes.
 
-    Curves are drawn along what they go along, dwells along the parameter with the most values, and so is the state of basins
-    that most starts lead to. Of many cases some are drawn. Of states at a set point all are drawn over one parameter, the first
-    ones over two.
+    Curves are drawn along their own parameter. Dwells, and the state of basins that most starts lead to, are drawn along the
+    parameter with the most values. Of many cases some are drawn. Over one parameter all states at a set point are drawn, over
+    two the first states.
 
     Raises
     ------
     ParameterError
-        When the sweep keeps nothing that can be drawn.
+        When the sweep has no quantity that can be drawn.
     """
     at_set_point, along = "crossing" in dataset.dims, usual_along(dataset)
     over = [name for name in swept(dataset) if dataset[name].dtype.kind == "f" and dataset.sizes[name] > 1]
@@ -42,7 +42,7 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
         return _maps_at_set_point(dataset, over, figure)
     layers = _states(dataset, along) if at_set_point else cases_of(first_state(dataset), along)
     known = drawable(next(iter(layers.values())), along) if along and layers else []
-    left_out = {along, "amplitude"} if at_set_point else {along}  # there the amplitude is given
+    left_out = {along, "amplitude"} if at_set_point else {along}  # there the amplitude is fixed
     names = [name for name in dict.fromkeys((*FIRST, *known)) if name in known and name not in left_out][:PANELS]
     if not names:
         check_computed(dataset)
@@ -55,9 +55,9 @@ def sweep_overview(dataset: xr.Dataset, figure: FigureBase | None = None) -> lis
 
 
 def usual_along(dataset: xr.Dataset) -> str:
-    """Return what the quantities of a result are drawn against: what its curves go along, or the longest axis of a sweep.
+    """Return the abscissa for the quantities of a result: the parameter of its curves, or the longest axis of a sweep.
 
-    Empty where there is none of plain numbers.
+    Empty where no such axis has plain numbers.
     """
     numbers = [name for name in swept(dataset) if dataset[name].dtype.kind == "f"]
     own = "" if "crossing" in dataset.dims else goes_along(dataset)  # states at a set point are one each
@@ -65,9 +65,9 @@ def usual_along(dataset: xr.Dataset) -> str:
 
 
 def cases_of(dataset: xr.Dataset, along: str) -> dict[str, xr.Dataset]:
-    """Return results that do not go along the parameters of a sweep but one, by the values of the others.
+    """Return the results of a sweep along one parameter, by the values of its other parameters.
 
-    Where a sweep has more than can be told apart some are returned, spread evenly over it.
+    Of too many to distinguish, some are returned, spread evenly over the sweep.
     """
     over = swept(dataset, along)
     places = list(itertools.product(*(range(dataset.sizes[name]) for name in over)))
@@ -86,7 +86,7 @@ def _states(dataset: xr.Dataset, along: str) -> dict[str, xr.Dataset]:
 def _maps_at_set_point(dataset: xr.Dataset, over: list[str], figure: FigureBase | None) -> list[Axes]:
     """Draw the first states at a set point over the first two of some parameters, of others at their first values."""
     known = [name for name in dict.fromkeys((*FIRST, *map(str, dataset.data_vars))) if name in dataset]
-    names = [name for name in known if name != "amplitude"][:MAPS]  # the amplitude is given
+    names = [name for name in known if name != "amplitude"][:MAPS]  # the amplitude is fixed
     first = dataset.isel({name: 0 for name in swept(dataset) if name not in over[:2]})
     parts = new_figure(figure, 6.4, 4.8 * len(names)).subfigures(len(names), 1, squeeze=False).ravel()
     return [map_of_two(first, over[1], over[0], name, figure=part) for name, part in zip(names, parts, strict=True)]

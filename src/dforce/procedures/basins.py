@@ -95,7 +95,7 @@ class Starts:
         return len(self.first) * len(self.second)
 
     def jobs(self, crew: Crew) -> Iterable[Callable[[], None]]:
-        """Give what is to be done: blocks of starts."""
+        """Give the jobs: blocks of starts."""
         load_kernels(self.problem)  # before threads ask for them at the same time
         template = block_type(self.settings).of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
         motions = [self.motion(template.integrator(0, self.zc), number) for number in range(len(self))]
@@ -116,7 +116,7 @@ class Starts:
         return with_amplitudes(integrator, amplitudes)
 
     def _settle(self, which: Indices, motions: list[Motion], crew: Crew) -> None:
-        """Settle a block of starts; those that need more samples with more."""
+        """Settle a block of starts, with more samples where needed."""
         plain = block_type(self.settings).of_one(self.problem, self.settings, self.harmonics, crew.check_cancelled)
         crew_add: Callable[[int], None] = crew.add
         for points in sample_counts(plain.points, self.settings):
@@ -133,7 +133,7 @@ class Starts:
         check_cancelled: CancelCheck,
         report_done: Callable[[int], None],
     ) -> Indices:
-        """Settle starts side by side; return those that need more samples."""
+        """Settle starts side by side; return the starts that need more samples."""
         batch = ProblemBatch.of([self.problem]).take(np.zeros(len(which), dtype=np.int64))
         block = block_type(self.settings)(
             batch, lambda _, zc: (self.problem, zc), self.settings, self.harmonics, points, check_cancelled
@@ -158,7 +158,7 @@ class Starts:
                 near = bool(np.max(np.abs(state.amplitudes - amplitudes)) < nearness)
                 if state.repeats == repeats and (near or not repeats):
                     self.reached[number] = i
-                    if number < state.first:  # whichever thread comes first, the numbers are the same
+                    if number < state.first:  # the numbers are the same in any order of the threads
                         self.states[i] = State(amplitudes, values, repeats, number)
                     break
             else:

@@ -101,14 +101,14 @@ def branches(case: Case, plan: Branches, report_progress: Progress, earlier: xr.
             for curve in found():
                 if not grow(curve):
                     break
-            while kept and grow(kept[0]):  # a search on another machine may miss what the first one has found
+            while kept and grow(kept[0]):  # a search on another machine may miss a curve
                 pass
         for point in (point for curve in curves for point in curve.points):
             check_cancelled()
             orbits.append(_assured(among, point))
         report_progress(total, total, "")
     if isinstance(among, LockedRange):
-        among.locked.block.check_cancelled = never_cancelled  # what was found is measured, whether stopped or not
+        among.locked.block.check_cancelled = never_cancelled  # the orbits found are measured, even after a stop
     if stopped.came:  # a run goes on from the orbits as they were followed
         curves += kept
         orbits = [point for curve in curves for point in curve.points]
@@ -192,7 +192,7 @@ def _meeting(
 
 
 def _restored(earlier: xr.Dataset, among: ParameterRange, name: str) -> list[Curve]:
-    """Return the curves of an interrupted result: their motions tell all else."""
+    """Return the curves of an interrupted result, computed from their motions."""
     special = [str(one) for one in earlier["special"].values]
     if isinstance(among, LockedRange):
         found: list[Orbit] = among.restored(earlier[UNKNOWNS].values)
@@ -217,7 +217,7 @@ def _orbits_of(earlier: xr.Dataset, among: ParameterRange, values: list[float]) 
 
 
 def _quantity(plan: Branches, case: Case) -> ParameterQuantity:
-    """Return what is declared about the parameter."""
+    """Return the declaration of the parameter."""
     return Span.quantities()["start"] if plan.parameter is None else case.quantity(plan.parameter)
 
 
@@ -291,7 +291,7 @@ def _dataset(
 
 
 def _completeness(sums: list[int], unproven: str, is_full: bool) -> str:
-    """Return in a sentence whether the indices of the states say that none is missing."""
+    """Return a sentence on whether the indices of the states show that none is missing."""
     if not sums:
         return "not checked: search = 0"
     if unproven:

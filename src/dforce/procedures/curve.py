@@ -1,4 +1,4 @@
-"""A curve along a parameter: what approaches and frequency sweeps share."""
+"""A curve along a parameter: the common part of approaches and frequency sweeps."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from dforce.solvers.states import States
 from dforce.solvers.transient import never_cancelled
 
 AT_ONCE = 256  # points whose accuracy is looked at together, where that takes milliseconds
-PERIOD = "period"  # attribute of an interrupted result: in which period of the first tone its motion stands
+PERIOD = "period"  # attribute of an interrupted result: the period of the first tone at its motion
 
 
 def curve(case: Case, experiment: CurveExperiment, report_progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
@@ -76,7 +76,7 @@ class PlannedCurve:
         self.layout = Layout([self.plan], self.plan.coords)
 
     def run(self, progress: Progress, earlier: xr.Dataset | None) -> xr.Dataset:
-        """Return the curve as a Dataset; what is there when it is stopped is kept."""
+        """Return the curve as a Dataset; after a stop, with its finished points."""
         found, stopped_in = self.solve(progress, earlier)
         data, block = dataset(self.layout, [found], self.block.batch.example), self.block
         data.attrs |= {"samples_per_period": block.points, "protocol": actual(self.plan.protocol, block)}
@@ -148,7 +148,7 @@ class PlannedCurve:
         return kept, period if min(checked, reached) < total else None
 
     def _keep(self, kept: Found, new: slice, points: Points, became: AnyArray, values: Array) -> None:
-        """Keep new points; a run that is stopped does not know the errors of its last ones yet."""
+        """Keep new points; after a stop the last points have no errors yet."""
         columns, of_points = points.columns(self.block, values[None]), motions(points, self.block, values[None])
         if self.block.settings.accuracy is not None:
             unknown = (points.is_orbit & np.isnan(points.error))[0]

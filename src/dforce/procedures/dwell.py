@@ -123,7 +123,7 @@ def _controlled(plan: Dwell, problem: Problem, settings: SolverSettings, check_c
 
 
 def with_loops(data: xr.Dataset, loops: ControlledMotion, reference: float) -> None:
-    """Add what controllers did in each period."""
+    """Add the values of the controllers in each period."""
     data["loop_time"] = "loop_time", np.cumsum(1.0 / loops.frequency[:, 0])
     for name, values in (
         ("loop_frequency_shift", loops.frequency - reference),
@@ -137,8 +137,8 @@ def with_loops(data: xr.Dataset, loops: ControlledMotion, reference: float) -> N
 def _noisy(plan: Dwell, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> Reached:
     """Return the motion under thermal noise, which never settles, once its start is forgotten.
 
-    It goes on for the periods asked for, or ten decay times of the slowest mode; then scalars are means over
-    `measured_periods`, extremes the farthest in them, all of one run. Amplitude and phase include what the detector adds.
+    It lasts the chosen number of periods, or ten decay times of the slowest mode; then scalars are means over
+    `measured_periods`, extremes the farthest in them, all of one run. Amplitude and phase include the detector's noise.
     """
     integrator = Langevin(problem, settings, plan.harmonics)
     integrator.place(plan.zc)

@@ -64,7 +64,7 @@ class Found:
         return found
 
     def keep(self, where: Any, columns: Mapping[str, Any], became: Any) -> None:
-        """Keep what was found of the points at some places, from any thread."""
+        """Keep the results of points at some places, from any thread."""
         outer = np.ndim(self.status[where])
         for name, column in columns.items():
             with self._lock:
@@ -126,7 +126,7 @@ class Layout:
         return rows.reshape(self.parts, self.cases, *array.shape[len(self.shape) :])
 
     def over_all(self, filled: list[Any], fill: Any) -> Any:
-        """Return arrays of the parts, (cases, points, ...), over the parameters, the inner dimensions, and what is behind."""
+        """Return arrays of the parts, (cases, points, ...), over the parameters, the inner dimensions, and any others."""
         shapes = [array.shape[2:] for array in filled if array is not None]
         behind = tuple(map(max, zip(*shapes, strict=True)))  # some cases may have more modes, or more to remember
         out = np.full((self.parts, self.cases, *map(len, self.inner.values()), *behind), fill)
@@ -144,7 +144,7 @@ class Layout:
 
 
 def dataset(layout: Layout, parts: Sequence[Found], example: Problem) -> xr.Dataset:
-    """Put what was found together, without words; `example` is one of the problems."""
+    """Put the parts together in a Dataset, without words; `example` is one of the problems."""
     import xarray as xr
 
     assert layout.plan is not None
@@ -180,7 +180,7 @@ def tabled(states: Sequence[Mapping[str, Any] | None]) -> tuple[dict[str, Array]
 
 
 def split(data: xr.Dataset, layout: Layout) -> list[Found]:
-    """Return what an interrupted result has of each part; the inverse of :func:`dataset`."""
+    """Return the parts of an interrupted result; the inverse of :func:`dataset`."""
     assert layout.plan is not None
     status, ways = layout.by_point(data["status"].values), layout.plan.ways
     arrays = {str(name): layout.by_point(data[name].values) for name in data.data_vars if name in KEPT}

@@ -1,4 +1,4 @@
-"""Locked motions that controllers find in time, whatever the forces."""
+"""Locked motions that controllers find in time, for any forces."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ STEP = 0.1  # of the set point of the first tone, by which the distance changes 
 
 
 class InTime:
-    """The locked motions of a problem along the distance, each found in time from the one before.
+    """The locked motions of a problem along the distance, each found in time from the motion before.
 
     Parameters
     ----------
     problem
-        A problem of several tones; at least one has a lock. Their frequencies are those of the free locks.
+        A problem of several tones; at least one has a lock. Its frequencies are the frequencies of the free locks.
     zc, there, ratio, motion
-        Where it starts: a distance (m), the problem with other frequencies and drives, these drives as multiples of those at
-        the free locks, and a motion scaled as this problem is; None: the free one.
+        The start: a distance (m), the problem with other frequencies and drives, these drives as multiples of the drives at
+        the free locks, and a motion scaled as this problem; None: the free motion.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class InTime:
         self.motion = motion or initial_motion(self.integrator, "free")
 
     def at(self, zc: float) -> tuple[dict[str, Any], Status]:
-        """Go to a distance (m); return the observables there, and what became of them."""
+        """Go to a distance (m); return the observables there and the status."""
         steps = math.ceil(abs(zc - self.zc) / (STEP * self.problem.tones[0].A0)) + 1
         way = np.linspace(self.zc, zc, steps)[1:].tolist() or [zc]
         loops = [ToneControllers.of(tone) for tone in self.problem.tones]

@@ -100,7 +100,7 @@ def attributes(locked: Locked) -> dict[str, Any]:
 
 
 def on_curve(locked: Locked, orbits: Sequence[Any]) -> tuple[Found, Array]:
-    """Return what is found on the orbits of a curve, and their distances (m)."""
+    """Return the results on the orbits of a curve, and their distances (m)."""
     found, states = Found.empty(1, len(orbits)), LockedStates.joined([orbit.found for orbit in orbits])
     columns, became = observed(locked, states)
     found.keep((0, slice(None)), columns, became)
@@ -110,7 +110,7 @@ def on_curve(locked: Locked, orbits: Sequence[Any]) -> tuple[Found, Array]:
 def at_distance(
     problem: Problem, settings: SolverSettings, zc: float, harmonics: int, check_cancelled: CancelCheck
 ) -> tuple[Found, Problem, States]:
-    """Return what is found at a distance, the problem with the frequency and drive found there, and the motion."""
+    """Return the results at a distance, the problem with the frequency and drive found there, and the motion."""
     locked, found = Locked(problem, settings, harmonics, check_cancelled), Found.empty()
     first = begun(locked, zc / locked.length)
     state = None if first is None else follow(locked, first, np.array([zc / locked.length]))[0]
@@ -160,7 +160,7 @@ def at_value(
 def begun(locked: Locked, at: float) -> LockedAnchor | None:
     """Return a state from which a curve is followed; None where there is none.
 
-    It lies at the given distance (scaled) or far above it; a curve along the frequency begins at that of the case.
+    It lies at the given distance (scaled) or far above; a curve along the frequency begins at the case's frequency.
     """
     zc, unit = locked.scales["zc"]
     if locked.numbers[-1] == "zc":
@@ -182,7 +182,7 @@ def _portions(visits: list[Place]) -> Iterator[slice]:
 
 
 def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
-    """Return the observables of states, with estimated errors, and what became of them."""
+    """Return the observables of states, with estimated errors, and their statuses."""
     count = len(found.good)
     became = np.full(count, Status.NO_STATE, dtype=np.int8)
     there = np.flatnonzero(found.good)
@@ -194,7 +194,7 @@ def observed(locked: Locked, found: LockedStates) -> tuple[dict[str, Any], Any]:
     def drive(some: LockedStates) -> Array:
         return locked.number(some.unknowns, "drive")
 
-    # errors are shares of what the free lock has: at the frequency found the same drive may hardly move a free lever
+    # errors are shares of the free lock's values: at the frequency found the same drive may hardly move a free lever
     at_free_lock = np.full(len(there), locked.reference), np.ones(len(there))
     numbers, tones = locked.block.tables_driven(locked.number(states.unknowns, "zc"), *at_free_lock)
     values = measured(locked, states, 1)
@@ -240,9 +240,9 @@ def measured(locked: Locked, states: LockedStates, times: int) -> dict[str, Arra
 
 
 def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str, Array]) -> dict[str, Array]:
-    """Return what locks measure in the place of amplitude and phase, from frequencies (Hz) and drives, (states, tones).
+    """Return the values that locks measure instead of amplitude and phase, from frequencies (Hz) and drives, (states, tones).
 
-    A drive is a multiple of the one at the free lock.
+    A drive is a multiple of the drive at the free lock.
     """
     reference, force = np.array([(tone.frequency, tone.force) for tone in problem.tones]).T
     shift, stiffness = frequency - reference, np.array([problem.modes[tone.mode].k for tone in problem.tones])

@@ -4,8 +4,8 @@ At each operating point the orbit and the average distance are unknown, and the 
 
     P(x, zc) = x,    A(x, zc) = s A0.
 
-The orbit is followed along the distance, side by side with those of all other points, and the distance is found by the
-secant method between the two points of a curve that lie on either side of the set point.
+All orbits are followed along the distance side by side. The secant method finds the distance between the two points of a
+curve on either side of the set point.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class OperatingPoints:
 
 
 def solve(wanted: Wanted, settings: SolverSettings, harmonics: int, check_cancelled: CancelCheck) -> OperatingPoints:
-    """Return the operating points near motions; those that end at a fold before the set point are not found."""
+    """Return the operating points near motions; a motion that ends at a fold before the set point has none."""
     count = len(wanted.problems)
     out = OperatingPoints(
         np.zeros(count, dtype=bool),
@@ -192,7 +192,7 @@ class _Search:
         return np.asarray(np.clip(np.nan_to_num(step), -longest, longest))
 
     def _move(self, which: Any, to: Array, keep_slope: bool = False) -> None:
-        """Follow orbits to other distances; one that is lost on the way stays, and its next step is shorter."""
+        """Follow orbits to other distances; a lost orbit stays, and its next step is shorter."""
         block, points = self.block, self.points
         found = block.follow(which, points.states.take((which, 0)), self.zc[which], to[:, None])
         there = found.done == 1

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from dforce.solvers.integrator import Integrator, Motion
 
 MOST_SAMPLES = 20_000_000  # of a trace: beyond this it does not fit into a picture, nor soon into memory
-LONGEST_SPECTRUM = 1024  # periods: tells tones apart that differ by a hundredth of the first one's frequency
+LONGEST_SPECTRUM = 1024  # periods: resolves tones that differ by a hundredth of the first tone's frequency
 
 
 def check_length(periods: int, samples: int) -> None:
@@ -69,7 +69,7 @@ def base_motion(integrator: Integrator, period: int) -> Array:
 def record_spectrum(data: xr.Dataset, integrator: Integrator, motion: Motion, count: int) -> None:
     """Add the spectrum of at least `count` periods of the first tone from a motion on."""
     problem, modes = integrator.problem, len(integrator.problem.modes)
-    # tones that do not repeat within the record need a longer one to be told apart
+    # tones that do not repeat within the record need a longer record to be resolved
     frequencies = [tone.frequency for tone in problem.tones]
     window = min(window_length(frequencies), LONGEST_SPECTRUM)
     longer = []

@@ -22,7 +22,7 @@ EMPTY = (Status.FAILED, Status.NOT_COMPUTED, Status.UNRESOLVED, Status.NO_STATE)
 
 
 def status_of(found: Steady, problem: Problem) -> Status:
-    """Return what became of a point of a problem."""
+    """Return the status of a point of a problem."""
     if not (np.isfinite(found.values["amplitude"]).all() and found.motion.is_finite):
         return Status.FAILED
     # an orbit of several common periods holds the balance as well
@@ -38,7 +38,7 @@ def status_of(found: Steady, problem: Problem) -> Status:
 
 
 def statuses(points: Points, block: Block, values: Array) -> np.ndarray[Any, np.dtype[np.int8]]:
-    """Return what became of each point of a block, found at values of its parameter (problems, values)."""
+    """Return the status of each point of a block, found at values of its parameter (problems, values)."""
     became = np.full(points.cycles.shape, Status.NOT_COMPUTED, dtype=np.int8)
     is_orbit = points.is_orbit
     if is_orbit.any():  # from the rows: making all observables twice takes long
@@ -52,9 +52,9 @@ def statuses(points: Points, block: Block, values: Array) -> np.ndarray[Any, np.
 
 
 def need_samples(points: Points, became: AnyArray) -> Bools:
-    """Return which problems more samples may resolve, from what became of their points (problems, values).
+    """Return the problems that more samples may resolve, from the statuses of their points (problems, values).
 
-    The first unresolved point of each decides, as those after it come from there: not if its error hardly falls with them.
+    The first unresolved point of each decides, because later points start there: not if its error hardly falls with them.
     """
     wrong = became == Status.UNRESOLVED
     return np.asarray((wrong & ~points.stays)[np.arange(len(wrong)), wrong.argmax(axis=1)])

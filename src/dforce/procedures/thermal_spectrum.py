@@ -26,8 +26,8 @@ from dforce.solvers.langevin import free_motion, noise_root
 CHUNK = 100_000  # of them simulated at once
 WIDTHS = 15.0  # line widths on either side that are fitted
 NEAR = 0.4  # of the frequency, where a fluid with memory makes the resonance of another form farther off
-MOST_UNSURE = 0.2  # relative error of a number of a resonance, beyond which the spectrum does not tell it
-# By what errors are larger than of independent points: neighbors in a spectrum of Hann's window go together by 2/3 and 1/6.
+MOST_UNSURE = 0.2  # relative error of a number of a resonance, beyond which the spectrum does not constrain it
+# Factor of errors over independent points: neighbors in a spectrum of Hann's window are correlated by 2/3 and 1/6.
 TOGETHER = math.sqrt(1.0 + 2.0 * (2.0 / 3.0) ** 2 + 2.0 * (1.0 / 6.0) ** 2)
 ROUNDS = 4  # in which modes are fitted over each other: in water their peaks overlap
 UNKNOWN = Resonance(math.nan, math.nan, math.nan, math.nan)
@@ -97,9 +97,9 @@ def _far_from_the_sample(case: Case, problem: Problem) -> Problem:
 
 
 def _record(problem: Problem, sensitivity: Array, length: float, report_progress: Callable[[int], None]) -> Array:
-    """Return what the detector reads (m): each mode exactly as it moves at the samples, and its own noise.
+    """Return the detector's record (m): each mode's exact motion at the samples, and the detector's own noise.
 
-    `report_progress` is called with the parts that are done, so many for each mode.
+    `report_progress` is called with the finished parts, so many for each mode.
     """
     rate, noise = rate_of(problem), problem.noise
     count = int(length * rate)
@@ -126,7 +126,7 @@ def _thermal_motion(mode: ModeNumbers, count: int, h: float, kT: float, random: 
     # a part of the fluid weighs W / s of the mode
     squares = np.array([1.0, 1.0, *np.divide(A[2:, 1], A[1, 2:], out=np.zeros(size - 2), where=A[1, 2:] > 0.0)])
     unit = math.sqrt(kT / mode.k) * np.array([1.0, *[omega] * (size - 1)])
-    own = rates.imag >= 0.0  # of two that are conjugate one tells both
+    own = rates.imag >= 0.0  # one of two conjugate rates gives both
     left, turns = np.linalg.inv(right)[own], np.exp(omega * h * rates[own])
     seen = math.sqrt(kT / mode.k) * right[0, own] * np.where(rates[own].imag > 0.0, 2.0, 1.0)
     start, kicked = np.sqrt(squares) * random.standard_normal(size), (left / unit @ noise_root(mode, h, kT)).T
@@ -143,9 +143,9 @@ def _thermal_motion(mode: ModeNumbers, count: int, h: float, kT: float, random: 
 def _fitted(
     problem: Problem, sensitivity: Array, frequency: Array, density: Array, scatter: float
 ) -> tuple[list[Resonance], list[float]]:
-    """Return the resonance of each mode as it fits the spectrum near it, over the others, and the error of its mean square.
+    """Return each mode's resonance, fitted to the spectrum near it over the other modes, and the error of its mean square.
 
-    One that the spectrum does not tell, such as one below the detector's noise, is as it is expected to be; its error is NaN.
+    A resonance that the spectrum does not constrain, such as below the detector's noise, is the expected one, with error NaN.
     """
     windows = [_window(mode, frequency) for mode in problem.modes]
     expected = [

@@ -56,7 +56,7 @@ class TwoTones:
     Parameters
     ----------
     problem
-        A problem of two tones; at least one has a lock. Their frequencies are those of the free locks.
+        A problem of two tones; at least one has a lock. Its frequencies are the frequencies of the free locks.
     """
 
     def __init__(self, problem: Problem, settings: SolverSettings, check_cancelled: CancelCheck) -> None:
@@ -104,9 +104,9 @@ class TwoTones:
         return TorusBalance(self.lever, self.held, force, self.laws.rate)
 
     def at(self, zc: float) -> tuple[dict[str, Any], Status]:
-        """Go to a distance (m); return the observables there, and what became of them.
+        """Go to a distance (m); return the observables there and the status.
 
-        From where no torus is found on, controllers find the motions in time.
+        After the last torus, controllers find the motions in time.
         """
         self._begin(zc)
         if self.in_time is None:
@@ -148,7 +148,7 @@ class TwoTones:
         return self.there(found.torus), self.ratio(found.torus), self.motion(found).motion(0)
 
     def _along(self, zc: float) -> tuple[dict[str, Any], Status] | None:
-        """Go to a distance (m) from torus to torus; return what :meth:`at` does, or None where there is no torus."""
+        """Go to a distance (m) from torus to torus; return as :meth:`at`, or None where there is no torus."""
         step = LONGEST * self.length
         while self.zc != zc:
             self.check_cancelled()
@@ -164,7 +164,7 @@ class TwoTones:
         return self._observed()
 
     def _ahead(self, zc: float) -> Torus:
-        """Return what the last two tori predict at a distance (m)."""
+        """Return the torus that the last two predict at a distance (m)."""
         at, before = self.before
         share = (zc - self.zc) / (self.zc - at)
         if not 0.0 < share <= MOST_AHEAD:
@@ -200,7 +200,7 @@ class TwoTones:
         return there
 
     def ratio(self, found: Torus) -> Array:
-        """Return the drives of a torus as multiples of those at the free locks."""
+        """Return the drives of a torus as multiples of the drives at the free locks."""
         return np.asarray(np.abs(found.drive) * self.force / [tone.force for tone in self.problem.tones])
 
     def _values(self, found: FoundTorus) -> dict[str, Array]:
@@ -299,7 +299,7 @@ def curve(
 def at_distance(
     problem: Problem, settings: SolverSettings, zc: float, _harmonics: int, check_cancelled: CancelCheck
 ) -> tuple[Found, Problem, States]:
-    """Return what is found at a distance, the problem with the frequencies and drives found there, and the motion."""
+    """Return the results at a distance, the problem with the frequencies and drives found there, and the motion."""
     tori, found = TwoTones(problem, settings, check_cancelled), Found.empty()
     columns, became = tori.at(zc)
     found.keep((0, 0), columns, became)

@@ -26,9 +26,9 @@ class VariedParameter:
     Attributes
     ----------
     name
-        Its name in a result: the last step of its path, unless an observable is called so.
+        Its name in a result: the last step of its path, unless an observable has this name.
     at
-        Gives the problem at a value (SI), wherever the tip is.
+        Function that returns the problem at a value (SI), at any distance.
     zc
         Average distance (m); None where it is the parameter.
     """
@@ -58,9 +58,9 @@ def varied_by(case: Case) -> VariedParameter:
 
 
 def problem_at(case: Case, point: xr.Dataset) -> Problem:
-    """Return the problem at one point of a result of a case, whose coordinates say where it is.
+    """Return the problem at one point of a result of a case, from the point's coordinates.
 
-    A locked state is one in amplitude modulation, at the frequency and drive that were found.
+    A locked state becomes a state in amplitude modulation, at the frequency and drive found.
 
     Raises
     ------

@@ -16,13 +16,13 @@ from dforce.results.store_files import StoreFiles, said
 class Checked(WrapperStore[Store]):
     """The files of a store, for reading.
 
-    A chunk whose block has no record reads as not computed in a store that is not finished; anywhere else a file that is
-    missing or not as it was written raises :class:`ResultError`, which names it.
+    In an unfinished store a chunk whose block has no record reads as not computed. Anywhere else a missing or changed
+    file raises :class:`ResultError`, which names it.
 
     Parameters
     ----------
     files
-        Where they are.
+        The files of the store.
     seal
         The checksums of the store.
     once
@@ -82,6 +82,6 @@ class Checked(WrapperStore[Store]):
     async def _read(self, key: str) -> bytes | None:
         try:
             found = await self._store.get(key, default_buffer_prototype())
-        except Exception as error:  # of the disk, or whatever reads the URL  # noqa: BLE001
+        except Exception as error:  # of the disk, or of the reader of the URL  # noqa: BLE001
             raise ResultError(f"{self.name} cannot be read: {said(error)}") from None
         return None if found is None else found.to_bytes()

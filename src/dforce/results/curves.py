@@ -47,7 +47,7 @@ class Line:
     x, y
         Values in SI; NaN where the line has a gap.
     name
-        What tells it from the other lines of its quantity, such as ``"retract, tone 2"``; may be empty.
+        Its name among the lines of its quantity, such as ``"retract, tone 2"``; may be empty.
     direction
         "approach", "retract", "up", "down" or nothing.
     column
@@ -59,7 +59,7 @@ class Line:
     places
         Place of each point along `row`; -1 in gaps.
     chosen
-        Indices along other dimensions, such as that of the direction.
+        Indices along other dimensions, such as the direction.
     marks
         Special points by place in the line, such as a fold.
     """
@@ -78,14 +78,14 @@ class Line:
 
 @checked
 def drawable(dataset: xr.Dataset, along: str | None = None) -> list[str]:
-    """Return the names of the quantities that can be drawn, those it goes along first.
+    """Return the names of the quantities that can be drawn, the parameters of the curve first.
 
     Parameters
     ----------
     dataset
         A result.
     along
-        Only those that can be drawn against this one.
+        Only quantities that can be drawn against this one.
     """
     variables = dataset.variables
     rows = {str(name): _row_of(variables[name]) for name in (*dataset.coords, *dataset.data_vars)}
@@ -122,7 +122,7 @@ def _row_of(variable: xr.Variable) -> str:
 def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> AnyArray:
     """Return a quantity of a sweep over parameters `over` as (cases, directions, points of a row, columns ...).
 
-    Any other result is one case, and where there are no directions there is one; what has no such dimensions is repeated.
+    Any other result is one case, and a result without directions has one; a quantity without such dimensions is repeated.
     """
     dims = [*over, *(dim for dim in ("direction",) if dim in dataset.dims), row]
     variable = dataset.variables[name]
@@ -130,7 +130,7 @@ def by_case(dataset: xr.Dataset, name: str, row: str, over: Sequence[str]) -> An
     values = values[tuple(slice(None) if dim in variable.dims else None for dim in dims)]
     columns = values.shape[len(dims) :]
     values = np.broadcast_to(values, (*(dataset.sizes[dim] for dim in dims), *columns))
-    cases = math.prod(dataset.sizes[dim] for dim in over)  # told, for a result may have no columns
+    cases = math.prod(dataset.sizes[dim] for dim in over)  # computed, because a result may have no columns
     return values.reshape(cases, dataset.sizes.get("direction", 1), dataset.sizes[row], *columns)
 
 
@@ -150,7 +150,7 @@ def goes_along(dataset: xr.Dataset) -> str:
 
 @checked
 def pictures_of(dataset: xr.Dataset) -> list[Picture]:
-    """Return the pictures that suit a result, the one that says most first; none for a map, which is a picture itself."""
+    """Return the pictures that suit a result, the most useful first; none for a map, which is a picture itself."""
     kind, along, known = kind_of(dataset), goes_along(dataset), set(drawable(dataset))
     named = [dataclasses.replace(one, x=one.x or along) for one in (kind.pictures if kind is not None else ())]
     return [picture for picture in named if {picture.x, *picture.y} <= known]

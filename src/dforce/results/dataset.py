@@ -27,7 +27,7 @@ COLUMN_DIMS = (
 
 
 def get_ready() -> None:
-    """Load what keeps results: that takes a second or more, for which no stop behind the last point is to wait."""
+    """Load the modules that save results: this takes a second or more, and a stop at the end of a run must not wait for it."""
     import xarray as xr
 
     xr.Variable("point", [0.0])  # looks for other kinds of arrays, and loads them
@@ -59,7 +59,7 @@ def describe(dataset: xr.Dataset) -> xr.Dataset:
 def reader_unit(variable: xr.DataArray) -> tuple[float, str]:
     """Return (scale, name) of the unit in which a variable reads best: nm rather than 1e-9 m.
 
-    What is shown is the value divided by `scale`; the largest value chooses the unit.
+    The shown value is the value divided by `scale`; the largest value chooses the unit.
     """
     unit = str(variable.attrs.get("units", "1"))
     values = np.abs(np.asarray(variable.values, dtype=float))

@@ -18,6 +18,7 @@ from dforce.core.files import check_target, in_quotes, read_input, write_whole
 from dforce.core.quantities import AMOUNTS, NONE
 from dforce.results import hdf5
 from dforce.results.dataset import COLUMN_DIMS
+from dforce.results.provenance import FOLDER
 from dforce.results.significance import is_none
 from dforce.results.store import is_store, open_store
 
@@ -31,13 +32,13 @@ SEAL_LENGTH = len(SEAL) + 64
 TO_GO_ON = ("motion", "component", "component_units")  # variables from which a stopped run goes on
 BELOW = f"{NONE} (below its estimated error): "  # before a number in the heading of a table
 ELSEWHERE = ("title", "dforce_version", "case")  # attributes with lines of their own in a table
-# Where a spreadsheet would see a formula: at the start of a cell, whatever it takes for a separator; the number with a
+# Where a spreadsheet would see a formula: at the start of a cell, for any separator; the number with a
 # unit that a list in a case may go on with is none.
 FORMULA = re.compile(
     r"""(^[\s"]*|[,;\t][\s"]*)(?![+-]?[\d.]+(?:e[+-]?\d+)?(?: [\w/^µ°%]+)?[\s"'\]})]*(?:$|[,;\t]))([=+@＝＋－＠-])""",
     re.IGNORECASE,
 )
-BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names those kept as 0 and 1
+BOOLEANS = "boolean_attributes"  # netCDF has no booleans: this attribute names variables kept as 0 and 1
 
 
 @checked
@@ -84,17 +85,17 @@ def _netcdf(dataset: xr.Dataset) -> memoryview:
 
 
 def _seal(content: bytes | memoryview) -> bytes:
-    """Return what stands at the end of a file, where HDF5 does not look: the hash of all before it."""
+    """Return the seal for the end of a file, which HDF5 does not read: the hash of all before it."""
     return SEAL + hashlib.sha256(content).hexdigest().encode()
 
 
 def is_sealed(content: bytes) -> bool:
-    """Say whether a file ends as those of dForce do."""
+    """Return whether a file ends in a seal of dForce."""
     return content[-SEAL_LENGTH:].startswith(SEAL)
 
 
 def is_whole(content: bytes) -> bool:
-    """Say whether a file is as it was written, as far as it shows: one that another program has written has no seal."""
+    """Return whether a file matches its seal; a file of another program has no seal and counts as whole."""
     return not is_sealed(content) or _seal(memoryview(content)[:-SEAL_LENGTH]) == content[-SEAL_LENGTH:]
 
 
@@ -131,9 +132,16 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
         When the file does not exist, is not netCDF, is damaged or incomplete, or is not from dForce.
     """
     if is_store(path):
-        return open_store(path)
+        return _at(open_store(path), path)
     content = read_input(path, "result; keep a larger result as a store (.zarr)", MOST_BYTES, ResultError)
-    return decoded(content, in_quotes(path), Path(path).suffix)
+    return _at(decoded(content, in_quotes(path), Path(path).suffix), path)
+
+
+def _at(result: xr.Dataset, path: str | os.PathLike[str]) -> xr.Dataset:
+    """Return a result whose plug-ins are looked for beside its file, where their own folder does not exist here."""
+    if FOLDER in result.attrs and not Path(result.attrs[FOLDER]).is_dir():
+        result.attrs[FOLDER] = str(Path(path).resolve().parent)
+    return result
 
 
 def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
@@ -151,7 +159,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
     if not content.startswith(hdf5.START):
         hint = "; pandas.read_csv(path, comment='#') reads a table of dForce, dforce read FILE a measured curve"
         raise ResultError(f"{name} is not a netCDF file{hint if suffix.lower() == '.csv' else ''}")
-    # HDF5 may run for ever on a damaged file, so it is asked only about what may be whole
+    # HDF5 may run for ever on a damaged file: it opens only files that may be whole
     dataset = _dataset(content) if is_whole(content) else None
     if dataset is None:
         raise ResultError(f"{name} is damaged or was cut short")
@@ -167,7 +175,7 @@ def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:
 
 
 def _dataset(content: bytes) -> xr.Dataset | None:
-    """Return what a netCDF file holds, nothing of one that is not from dForce; None where it is damaged."""
+    """Return the contents of a netCDF file, empty if it is not from dForce; None where it is damaged."""
     import h5netcdf
     import h5py
     import xarray as xr
@@ -228,7 +236,7 @@ def _columns(dataset: xr.Dataset) -> tuple[dict[str, Any], list[dict[str, Any]]]
     """Return the numbers without rows, and a table for each set of dimensions that belong together.
 
     An approach is one table over direction and zc; traces and spectrum of a dwell are two, side by side. The jumps of a
-    single curve are a table of their own, those of each curve of a sweep are columns.
+    single curve have their own table; the jumps of a sweep are columns.
     """
     import xarray as xr
 
@@ -249,7 +257,7 @@ def _columns(dataset: xr.Dataset) -> tuple[dict[str, Any], list[dict[str, Any]]]
             if index is None:
                 scalars[column] = values.values.ravel()
                 continue
-            # directions first, so that one sweep stands below the other
+            # directions first, so that one sweep is below the other
             dims = sorted(groups[index], key=lambda dim: dim != "direction")
             shape = xr.DataArray(np.empty([dataset.sizes[dim] for dim in dims]), dims=dims)
             tables[index][column] = values.broadcast_like(shape).transpose(*dims).values.ravel()

@@ -1,4 +1,4 @@
-"""Has an HDF5 file of unknown origin looked through in a process of its own, once, before any of it is used here."""
+"""Checks an HDF5 file of unknown origin in a subprocess, once, before any of it is used here."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ START = b"\x89HDF\r\n\x1a\n"  # of every HDF5 file, netCDF among them
 SECONDS = 60.0  # that looking through one may take
 
 
-def look(content: bytes, what: Literal["result", "curves"], name: str = "this file") -> list[Curve]:
+def look(content: bytes, kind: Literal["result", "curves"], name: str = "this file") -> list[Curve]:
     """Look through the bytes of a file in another process, and return the measured curves in it; none of a result.
 
     Raises
@@ -30,7 +30,7 @@ def look(content: bytes, what: Literal["result", "curves"], name: str = "this fi
         raise ResultError(unseen)
     try:
         done = subprocess.run(
-            child.command(hdf5_child.__file__, what),
+            child.command(hdf5_child.__file__, kind),
             input=content,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -1,9 +1,9 @@
-"""Looks through an HDF5 file of unknown origin; run as a process of its own, which may fail without harm.
+"""Checks an HDF5 file of unknown origin; run as a subprocess, which may fail without harm.
 
-HDF5 files may point to other files, hold data that unpack to any size, or be broken so that their library crashes or runs
+HDF5 files may point to other files, contain data that unpack to any size, or be broken so that the library crashes or runs
 for ever. ``python hdf5_child.py result`` reads all of the file on its standard input within limits; with ``curves`` it
-reads the columns of measured curves. A pickle on its output holds a sentence on what is wrong, empty when nothing is, and
-the curves: for each its columns (name, attributes, values) and its notes.
+reads the columns of measured curves. A pickle on its output contains an error message, empty for a good file, and the
+curves: for each its columns (name, attributes, values) and its notes.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ MOST_UNPACKED = 200_000_000  # bytes of the data in a file
 MOST_PACKED = 4  # times its own size that a larger file of curves may unpack to
 MOST_MEMBERS = {"result": 500, "curves": 500_000}  # groups and data sets
 PLAIN = "fiubSO"  # kinds of numbers and texts
-COLUMNS = "fiuSO"  # those of columns
+COLUMNS = "fiuSO"  # the same in columns
 COMPRESSIONS = (None, "gzip", "lzf")
 ELSEWHERE = "it points to other files or places"
 
 
 class Wrong(Exception):
-    """A file is not to be read; the text says why."""
+    """A file must not be read; the text is the reason."""
 
 
-def look(content: bytes, what: str) -> list[Curve]:
+def look(content: bytes, kind: str) -> list[Curve]:
     """Return the measured curves in a file; none of a result, of which everything is read.
 
     Raises
@@ -47,14 +47,14 @@ def look(content: bytes, what: str) -> list[Curve]:
     import h5py
 
     with h5py.File(io.BytesIO(content), "r") as file:
-        groups = _groups(file, what)
-        if what == "curves":
+        groups = _groups(file, kind)
+        if kind == "curves":
             return _curves(groups, max(MOST_UNPACKED, MOST_PACKED * len(content)))
         _read_all(groups)
     return []
 
 
-def _groups(file: h5py.File, what: str) -> list[tuple[h5py.Group, list[h5py.Dataset]]]:
+def _groups(file: h5py.File, kind: str) -> list[tuple[h5py.Group, list[h5py.Dataset]]]:
     """Return each group with its data sets; no link is followed, and a link to another file is an error."""
     import h5py
 
@@ -62,11 +62,11 @@ def _groups(file: h5py.File, what: str) -> list[tuple[h5py.Group, list[h5py.Data
     count = 0
     for group, members in found:  # grows while it is gone through
         count += len(group)
-        if count > MOST_MEMBERS[what]:  # a group that holds itself comes here, too
-            raise Wrong(f"it contains more than {MOST_MEMBERS[what]} groups and data sets")
+        if count > MOST_MEMBERS[kind]:  # a group that contains itself ends here, too
+            raise Wrong(f"it contains more than {MOST_MEMBERS[kind]} groups and data sets")
         for name in group:
             link = group.get(name, getlink=True)
-            if isinstance(link, h5py.SoftLink) and what == "curves":
+            if isinstance(link, h5py.SoftLink) and kind == "curves":
                 continue  # its data are found at their own place
             if not isinstance(link, h5py.HardLink):
                 raise Wrong(ELSEWHERE)
@@ -75,7 +75,7 @@ def _groups(file: h5py.File, what: str) -> list[tuple[h5py.Group, list[h5py.Data
                 if member.is_virtual or member.external:
                     raise Wrong("it takes data from other files")
                 members.append(member)
-            elif what == "result":
+            elif kind == "result":
                 raise Wrong("it contains groups, unlike a result")
             elif isinstance(member, h5py.Group):
                 found.append((member, []))
@@ -83,7 +83,7 @@ def _groups(file: h5py.File, what: str) -> list[tuple[h5py.Group, list[h5py.Data
 
 
 def _read_all(groups: list[tuple[h5py.Group, list[h5py.Dataset]]]) -> None:
-    """Read everything of a result, so that what is broken breaks here."""
+    """Read all of a result, so that a broken part fails here."""
     total = 0
     for group, members in groups:
         for member in members:
@@ -139,7 +139,7 @@ def _notes(thing: h5py.HLObject) -> dict[str, str]:
     return notes
 
 
-def main(what: str) -> None:
+def main(kind: str) -> None:
     """Look through the file on the standard input, and write the answer."""
     try:
         import resource
@@ -149,7 +149,7 @@ def main(what: str) -> None:
     except (ImportError, ValueError, OSError):  # Windows has no such limits
         pass
     try:
-        answer = "", look(sys.stdin.buffer.read(), what)
+        answer = "", look(sys.stdin.buffer.read(), kind)
     except Wrong as wrong:
         answer = str(wrong), []
     sys.stdout.buffer.write(pickle.dumps(answer))

@@ -21,8 +21,8 @@ NO_RESULT = "this dataset is no result of a known kind, and no force curve; it h
 LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
 OF_MOTIONS = frozenset(
     (*AXES, *COLUMN_DIMS, *LISTS, "case", "crossing", "distance")
-)  # dimensions beside those of a sweep
-# along these a result has a value at least
+)  # dimensions besides the parameters of a sweep
+# dimensions along which a result has at least one value
 NEEDED = ("zc", "frequency", "point", "distance", "direction", "tone", "mode", "component")
 MAPS = {"plan_over", "map_over"}  # attributes of results over parameters of any name
 
@@ -31,18 +31,18 @@ Own = dict[tuple[str, ...], str]  # functions by the quantities that they draw
 
 @dataclass(frozen=True)
 class Picture:
-    """Quantities of a result against another one.
+    """Quantities of a result against another quantity.
 
     Attributes
     ----------
     x, y
-        Names of variables of the result; in a row of a kind an `x` of "" is whatever the curve goes along.
+        Names of variables of the result; in a row of a kind an `x` of "" is the parameter of the curve.
     together
-        Whether the quantities share one frame, each with its own axis; otherwise one stands above the other.
+        Whether the quantities share one frame, each with its own axis; otherwise one is above the other.
     logarithmic
         Whether the quantities are shown on a logarithmic scale.
     title
-        What it is called where there are several to choose from.
+        Its name in a choice of several.
     """
 
     x: str
@@ -53,17 +53,17 @@ class Picture:
 
     @property
     def logarithmic_across(self) -> bool:
-        """Whether the axis across is logarithmic, too: that of spectral densities, which go over decades of frequency."""
+        """Whether the axis across is logarithmic, too: for spectral densities, which cover decades of frequency."""
         return self.logarithmic and self.x == "frequency" and bool({"spectral_density", "fitted_density"} & {*self.y})
 
 
 AMPLITUDE_AND_PHASE, DENSITIES = ("amplitude", "phase"), ("spectral_density", "fitted_density")
-# what each number that a lock may hold is called in a result
+# the names in a result for the numbers that a lock may hold
 LOCKED = {"frequency": "frequency_shift", "drive": "drive_ratio", "amplitude": "amplitude", "phase": "phase"}
 
 
 def measured(dataset: xr.Dataset, tone: int = 0) -> tuple[str, ...]:
-    """Return the names of the two numbers of a tone that a result measures: those that no controller and no drive holds."""
+    """Return the names of the two measured numbers of a tone, which neither a controller nor the drive holds."""
     held = str(dataset.attrs.get("held", "drive frequency")).split(", ")[tone:][:1] or ["drive frequency"]
     return tuple(name for number, name in LOCKED.items() if number not in held[0].split())
 
@@ -74,7 +74,7 @@ OF_CURVES = (
     Picture("", ("peak_force", "min_force"), title="forces"),
     Picture("", ("max_indentation", "contact_time"), title="contact"),
     Picture("", ("total_virial", "total_dissipated_energy"), title="energies"),
-    # what one asks for first when choosing a set point
+    # the first question in the choice of a set point
     Picture("amplitude_ratio", ("peak_force", "max_indentation"), title="force against A/A0"),
 )
 OF_RECORDS = (
@@ -93,23 +93,23 @@ class Kind:
     Attributes
     ----------
     name
-        Word for it.
+        Its name.
     holds
-        Whether a Dataset is one; of several that say so the first in :data:`KINDS` is meant.
+        Whether a Dataset is of this kind; of several that match, the first in :data:`KINDS` counts.
     summary, picture
         Functions of the result, as ``"module:name"`` below `dforce`, loaded when they are called: `summary` gives the
         findings, and `picture`, which takes a figure as well, returns the axes. Without a picture: "".
     panel
-        Where the window shows it: among the "curves", over "parameters", as "measured" data; "" where it does not.
+        Its place in the window: among the "curves", over "parameters", as "measured" data; "" without a place.
     pictures
-        Pictures that suit such a result, the one that says most first, as far as it has their quantities.
+        Pictures that suit such a result, the most useful first, as far as it has their quantities.
     own
-        Functions that draw some of `pictures` with what a reader looks for, by their quantities: of the result and a figure,
-        and of an approach a `measured` curve, too.
+        Functions that draw some of `pictures` with further details, by their quantities. They take the result and a figure;
+        for an approach a `measured` curve, too.
     figure
-        Function that gives the figure of the window, where it shows no lines.
+        Function that returns the window's figure, where the window does not show lines.
     lists
-        Dimensions of which a result of this kind has one, whatever part of it is chosen.
+        Dimensions of which any selection from a result of this kind has one.
     """
 
     name: str
@@ -165,7 +165,7 @@ def _marked(mark: str) -> Callable[[xr.Dataset], bool]:
 
 
 def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
-    """Return the dimensions of a sweep's parameters but the one that its curves go along; none for other results."""
+    """Return the dimensions of a sweep's parameters without the dimension of its curves; none for other results."""
     paths = str(dataset.attrs.get("over", "")).split()
     names = dict.fromkeys(name for path in paths for name in (path, path.split(".")[-1]))
     dims = dict.fromkeys(str(dim) for name in names if name in dataset.coords for dim in dataset.variables[name].dims)
@@ -173,13 +173,13 @@ def swept(dataset: xr.Dataset, along: str = "") -> list[str]:
 
 
 def check_shape(result: xr.Dataset) -> None:
-    """Refuse a result whose dimensions are not those of its kind any more: a user chose a part of it, or joined several.
+    """Refuse a result whose dimensions do not fit its kind any more: a user chose a part of it, or joined several.
 
     Raises
     ------
     ParameterError
-        When a selection left nothing or took a dimension of columns away, and when results were joined along a dimension of
-        another program, or twice along the same labels. The message tells the right choice.
+        When a selection is empty or has lost a dimension of columns, and when results were joined along a dimension of
+        another program, or twice along the same labels. The message contains the right choice.
     """
     mapped = [path.split(".")[-1] for over in MAPS & result.attrs.keys() for path in str(result.attrs[over]).split()]
     for dim in (dim for dim in (*NEEDED, *swept(result), *mapped) if result.sizes.get(dim) == 0):
@@ -230,7 +230,7 @@ def _is_approach(dataset: xr.Dataset) -> bool:
 FORCE: Own = {("force",): "plot.forces:force_distance"}
 RECORD: Own = FORCE | {("spectrum",): "plot.motion:spectrum", ("velocity",): "plot.motion:phase_portrait"}
 
-# a fit holds the measured curve, and one case of a sweep is what the sweep is made of: what holds others comes first
+# a fit contains the measured curve, and a sweep contains its cases: kinds that contain others come first
 KINDS = (
     Kind("plan", _marked("plan_over"), "findings.plans:plan", "plot.plans:plan", "parameters"),
     Kind("regimes", _marked("map_over"), "findings.others:regimes", "plot.maps:regimes", "parameters"),
@@ -268,7 +268,7 @@ def known_kind(dataset: xr.Dataset) -> Kind:
     Raises
     ------
     ParameterError
-        For a Dataset that is no result, for one that was stopped before its first point, and see :func:`check_shape`.
+        For a Dataset that is not a result or has no finished point, and see :func:`check_shape`.
     """
     check_shape(dataset)
     kind = kind_of(dataset)
@@ -284,7 +284,7 @@ def known_kind(dataset: xr.Dataset) -> Kind:
 
 
 def is_kind(dataset: xr.Dataset, *names: str) -> bool:
-    """Say whether a result is of one of some kinds.
+    """Return whether a result is of one of the named kinds.
 
     Raises
     ------

@@ -24,7 +24,7 @@ def moved(curve: xr.Dataset, shift: float, turn: float) -> xr.Dataset:
 
 
 def by_model(curve: xr.Dataset) -> dict[str, list[Array]]:
-    """Return what was measured, an array for each tone, by those of :data:`QUANTITIES` that there are; heights are `zc`."""
+    """Return the measured columns by their names in :data:`QUANTITIES`, an array for each tone; heights are `zc`."""
 
     def tones(name: str) -> list[Array]:
         return [np.asarray(curve[key].values, dtype=float) for key in (name, f"{name}_2") if key in curve]

@@ -10,7 +10,7 @@ import xarray as xr
 
 from dforce.core.arrays import Array
 
-# boundaries that are drawn alike: what they are called, and their line
+# boundaries that are drawn alike: their name, and their line
 EDGES = {
     "fold": ("a state ends", "solid"),
     "end": ("a state ends", "solid"),

@@ -56,7 +56,7 @@ class Seal:
         ]
 
     def is_whole(self, key: str, content: bytes | None) -> bool:
-        """Say whether a file that is written once is as it was written."""
+        """Return whether a file that is written once is unchanged."""
         return content is not None and checksum(self.identity, key, content).hex() == self.files[key]
 
     def of_chunk(self, key: str, content: bytes | None) -> bytes:

@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 
 SCALE = "error_scale"  # attribute of an amount (SI): its estimated error is the result's error_estimate times this
 ROUNDING = 1e-12  # of sums of force times distance
-ERRORS = ("error_estimate", "peak_force", "min_force")  # quantities that tell the errors of others
+ERRORS = ("error_estimate", "peak_force", "min_force")  # quantities that give the errors of others
 USUAL: float = SolverSettings.model_fields["accuracy"].default  # where no error was estimated
 
 
 def with_scales(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     """Write into each amount of a result the scale of its error, and return the result.
 
-    The scales are those of :mod:`dforce.observables.deviation`. That of forces is the largest force of each motion, which
-    the result itself holds, and at least this one.
+    The scales come from :mod:`dforce.observables.deviation`. The scale of forces is the largest force of each motion, from
+    the result itself, and at least the scale from there.
     """
     first = problem.tones[0]
     of_modes = np.array([_energy(problem, n) for n in range(len(problem.modes))])
@@ -74,10 +74,10 @@ def _energy(problem: Problem, n: int) -> float:
 
 @checked
 def error_of(dataset: xr.Dataset, name: str) -> Array:
-    """Return the estimated error (SI) of a quantity at each point of a result; 0 of quantities that are no amounts.
+    """Return the estimated error (SI) of a quantity at each point of a result; 0 for quantities that are no amounts.
 
-    Where the motion has no estimated error, the accuracy that is asked for by default takes its place; where the result
-    does not hold the scale, the largest value in the same unit does.
+    Without an estimated error of the motion the default accuracy is used; without a scale in the result, the largest value
+    in the same unit.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def error_of(dataset: xr.Dataset, name: str) -> Array:
 
 
 def _spread(values: Any, own: Sequence[Hashable], dims: Sequence[Hashable]) -> Any:
-    """Return values with their dimensions in the order of others, and a length of 1 along those that they lack."""
+    """Return values with their dimensions in the order `dims`, and a length of 1 along missing dimensions."""
     values = np.transpose(values, [list(own).index(dim) for dim in dims if dim in own])
     return values[tuple(slice(None) if dim in own else None for dim in dims)]
 

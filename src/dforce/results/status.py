@@ -51,12 +51,12 @@ REPEATING = (Status.OK, Status.INACCURATE)  # of motions that settled and repeat
 
 
 def repeats(status: Any) -> Bools:
-    """Return at which points the motion settled into one that repeats."""
+    """Return the points at which the motion settled and repeats."""
     return np.asarray(np.any([np.asarray(status) == one for one in REPEATING], axis=0))
 
 
 def graded(error: Array, accuracy: float | None) -> np.ndarray[Any, np.dtype[np.int8]]:
-    """Return what became of points by their estimated errors; nothing follows from an unknown one, or without a promise."""
+    """Return the statuses of points by their estimated errors; an unknown error, or no promised accuracy, changes nothing."""
     if accuracy is None:
         return np.full(error.shape, Status.OK, dtype=np.int8)
     lost = (error > WORTHLESS) & np.isfinite(error)

@@ -22,7 +22,7 @@ BEING_MADE = "dforce_being_made"  # attribute by which an earlier dForce knew a 
 
 
 def is_store(path: str | os.PathLike[str]) -> bool:
-    """Say whether a path is that of a store: a folder that ends in ``.zarr``, or a URL."""
+    """Return whether a path names a store: a folder that ends in ``.zarr``, or a URL."""
     return str(path).rstrip("/").lower().endswith(SUFFIX)
 
 
@@ -123,7 +123,7 @@ def read_root(files: StoreFiles) -> tuple[dict[str, Any], Seal]:
 
 
 def whole_files(files: StoreFiles, seal: Seal) -> dict[str, bytes]:
-    """Return the files of a store that are written once, without those that are missing or not as they were written."""
+    """Return the files of a store that are written once, without missing or changed files."""
     found = files.read(seal.files)
     return {key: content for key, content in found.items() if seal.is_whole(key, content)}
 

@@ -1,4 +1,4 @@
-"""The files of a store by their keys, such as ``amplitude/c/0``: in a folder, or wherever fsspec reaches."""
+"""The files of a store by their keys, such as ``amplitude/c/0``: in a folder, or at a URL of fsspec."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class StoreFiles:
             raise ResultError(f"{self.name} cannot be reached: {reason(error)}") from None
 
     def read(self, keys: Iterable[str]) -> dict[str, bytes]:
-        """Return the contents of some files; those that are not there are left out."""
+        """Return the contents of some files, without missing files."""
         keys = list(keys)
         if self.folder is not None:
             return dict(self._read_local(self.folder, keys))
@@ -77,7 +77,7 @@ class StoreFiles:
             place = self.folder / key
             place.parent.mkdir(parents=True, exist_ok=True)
             try:
-                write_whole(place, content, sync_folder=False)  # checksums find what a power cut undoes
+                write_whole(place, content, sync_folder=False)  # checksums find the writes that a power cut undoes
             except ResultError as error:
                 raise error.__cause__ or error from None
 
@@ -106,7 +106,7 @@ class StoreFiles:
             system, path = fsspec.core.url_to_fs(self.url)
         except ImportError as error:
             raise ResultError(f"{self.name} needs a package that is not installed: {said(error)}") from None
-        except Exception as error:  # of whatever reads the URL  # noqa: BLE001
+        except Exception as error:  # of the reader of the URL  # noqa: BLE001
             raise self._lost(error) from None
         return system, path.rstrip("/")
 

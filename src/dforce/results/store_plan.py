@@ -23,7 +23,7 @@ class Variable:
     Attributes
     ----------
     dims, dtype, attrs
-        Its dimensions (those of the cases first), kind of numbers (str: text), and attributes.
+        Its dimensions (the cases' dimensions first), kind of numbers (str: text), and attributes.
     fill
         The value where nothing was written.
     is_coordinate
@@ -72,9 +72,9 @@ class Plan:
     variables
         The arrays that are written in blocks, by name, `status` among them.
     coords
-        What is written once: coordinates.
+        The coordinates, which are written once.
     blocks, inner
-        How the cases are cut, and the lengths of the dimensions behind them, which a block has whole.
+        The cut of the cases, and the lengths of the dimensions behind them, which are whole in a block.
     attrs
         Attributes of the result.
     identity, quantities

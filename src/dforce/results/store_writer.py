@@ -23,8 +23,8 @@ from dforce.results.store_files import StoreFiles, said
 from dforce.results.store_plan import Blocks, Plan, encoded, plain
 
 STATUS = "status"
-NOTES = "notes"  # attribute: what became of blocks that are not as they should be, a sentence a line
-COORDINATES = "coordinates"  # attribute by which xarray knows coordinates among the arrays
+NOTES = "notes"  # attribute: remarks on faulty blocks, a sentence a line
+COORDINATES = "coordinates"  # attribute by which xarray finds coordinates among the arrays
 
 
 class Writer:
@@ -33,16 +33,16 @@ class Writer:
     Attributes
     ----------
     attributes, seal
-        Those of the store, once it is found or made.
+        Attributes and checksums of the store, once it is found or made.
     damaged
-        Keys of the files that were found missing or not as they were written.
+        Keys of the files that were missing or changed.
     finished
         Whether all blocks had been written when the store was found.
 
     Raises
     ------
     ResultError
-        When another run has the store open, and, in any method, when something cannot be read or written.
+        When another run has the store open, and, in any method, when a file cannot be read or written.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -59,7 +59,7 @@ class Writer:
         self._arrays: dict[str, Any] = {}
 
     def __enter__(self) -> Writer:
-        """Take the lock, and remove what a killed writer has left half-written."""
+        """Take the lock, and remove half-written files of a killed writer."""
         import filelock
 
         if self._lock is None or self.files.folder is None:
@@ -138,7 +138,7 @@ class Writer:
         self._take(whole_files(self.files, self.seal))
 
     def mark(self, attrs: Mapping[str, object]) -> None:
-        """Write attributes beside those that the store has, such as that it is unfinished, and mend those that are damaged."""
+        """Add attributes to the store, such as its unfinished state, and mend damaged attributes."""
         with self._told():
             self._put_attributes(self.attributes | plain(attrs))
 
@@ -159,7 +159,7 @@ class Writer:
         self._arrays = {name: zarr.open_array(store, path=name, mode="r+", zarr_format=3) for name in names}
 
     def is_done(self, blocks: Blocks, place: Mapping[str, slice]) -> bool:
-        """Say whether a block is written, and all its chunks are as they were written."""
+        """Return whether a block is written and all its chunks are unchanged."""
         block = blocks.name(place)
         own = record_key(block)
         record = self.files.read([own]).get(own)
@@ -260,7 +260,7 @@ class Writer:
             yield
         except ResultError:
             raise
-        except Exception as error:  # of zarr, or what writes the URL
+        except Exception as error:  # of zarr, or of the file system of the URL
             raise ResultError(
                 f"the store {self.files.name} could not be written: {said(error)}; finished blocks are kept"
             ) from error

@@ -213,8 +213,8 @@ def _memory_path(
 def _bandwidths(rates: Callable[[float, Array], Array], force: Force, times: Sequence[float]) -> tuple[int, int]:
     """Return how far below and above the diagonal a state acts on others' rates.
 
-    A viscoelastic contact has hundreds of states, of which only neighbors act on each other: an implicit
-    integrator that knows is a hundred times as fast. What is overlooked here costs it steps, not accuracy.
+    A viscoelastic contact has hundreds of states, and only neighbors act on each other: with the bandwidths an implicit
+    integrator is a hundred times as fast. An overlooked coupling costs steps, not accuracy.
     """
     rng = np.random.default_rng(1)  # any state will do; a fixed one gives the same answer every time
     below = above = 0

@@ -15,7 +15,7 @@ from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.forces import Force
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.spectroscopy.evaluate import Answer, Motion, follow, forces_at
 from dforce.validity import advice, attributes
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from dforce.case import Case
     from dforce.problem import Problem
 
-SPEED = "10 nm/s"  # of a force curve: the viscous force of a contact is then below what is ever measured
+SPEED = "10 nm/s"  # of a force curve: the viscous force of a contact is then too small to measure
 POINTS = 501
 TOLERANCE, ROUGH = 1e-6, 1e-3  # of the memory's integration: for a result, and to choose the distances
 FELT = 0.01  # of the largest attraction: a force curve starts where less than this is left
@@ -154,9 +154,9 @@ def _there_and_back(force: Force, path: Array, speed: float, tolerance: float, z
 
 
 def _range(problem: Problem, speed: float, zc: float | None) -> Array:
-    r"""Return distances that show what matters: from where a force is felt to the indentation of tapping.
+    r"""Return distances from the onset of the forces to the indentation of tapping.
 
-    That indentation follows from the balance of the impulses in a period: the contact's, about
+    The indentation follows from the balance of the impulses in a period: the contact's, about
     :math:`\tfrac{1}{5} F \sqrt{2\delta/A_0}\, T`, against the largest that the drive allows, about
     :math:`k A_0 T/2Q`. Twice the indentation is shown.
     """
@@ -239,5 +239,5 @@ def _finished(found: dict[str, Any], coords: dict[str, Any], case: Case, parts: 
             for place, name in enumerate(names)
         ]
     data = xr.Dataset(found, coords)
-    data.attrs = provenance(case.to_toml(), case.title) | attributes(advice(case, data))
+    data.attrs = of_case(case, case.to_toml()) | attributes(advice(case, data))
     return describe(data)

@@ -1,4 +1,4 @@
-"""Thermal motion and noise: along curves, in many lanes, and what it does to fragile states."""
+"""Thermal motion and noise: along curves, in many lanes, and their effect on fragile states."""
 
 from dforce.thermal._lanes import noisy_motion
 from dforce.thermal._noise_along_curve import noise

@@ -20,7 +20,7 @@ from dforce.observables.complex_numbers import phase_lag
 from dforce.procedures.motion import motion_of
 from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.runs import dwell, watched
 from dforce.solvers.langevin import Langevin, NoisyLanes
 from dforce.solvers.transient import LATE, decay_periods
@@ -117,12 +117,12 @@ def noisy_motion(
     )
     if c.shape[1] < periods:
         data.attrs["interrupted"] = 1
-    data.attrs |= provenance(asked.to_toml(complete=True), asked.title) | {"samples_per_period": integrator.points}
+    data.attrs |= of_case(asked) | {"samples_per_period": integrator.points}
     return describe(data)
 
 
 def _seeds(first: int, given: int | Sequence[int]) -> Sequence[int]:
-    """Return the seed of each run, that number of them from the first on or as they are given."""
+    """Return the seed of each run: a number of seeds from `first` on, or the given seeds."""
     if isinstance(given, int | np.integer):
         return range(first, first + int(given))
     counts = Counter(int(seed) for seed in given)
@@ -177,9 +177,9 @@ def settling_periods(problem: Problem, band: tuple[float, int] | None) -> int:
 
 
 def march(integrator: Langevin, lanes: NoisyLanes, periods: int, report_progress: Any) -> tuple[Complexes, NoisyLanes]:
-    """Advance lanes and check for a stop now and then; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
+    """Advance lanes, with checks for a stop; return scaled complex amplitudes (lanes, periods, tones), and the lanes.
 
-    Ctrl-C ends it with what there is.
+    At Ctrl-C the finished periods are returned.
     """
     parts, done = [np.empty((len(lanes.y), 0, len(integrator.tones)), dtype=complex)], 0
     try:
@@ -195,7 +195,7 @@ def march(integrator: Langevin, lanes: NoisyLanes, periods: int, report_progress
 
 
 def read_out(integrator: Langevin, c: Complexes, seeds: Sequence[int], band: tuple[float, int] | None) -> Complexes:
-    """Return what the detector reads (m), with its own noise; by the lock-in where there is one."""
+    """Return the detector's readings (m), with its own noise; through the lock-in where there is one."""
     problem = integrator.problem
     if band is None and any(weight != 1.0 for weights in problem.readout.weights for weight in weights):
         raise ParameterError("an optical lever needs a lock-in: pass its bandwidth")
@@ -207,7 +207,7 @@ def read_out(integrator: Langevin, c: Complexes, seeds: Sequence[int], band: tup
 def _detector(
     noise: NoiseNumbers, shape: tuple[int, ...], seeds: Sequence[int], problem: Problem, band: tuple[float, int] | None
 ) -> Any:
-    """Return what the detector adds to the reading of each period (m)."""
+    """Return the detector's noise in the reading of each period (m)."""
     if not noise.detector:
         return 0.0
     frequency = problem.tones[0].frequency

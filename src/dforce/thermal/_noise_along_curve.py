@@ -101,7 +101,7 @@ def noise(
 
 
 def lock_in_of(problem: Problem, bandwidth: object, poles: int | None) -> tuple[float, int]:
-    """Return bandwidth (Hz) and poles of the lock-in, as given or as the case says."""
+    """Return bandwidth (Hz) and poles of the lock-in: the arguments, or the values of the case."""
     try:
         band = problem.noise.bandwidth if bandwidth is None else units.parse(bandwidth, "Hz")
     except UnitError as error:
@@ -149,7 +149,7 @@ def _at(case: Case, point: xr.Dataset, points: int | None, band: float, poles: i
 
 
 def _dies_out(moduli: Array) -> bool:
-    """Say whether a disturbance dies out, as whoever found the motion has decided; of a transient nobody has, yet."""
+    """Return whether a disturbance dies out, by the moduli of its solver; a transient has no moduli yet."""
     return not bool((moduli >= 1.0).any())
 
 

@@ -1,4 +1,4 @@
-"""Advice: where the chosen model, or a result, stops meaning what it seems to say.
+"""Advice: where the chosen model, or a result, is misleading.
 
 Each piece is a function of the evidence, a case and its result where there is one, that gives an :class:`Advice` or nothing.
 """
@@ -33,9 +33,9 @@ PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
 )
 
 
-# what a steady motion balances, and one that thermal motion shakes only on long means
+# the balances of a steady motion, which under thermal motion hold only on long means
 BALANCES = (sampling.sampling, sampling.step_error, sampling.energy_gained)
-FORCES_ALONE = (*inputs.PIECES, *contact.PIECES, *long_range.PIECES)  # what a force curve can be told
+FORCES_ALONE = (*inputs.PIECES, *contact.PIECES, *long_range.PIECES)  # the advice on a force curve
 THERMAL_SPECTRUM = inputs.PIECES  # of a free lever, without drive and sample
 
 

@@ -1,4 +1,4 @@
-"""The evidence for advice: a case, and what its result shows, each computed once."""
+"""The evidence for advice: a case and quantities of its result, each computed once."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Evidence:
 
     @property
     def is_force_curve(self) -> bool:
-        """Whether the result is that of a tip that is moved, without a cantilever."""
+        """Whether the result is a force curve: a tip on a prescribed path, without a cantilever."""
         return self.result is not None and "force" in self.result.variables and "amplitude" not in self.result.variables
 
     # the case
@@ -64,7 +64,7 @@ class Evidence:
 
     @functools.cached_property
     def range_of_zc(self) -> tuple[float, float] | None:
-        """Nearest and farthest average distance that the experiment visits (m), where it says so."""
+        """Nearest and farthest average distance of the experiment (m), if known."""
         experiment = self.case.experiment
         return None if experiment is None else experiment.range_of_zc(self.problem)
 
@@ -90,7 +90,7 @@ class Evidence:
 
     @functools.cached_property
     def _trusted(self) -> Bools | None:
-        """Where the motion settled and is stable; None where a result does not say."""
+        """Where the motion settled and is stable; None where a result does not show it."""
         status = self.array("status")
         if status is None:
             return None
@@ -105,7 +105,7 @@ class Evidence:
         return self._values[name]
 
     def repeating(self, name: str) -> Array:
-        """Return :meth:`values` at those points alone whose motion repeats from period to period."""
+        """Return :meth:`values` only at points whose motion repeats from period to period."""
         array, status = self.array(name), self.array("status")
         if array is None or status is None or status.shape != array.shape:
             return self.values(name)
@@ -167,7 +167,7 @@ class Evidence:
 
     @functools.cached_property
     def closest(self) -> float:
-        """Smallest tip–surface distance (m), a0 or more; without a result, what the free motion may reach."""
+        """Smallest tip–surface distance (m), a0 or more; without a result, the smallest of the free motion."""
         found = self.values("distance" if self.is_force_curve else "min_distance")
         if found.size:
             nearest = float(found.min())
@@ -180,7 +180,7 @@ class Evidence:
 
     @functools.cached_property
     def deepest(self) -> float | None:
-        """Largest indentation (m); without a result, what Hertz' contact is expected to give, if it is one."""
+        """Largest indentation (m); without a result, the expected indentation of a Hertz contact, if it is one."""
         if self.is_force_curve:
             return None  # how deep it goes is the user's choice, and shown
         depths = self.amounts("max_indentation")
@@ -189,9 +189,9 @@ class Evidence:
     def _expected_indentation(self) -> float | None:
         r"""Return the indentation expected of one mode driven at resonance over Hertz' contact alone (m).
 
-        Hertz' force over a harmonic motion of amplitude A that is large against the indentation has the mean
-        :math:`\tfrac{3}{16} \sqrt{2/A}\, n \delta^2`, :math:`n = \tfrac{4}{3} E_\mathrm{eff} \sqrt R`, and a contact
-        that takes no energy the mean :math:`\tfrac{1}{2} F_0 \sqrt{1 - A^2/A_0^2}` (from the virial).
+        Hertz' force, averaged over a harmonic motion whose amplitude A far exceeds the indentation, is
+        :math:`\tfrac{3}{16} \sqrt{2/A}\, n \delta^2`, :math:`n = \tfrac{4}{3} E_\mathrm{eff} \sqrt R`. The mean force of a
+        contact that dissipates nothing is :math:`\tfrac{1}{2} F_0 \sqrt{1 - A^2/A_0^2}` (from the virial).
         """
         hertz = self.force("hertz")
         problem, tone, stiffness = self.problem, self.problem.tones[0], hertz.numbers()[0] if hertz else 0.0
@@ -205,7 +205,7 @@ class Evidence:
 
 
 def _in_order(result: xr.Dataset) -> xr.Dataset:
-    """Return a result with its dimensions in the order of a run, whoever has turned it since."""
+    """Return a result with its dimensions in the order of a run, even if a user has transposed it."""
     dims = result.variables["amplitude"].dims if "amplitude" in result.variables else ()
     order = [dim for dim in ("zc", "frequency", "direction") if dim in dims]
     return result if [dim for dim in dims if dim in order] == order else result.transpose(*order, ...)

@@ -14,8 +14,8 @@ from dforce.validity._evidence import Evidence
 
 SAME_ADHESION = 0.01  # relative difference of two adhesions that is rounding of a printed value, not a choice
 STIFF, SOFT = 0.1, 5.0  # Tabor parameters that bound the transition from DMT to JKR
-SMALL_ADHESION = 0.05  # of the load: below, the contact is Hertz' to that accuracy
-DEEP = 0.5  # of the radius: there the force of a sphere is 5 % below that of Hertz' paraboloid
+SMALL_ADHESION = 0.05  # of the load: below, Hertz' contact is accurate to this share
+DEEP = 0.5  # of the radius: there the force of a sphere is 5 % below Hertz' paraboloid
 COARSE = 1e-3  # error of a viscoelastic force: some 1/n^3 of its viscous part with n elements in contact
 THIN = 0.1  # error of the force that is left to a support
 
@@ -74,7 +74,7 @@ def _adhesive_contacts(seen: Evidence, *wholes: str, beside: tuple[str, ...] = (
 
 
 def _adhesion_matters(seen: Evidence, contact: Adhesive) -> bool:
-    """Say whether the contact is reached, with an adhesion that counts beside the peak force."""
+    """Return whether the tip reaches contact, with an adhesion that matters beside the peak force."""
     if not seen.computed:
         return True
     peak = seen.largest("peak_force") or 0.0
@@ -127,7 +127,7 @@ def tabor_of_jkr(seen: Evidence) -> Advice | None:
 
 
 def adhesion_left_out(seen: Evidence) -> Advice | None:
-    """Compare the attraction that ends at contact with the load, where Hertz' contact stands alone inside."""
+    """Compare the attraction that ends at contact with the load, where Hertz' contact acts alone inside."""
     for contact in _adhesive_contacts(seen, beside=("van_der_waals",)):
         force = contact.forces[0]
         if vars(force)["inside"] == "constant" or not _adhesion_matters(seen, contact):
@@ -149,7 +149,7 @@ def adhesion_left_out(seen: Evidence) -> Advice | None:
 
 
 def hamaker_and_surface_energy(seen: Evidence) -> Advice | None:
-    """Compare the adhesion in contact with the attraction at contact, where a force was given both."""
+    """Compare the adhesion in contact with the attraction at contact, where a force has both."""
     force = seen.force("dmt")
     if force is None:
         return None
@@ -199,7 +199,7 @@ def _is_round_layer(force: Force) -> bool:
 
 
 def indentation_and_thickness(seen: Evidence) -> Advice | None:
-    """Compare a thin sample with the contact, where the model knows no support below it."""
+    """Compare a thin sample with the contact, where the model has no support below it."""
     thickness = seen.case.sample.thickness
     force = seen.force(*HALF_SPACE)
     if thickness is None or force is None or not seen.deepest:

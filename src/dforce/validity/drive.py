@@ -1,4 +1,4 @@
-"""Where the way in which the lever is driven and read decides what amplitude and phase mean."""
+"""Advice where the drive and the read-out change the meaning of amplitude and phase."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ XU_RAMAN = "X. Xu, A. Raman, J. Appl. Phys. 102, 034303 (2007)"
 
 
 def low_Q(seen: Evidence) -> Advice | None:
-    """Compare the quality factors of the modes that a force drives with those at which a base and the fluid move visibly."""
+    """Compare the Q of the modes that a force drives with the Q at which a base and the fluid move visibly."""
     problem = seen.problem
     number = min((tone.mode for tone in problem.tones), key=lambda n: problem.modes[n].Q)
     mode = problem.modes[number]
@@ -57,7 +57,7 @@ def base_in_liquid(seen: Evidence) -> Advice | None:
 
 
 def apparent_dissipation(seen: Evidence) -> Advice | None:
-    """Compare the energy that amplitude and phase seem to tell with the one that the sample takes."""
+    """Compare the energy from the usual formula for amplitude and phase with the energy that the sample dissipates."""
     problem = seen.problem
     if not problem.tip_differs:
         return None

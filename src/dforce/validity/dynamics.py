@@ -27,7 +27,7 @@ UNBENT = 0.01  # of the free amplitude
 
 @functools.lru_cache(maxsize=16)
 def _next_of_a_beam(given: Beam, medium: Medium) -> ModeNumbers:
-    """Return the mode of a beam after those that take part."""
+    """Return the first mode of a beam that the case leaves out."""
     more = given.model_copy(update={"modes": given.modes + 1, "Q": given.Q + given.Q[-1:]})
     return more.resolve(medium)[-1]
 
@@ -39,9 +39,9 @@ def _ratio(n: int) -> float:
 
 
 def _next_mode(seen: Evidence) -> ModeNumbers | None:
-    """Return the mode after those that take part, of a rectangular beam; its Q at least the last one's.
+    """Return the first mode of a rectangular beam that the case leaves out; its Q is at least the last mode's.
 
-    None where the flow around it is not known.
+    None where no theory describes the flow around it.
     """
     given = seen.case.cantilever.beam
     if given is not None:
@@ -56,7 +56,7 @@ def _next_mode(seen: Evidence) -> ModeNumbers | None:
 def mode_left_out(seen: Evidence) -> Advice | None:
     """Look for a harmonic that would move the next mode, which is left out.
 
-    With a result, by how much: a harmonic of the deflection tells that of the force, and so the motion of the other mode.
+    With a result, by how much: a harmonic of the deflection gives the force's harmonic, and so the other mode's motion.
     Without one, a strong harmonic of the drive within three line widths of the mode.
     """
     first, mode = seen.problem.tones[0], _next_mode(seen)
@@ -90,7 +90,7 @@ def mode_left_out(seen: Evidence) -> Advice | None:
 
 
 def static_vs_modal_k(seen: Evidence) -> Advice | None:
-    """Compare with the free amplitude what the modes that are left out would add to the mean deflection."""
+    """Compare the omitted modes' part of the mean deflection with the free amplitude."""
     modes, A0 = seen.problem.modes, seen.problem.tones[0].A0
     static = modes[0].k / beam.static_factor()
     missing = 1.0 - static * sum(1.0 / mode.k for mode in modes)
@@ -184,7 +184,7 @@ EQUIPARTITION = "equipartition, <z^2> = k_B T / k: H.-J. Butt, M. Jaschke, Nanot
 def thermal_motion_and_force(seen: Evidence) -> Advice | None:
     r"""Compare the thermal motion with the indentation, or with the closest distance where there is no contact.
 
-    Over an amplitude that is large against both, the mean force goes as :math:`\delta^2` in Hertz' contact and as
+    At an amplitude far above both, the mean force goes as :math:`\delta^2` in Hertz' contact and as
     :math:`d^{-3/2}` in van der Waals attraction; fluctuations of variance :math:`s^2` change these means by
     :math:`s^2/\delta^2` and :math:`\tfrac{15}{8} s^2/d^2`.
     """
@@ -193,9 +193,9 @@ def thermal_motion_and_force(seen: Evidence) -> Advice | None:
     compliance = sum(1.0 / mode.k for mode in seen.problem.modes)
     moved = math.sqrt(BOLTZMANN * seen.case.medium.temperature * compliance)
     if seen.deepest:
-        limit, what = math.sqrt(BLURRED) * seen.deepest, f"the indentation is {shown(seen.deepest, 'm')}"
+        limit, length = math.sqrt(BLURRED) * seen.deepest, f"the indentation is {shown(seen.deepest, 'm')}"
     else:
-        limit, what = (
+        limit, length = (
             math.sqrt(BLURRED * 8.0 / 15.0) * seen.closest,
             f"the closest distance is {shown(seen.closest, 'm')}",
         )
@@ -205,8 +205,8 @@ def thermal_motion_and_force(seen: Evidence) -> Advice | None:
         "thermal_motion_and_force",
         moved,
         limit,
-        f"The thermal motion is {shown(moved, 'm')} (rms), and {what}: it changes the mean force by more than 10 %, and jumps "
-        "come earlier. The model neglects it. Use a stiffer cantilever, or treat forces and jumps as approximate.",
+        f"The thermal motion is {shown(moved, 'm')} (rms), and {length}: it changes the mean force by more than 10 %, and "
+        "jumps come earlier. The model neglects it. Use a stiffer cantilever, or treat forces and jumps as approximate.",
         EQUIPARTITION,
         (seen.of_mode(0, "k"), "medium.temperature"),
         "m",

@@ -26,7 +26,7 @@ class Usual:
     unit: str
 
 
-# What is sold, used or found in nature, with room to spare on both sides: ten times or more.
+# Usual ranges of parts on sale and of natural materials, wider by a factor of ten or more on both sides.
 USUAL = {
     "f0": Usual(300.0, 50e6, "Hz"),
     "k": Usual(1e-3, 1e4, "N/m"),
@@ -69,7 +69,7 @@ def unusual_value(seen: Evidence) -> Advice | None:
 
 
 def _values(seen: Evidence) -> Iterator[tuple[str, float, Usual]]:
-    """Give the path, the value and the usual range of what is not zero."""
+    """Give the path, the value and the usual range of each value that is not zero."""
     for number, mode in enumerate(seen.problem.modes):
         yield seen.of_mode(number, "f0"), mode.f0, USUAL["f0"]
         yield seen.of_mode(number, "k"), mode.k, USUAL["k"]
@@ -109,7 +109,7 @@ def nominal_lever(seen: Evidence) -> Advice | None:
 
 
 def ideal_higher_mode(seen: Evidence) -> Advice | None:
-    """Look for higher modes whose frequency or spring constant is that of an ideal beam."""
+    """Look for higher modes whose frequency or spring constant comes from an ideal beam."""
     modes = seen.case.cantilever.higher_modes
     taken = [
         (n, field) for n, mode in enumerate(modes, start=2) for field in ("f0", "k") if getattr(mode, field) is None

@@ -1,4 +1,4 @@
-"""Where a frequency shift or an excitation under a lock means something else than the usual formulas say."""
+"""Advice where the usual formulas for a frequency shift or an excitation under a lock do not apply."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dforce.results.status import Status
 from dforce.validity._advice import Advice, percent, shown
 from dforce.validity._evidence import Evidence
 
-PULL = 0.05  # of the indentation, or of a0 where that is less: by which harmonics move the turning point
-FALSE = 0.1  # of the energy that a mode loses: what harmonics take to the medium
+PULL = 0.05  # of the indentation or a0, the smaller: shift of the turning point by harmonics
+FALSE = 0.1  # of the energy that a mode loses: energy that harmonics dissipate in the medium
 OFF = 0.1  # of the width of the resonance: distance of the free lock from f0
 LONG, STEPS = 100.0, 200  # distances, in units of a0, at which the attraction is looked at
 DERIVED = "the Fourier components of the equation of motion of a mode"

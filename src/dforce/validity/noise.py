@@ -1,4 +1,4 @@
-"""Where noise, or the memory of the fluid, decides more than the steady motion says."""
+"""Advice where noise, or the memory of the fluid, matters beside the steady motion."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ CLEVELAND = "conservation of energy: J. P. Cleveland et al., Appl. Phys. Lett. 7
 
 
 def sampling(seen: Evidence) -> Advice | None:
-    r"""Compare the mean force with the mean deflection, which tells the error of the sampling.
+    r"""Compare the mean force with the mean deflection: the difference shows the error of the sampling.
 
     Over any period of a steady motion :math:`\langle F \rangle = k \langle z \rangle`. Steep walls passed within few samples
     spoil the sum of the forces first. A motion that does not repeat begins and ends its record at different speeds.
@@ -54,11 +54,11 @@ def sampling(seen: Evidence) -> Advice | None:
 
 
 def step_error(seen: Evidence) -> Advice | None:
-    r"""Compare force and motion in each mode's equation at its tone, which tells the error of the steps.
+    r"""Compare force and motion in each mode's equation at its tone: the difference shows the error of the steps.
 
     Over a period of a steady motion :math:`(k - m \omega^2 + i c \omega) X = D + f` with the complex amplitude :math:`X`, the
-    drive :math:`D` and the force's component :math:`f`. What remains moves amplitude and phase like a force that is not
-    there.
+    drive :math:`D` and the force's component :math:`f`. The residual changes amplitude and phase as a spurious force
+    would.
     """
     off = _misfits(seen)
     if off is None or not off.size or off.max() <= SEEN:
@@ -101,7 +101,7 @@ def _misfits(seen: Evidence) -> Array | None:
 
 
 def contact_sampling(seen: Evidence) -> Advice | None:
-    r"""Compare the samples with the fastest motion of the tip that the contact holds.
+    r"""Compare the samples with the fastest motion of the tip in contact.
 
     At the nearest distance the force acts as a spring :math:`\kappa = -\partial F/\partial d` and a dashpot
     :math:`-\partial F/\partial \dot d` between tip and sample; the fastest of the modes on it moves at the rate
@@ -196,7 +196,7 @@ def energy_gained(seen: Evidence) -> Advice | None:
 
 
 def amplitude_beyond_the_drive(seen: Evidence) -> Advice | None:
-    """Look for amplitudes that the drive cannot keep up against the damping of the mode, whatever a passive sample does."""
+    """Look for amplitudes that the drive cannot maintain against the mode's damping over any passive sample."""
     problem = seen.problem
     array = seen.array("tip_amplitude" if problem.tip_differs else "amplitude")
     timed = any(force.timed for force in problem.forces)
@@ -240,7 +240,7 @@ def not_settled(seen: Evidence) -> Advice | None:
 
 
 def not_repeating(seen: Evidence) -> Advice | None:
-    """Say along a curve over the distance where the motion does not repeat from period to period."""
+    """Report along a curve over the distance where the motion does not repeat from period to period."""
     status, zc = seen.array("status"), seen.array("zc")
     if status is None or zc is None or seen.along != "zc":
         return None

@@ -1,4 +1,4 @@
-"""Where a curve hides another steady state, or an amplitude does not tell the distance."""
+"""Advice where a curve hides another steady state, or an amplitude occurs at several distances."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _states_at_one_distance(seen: Evidence) -> str | None:
 
 
 def _runs_that_overlap(seen: Evidence) -> str | None:
-    """Say where two stable stretches of branches lie over each other."""
+    """Return the range where two stable stretches of branches overlap."""
     stable, along = seen.stable, seen.result.attrs.get("along") if seen.result is not None else None
     x, branch = seen.array(str(along)), seen.array("branch")
     if stable is None or x is None or branch is None or x.size < 2:

@@ -17,7 +17,7 @@ from dforce.forces.van_der_waals import VanDerWaals
 from dforce.problem import Problem
 from dforce.solvers.orbit import Orbit
 
-ROUNDS = 2  # corrections: the first leaves the square of what the orbit was off
+ROUNDS = 2  # corrections: the first leaves the square of the orbit's error
 
 
 def equation(problem: Problem, zc: float) -> TipEquation | None:
@@ -50,9 +50,9 @@ def equation(problem: Problem, zc: float) -> TipEquation | None:
 
 
 def measured(problem: Problem, zc: float, orbit: Orbit, common: int) -> dict[str, float] | None:
-    """Return what DOP853 measures on its own periodic orbit next to one that was found; None without a law by hand.
+    """Return the measurements of DOP853 on its own periodic orbit next to an orbit found; None without a law by hand.
 
-    The orbit is corrected by the map's derivatives at the one found, until the hand-written equation repeats.
+    The map's derivatives at the orbit found correct it, until the hand-written equation repeats.
     """
     ready = equation(problem, zc)
     if ready is None or np.any(orbit.kept.branch):

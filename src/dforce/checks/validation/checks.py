@@ -9,24 +9,24 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Check:
-    """One number held against what it should be.
+    """A number compared with its expected value.
 
     Attributes
     ----------
     group, name
-        What is checked.
+        The part of the validation, and the check in it.
     found, expected
         Both in `unit`; a disagreement has no expected value.
     unit
         SI unit, ``°`` or ``1``.
     error
-        How far apart they are, relative to the size that the check names, or the disagreement itself.
+        Their difference relative to the size that the check names, or the disagreement itself.
     limit
         The largest error that meets the check; None where the figure is only reported.
     source
-        Where the expected value comes from, or the case that gave the disagreement.
+        Source of the expected value, or the case with the disagreement.
     note
-        Why the limit is what it is, where it is not the number of digits given.
+        Reason for the limit, where it is not the number of printed digits.
     """
 
     group: str
@@ -57,11 +57,11 @@ class ValidationPart:
     Attributes
     ----------
     name, title, text
-        Its key, its heading, and what is done in it.
+        Its key, its heading, and a description.
     checks
         All checks.
     cases
-        Case files of the checks that name one, by that name.
+        Case files by the names in the checks.
     """
 
     name: str
@@ -84,7 +84,7 @@ def half_a_digit(text: str) -> float:
     """
     mantissa = text.lower().split("e")[0].lstrip("+-")
     decimals = len(mantissa.partition(".")[2])
-    # a hair more: what is rounded to exactly half a digit is within it
+    # slightly more, so that a value of exactly half a digit is within the limit
     return 0.5 * 10.0**-decimals / abs(float(mantissa)) * (1.0 + 1e-9) if float(mantissa) else math.inf
 
 

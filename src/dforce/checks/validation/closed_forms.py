@@ -1,4 +1,4 @@
-"""Steady states known in closed form up to what they neglect, which is stated: one harmonic, or a small amplitude."""
+"""Steady states in closed form, with their approximation: one harmonic, or a small amplitude."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""One steady motion found twice: as dForce finds it, and as the engine's periodic orbit.
+"""A steady motion found twice: by the usual solver, and as the engine's periodic orbit.
 
-The reference has nothing of the first but its start: steps of order 8 with error control that end on every kink, in
-the frame of the free lever, and Newton's method on the map that they make.
+The reference shares only the start: steps of order 8 with error control that end on every kink, in the frame of the free
+lever, and Newton's method on the map of a period.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ SEEN = 0.01  # of the free amplitude: the phase of a smaller motion is not compa
 
 @dataclass(frozen=True)
 class SteadyMotion:
-    """A steady motion as dForce finds it.
+    """A steady motion of the usual solver.
 
     Attributes
     ----------
     values
-        What was measured.
+        Its observables.
     motion
         The state at the start of a common period.
     by_newton
         Whether it was found as a periodic orbit; otherwise it settled.
     integrator
-        The integrator that it was found with.
+        Its integrator.
     """
 
     values: Mapping[str, Any]
@@ -120,7 +120,7 @@ SIZES = {
     "total_virial": "π F0 A0",
     "total_dissipated_energy": "π F0 A0",
 }
-"""The scale of each disagreement; ``orbit`` is that of the complex amplitudes."""
+"""The scale of each disagreement; ``orbit`` scales the complex amplitudes."""
 
 
 def disagreement(problem: Problem, found: Mapping[str, Any], exact: Mapping[str, Any]) -> dict[str, float]:

@@ -15,7 +15,7 @@ from dforce.core.arrays import Array, Bools
 from dforce.results.status import Status, whole
 from dforce.runs import approach
 
-SAME = 2e-5  # of A0: a transient settles to 1e-6 of it, and what is left is more where multipliers are near one
+SAME = 2e-5  # of A0: a transient settles to 1e-6 of A0, and the remainder is larger where multipliers are near one
 STEP = 0.1e-9  # m
 JUMP = 6.0  # steps of the distance: more than any branch turns in one
 TEXT = (
@@ -60,11 +60,11 @@ def jumps(zc: Array, motion: Any, sound: Bools) -> list[int]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How two curves agree: jumps of each, the largest shift of a jump in steps, and the differences.
+    """The agreement of two curves: jumps of each, the largest shift of a jump in steps, and the differences.
 
-    `shift` is infinite where the numbers of jumps differ; `apart` is away from jumps, relative to the free amplitude;
-    `area` that between approach and retract, in units of a step times the free amplitude; `sound` the share of points
-    that settled in both.
+    `shift` is infinite where the numbers of jumps differ. `apart` is the difference away from jumps, relative to the free
+    amplitude. `area` lies between approach and retract, in units of a step times the free amplitude. `sound` is the share of
+    points that settled in both.
     """
 
     jumps: tuple[int, int]

@@ -50,7 +50,7 @@ class Worst:
 
 
 def asked(name: str) -> float:
-    """Return what a disagreement is meant to stay below."""
+    """Return the limit of a disagreement."""
     if name in SIZES:
         return ASKED_PHASE if name == "phase" else ASKED_ENERGY if name == "total_dissipated_energy" else ASKED
     return ASKED if name == "multipliers" else limit(name)
@@ -105,7 +105,7 @@ class Tally:
     def note(self, group: str, errors: dict[str, float], case: Draw) -> None:
         """Note disagreements by name in one of the comparisons of :data:`GROUPS`."""
         for name, error in errors.items():
-            # what is no number is the worst there is
+            # NaN counts as the largest
             self.worst[group][name].values.append((error if math.isfinite(error) else math.inf, case))
 
     def checks(self) -> list[Check]:

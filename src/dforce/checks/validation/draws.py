@@ -242,7 +242,7 @@ def draw(seed: int, number: int, families: tuple[str, ...] = tuple(FAMILIES)) ->
 
 
 def _adhesion(radius: float, forces: Tables) -> float:
-    """Return the force (N) that holds a tip back once it has touched, of those forces that let go late."""
+    """Return the force (N) that holds a tip back after contact, by forces with hysteresis."""
     keys = ("retract_energy", "surface_energy")
     energies = [float(table[key]) for table in forces for key in keys if key in table]
     energies += [0.072 if table["model"] == "capillary" else 0.0 for table in forces]

@@ -24,7 +24,7 @@ from dforce.problem import Problem
 
 TAU = 2.0 * math.pi
 LEAST = 0.01  # of the free amplitude: balances of smaller motions are relative to the work that this would take
-FORCE, ENERGY = 1e-4, 1e-5  # what 4096 samples over the kinks of the strongest contacts leave
+FORCE, ENERGY = 1e-4, 1e-5  # errors of 4096 samples over the kinks of the strongest contacts
 SOURCES = {
     "mean force": "A. San Paulo, R. Garcia, Phys. Rev. B 64, 193411 (2001): Σ 1/k_n ⟨F⟩ = ⟨z⟩",
     "virial": "J. R. Lozano, R. Garcia, Phys. Rev. Lett. 100, 076102 (2008): ½ k A [(1 - r²) A - (F/k) cos φ]",
@@ -97,10 +97,10 @@ def closures(problem: Problem, values: Mapping[str, Any], mean_squares: Any) -> 
 
 
 def _moves(problem: Problem, values: Mapping[str, Any]) -> Any:
-    """Return the complex amplitude (m) of each mode at each tone, as it is solved, (tones, modes).
+    """Return the complex amplitude (m) of each mode at each tone, in the solver's coordinates, (tones, modes).
 
-    A force on all modes works on the tip alone: there the first mode stands for all. Else it is known of one tone, or of two
-    modes of which each tone is meant for one.
+    A force on all modes works on the tip alone: there the first mode has the tip's motion. Otherwise it follows only for one
+    tone, or for two modes with a tone on each.
     """
     base, tones, modes = problem.base, len(problem.tones), len(problem.modes)
     names = ("tip_amplitude", "tip_phase") if problem.tip_differs else ("amplitude", "phase")
@@ -129,7 +129,7 @@ def _area(problem: Problem, multipliers: Any) -> float:
 
 
 def limit(name: str) -> float:
-    """Return to what a balance is meant to close."""
+    """Return the limit of a balance."""
     return FORCE if name == "mean force" else 1e-6 if name == "multipliers" else ENERGY
 
 
@@ -140,9 +140,9 @@ def on_example(name: str, zc: float, start: Start) -> Iterator[Check]:
     if found is None:
         raise ArithmeticError(f"the example {name} does not settle at {zc} m")
     lag = float(found.values["phase"][0])
-    for what, error in closures(case.problem, found.values, found.mean_squares()).items():
+    for balance, error in closures(case.problem, found.values, found.mean_squares()).items():
         where = f"{name}, {1e9 * zc:g} nm, φ = {lag:.1f}°"
-        yield Check(what, where, error, None, "1", error, limit(what), SOURCES[what], f"of {SIZES[what]}")
+        yield Check(balance, where, error, None, "1", error, limit(balance), SOURCES[balance], f"of {SIZES[balance]}")
 
 
 def part(quick: bool) -> ValidationPart:

@@ -1,7 +1,7 @@
-r"""Equations of the 2015 paper that cannot be used as printed: what is right, and a computation that shows it.
+r"""Equations of the 2015 paper that cannot be used as printed: the right equation, and a computation that proves it.
 
-H. V. Guzman, P. D. Garcia, R. Garcia, Beilstein J. Nanotechnol. 6, 369 (2015). Where a dimension is wrong, pint says so;
-where a factor is wrong, numbers do.
+H. V. Guzman, P. D. Garcia, R. Garcia, Beilstein J. Nanotechnol. 6, 369 (2015). pint proves a wrong dimension, numbers prove a
+wrong factor.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SPHERE = {
 
 @dataclass(frozen=True)
 class Misprint:
-    """An equation by its number in the paper, as printed and as it is right (both LaTeX), and what shows it."""
+    """An equation by its number in the paper, as printed and corrected (both LaTeX), and the proof."""
 
     equation: str
     printed: str
@@ -162,7 +162,7 @@ def _jkr_length() -> Misprint:
     gamma, radius, modulus = model.surface_energy, model.radius, model.E_eff  # type: ignore[attr-defined]
     printed = (gamma**2 * radius * math.pi**2 / (3.0 * modulus**2)) ** (1.0 / 3.0)
     unit = force_number({**JKR, "number": "length"})
-    # far inside, adhesion does not matter and the law must be that of Hertz
+    # far inside, adhesion does not matter and the law must be Hertz'
     depth = 1e4 * unit
     hertz = 4.0 / 3.0 * modulus * math.sqrt(radius) * depth**1.5
     shares = [force({**JKR, "depth": depth * scale}) / hertz for scale in (unit / printed, 1.0)]
@@ -311,7 +311,7 @@ def misprints() -> list[Misprint]:
 
 
 def misprints_text() -> str:
-    """Return them in Markdown, with equations in dollar signs: a heading in bold, both equations, and what shows it."""
+    """Return the misprints in Markdown, with equations in dollar signs: a heading in bold, both equations, and the proof."""
     blocks = []
     for m in misprints():
         name = f"Equation {m.equation}" if m.equation.startswith("(") else "In the text"

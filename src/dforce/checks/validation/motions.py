@@ -1,4 +1,4 @@
-"""How dForce finds what the tables of values expect of motions: transients, steady states, averages."""
+"""Recipes for the values in the tables that concern motions: transients, steady states, averages."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from dforce.solvers import SolverSettings
 from dforce.solvers.integrator import INTEGRATORS
 
 Given = Mapping[str, Any]
-# of what is compared to ten digits: orbits may miss their start by 1e-9 of A0, and their amplitudes are off by Q times that
+# for comparisons to ten digits: orbits may miss their start by 1e-9 of A0, and their amplitudes err by Q times as much
 SETTLED = SolverSettings(method="transient", integrator="engine", relative_tolerance=1e-12, settle_tolerance=1e-11)
-ORBIT = SolverSettings(points_per_period=2048)  # for what only an orbit has: its multipliers
+ORBIT = SolverSettings(points_per_period=2048)  # for multipliers, which only an orbit has
 FAR = 1e-6  # m; nothing reaches so far
 # spring constant (N/m) and Q of a lever that swings as A cos wt: forces and drive are 1e-8 of the force in its spring at most
 UNMOVED, UNDAMPED = 1e8, 1e8
@@ -100,10 +100,10 @@ def averages(
     frequency: float = 50e3,
     points: int = 512,
 ) -> dict[str, Any]:
-    """Return all that is measured over d = zc + A cos ωt above DMT and Kelvin–Voigt (R = 2 nm, 1 GPa, ν = 0.3).
+    """Return the observables of d = zc + A cos ωt above DMT and Kelvin–Voigt (R = 2 nm, 1 GPa, ν = 0.3).
 
-    The measurement takes accelerations from the tip equation, so the motion is one that obeys it: the free one of a lever
-    too stiff for the force and too little damped to need a drive.
+    The measurement takes accelerations from the tip equation. So the motion obeys it: the free motion of a lever too stiff
+    for the force and too little damped to need a drive.
     """
     problem = Problem.build(
         Instrument(

@@ -38,7 +38,7 @@ OF_THE_TABLE = ("group", "source", "unit", "recipe", "what", "expected", "within
 
 
 def check(entry: dict[str, Any]) -> Check:
-    """Return what dForce gives for an entry of a table, held against what is written there."""
+    """Return an entry of a table, compared with the value of dForce."""
     given = {key: value for key, value in entry.items() if key not in OF_THE_TABLE}
     found, expected = RECIPES[entry["recipe"]](given), entry["expected"]
     error, limit = deviation(found, expected, entry.get("within"), entry.get("of"))

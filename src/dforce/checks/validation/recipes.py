@@ -1,6 +1,6 @@
-"""How dForce finds what the tables of values expect: force laws, contact, layers and the cantilever.
+"""Recipes for the values in the tables: force laws, contact, layers and the cantilever.
 
-A recipe takes what the table gives, all in SI, and returns a number.
+A recipe takes the inputs from the table, all in SI, and returns a number.
 """
 
 from __future__ import annotations
@@ -134,11 +134,11 @@ def _triangle(t: float) -> tuple[float, float]:
 
 @lru_cache(maxsize=8)
 def _pressed(elements: int) -> Answer:
-    """Return the answer of a standard linear solid to the triangle; without elements that of ``sls_simple``."""
+    """Return the answer of a standard linear solid to the triangle; without elements the answer of ``sls_simple``."""
     solid = {"instant_modulus": 1e9, "relaxed_modulus": 1e8, "relaxation_time": 1e-5}
     room = {"elements": elements, "max_indentation": SPEED * TURN}
     model: Force = SLS(**solid, **room) if elements else SLSSimple(**solid)
-    # Poisson's ratio of zero, where Young's modulus is that of plane strain
+    # Poisson's ratio of zero, where Young's modulus equals the plane-strain modulus
     model = model.bind({"tip.radius": HEIGHT, "sample.poisson_ratio": 0.0, "contact.a0": A0})
     # the speed jumps at the turn, so the step after it begins just after it
     times = np.union1d(np.linspace(0.0, 2.0 * TURN, 2001), [np.nextafter(TURN, 1.0)])
@@ -146,7 +146,7 @@ def _pressed(elements: int) -> Answer:
 
 
 def _limit(give: Callable[[Answer], float]) -> float:
-    """Return what infinitely many elements would give: the error falls with the square of their number."""
+    """Return the value for infinitely many elements: the error falls with the square of their number."""
     coarse, fine = (give(_pressed(elements)) for elements in (100, 200))
     return fine + (fine - coarse) / 3.0
 

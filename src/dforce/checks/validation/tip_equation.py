@@ -2,8 +2,8 @@
 
     m z'' + (m w0 / Q) z' + k z = Re sum_j F_j e^(i (w_j t + theta_j)) + F(d, d')    for each mode,    d = zc + sum z
 
-Regions of the force with an edge (contact, a neck) are followed as flags that flip at events, so that DOP853 only ever
-sees smooth functions. What is measured are integrals that it solves along with the motion.
+Regions of the force with an edge (contact, a neck) are flags that flip at events, so that DOP853 only integrates smooth
+functions. The observables are integrals, solved along with the motion.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class TipEquation:
         return y[:count], y[count : 2 * count], y[2 * count : 2 * count + self.memory]
 
     def measure(self, z: Array, v: Array, seconds: float, rtol: float = 1e-12) -> dict[str, float]:
-        """Return what a motion that repeats after `seconds` shows, by the names of a result (tone 1 alone).
+        """Return the observables of a motion that repeats after `seconds`, by the names of a result (tone 1 alone).
 
         The last region is the contact.
         """
@@ -134,7 +134,7 @@ class TipEquation:
 
         y, t = np.concatenate([np.array([*z, *v, *[0.0] * self.memory]) / scale, np.zeros(MEASURED)]), 0.0
         flags = [self.zc + float(np.sum(z)) < region.enter for region in self.regions]
-        # the integrals' sizes: those of lengths are one by their scaling, those of forces k A0/Q and its work
+        # the integrals' sizes: 1 for lengths by their scaling; k A0/Q and its work for forces
         push = max(abs(f) for _, forces, _ in self.drives for f in forces)
         sizes = np.array([1.0, 1.0, push, push * speed, push * self.length, 1.0]) / self.modes[0][0]
         tolerance = 1e-3 * rtol * np.concatenate([np.ones(len(scale)), sizes])
@@ -170,7 +170,7 @@ class TipEquation:
 
 
 def _top(values: Array) -> float:
-    """Return the largest of evenly spaced values, and what a parabola through it and its neighbors adds."""
+    """Return the maximum of the parabola through the largest of evenly spaced values and its neighbors."""
     i = int(np.argmax(values))
     if not 0 < i < len(values) - 1:
         return float(values[i])

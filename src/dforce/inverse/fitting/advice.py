@@ -13,9 +13,11 @@ from dforce.core import units
 from dforce.findings.fits import AS_EXPECTED, WHY, judged
 from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.certainty import NOT_TOLD, TOGETHER, known_products
+from dforce.inverse.fitting.independence import neighbors
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.steps import FAR_FORCES
+from dforce.solvers.stability import UNSTABLE, stability
 from dforce.validity import Advice
 
 if TYPE_CHECKING:
@@ -24,6 +26,12 @@ if TYPE_CHECKING:
 
 NEAR_EQUAL = 9.0  # of chi2: a second minimum so near is not excluded by the data
 COARSE = 0.3  # standard deviations
+OUTLIER, NEAR, FEW = (
+    7.0,
+    4.0,
+    0.05,
+)  # standard deviations of an outlier and of its neighbors, and its share of the points
+MEDIAN = 0.6745  # of the moduli of normal numbers
 BOUND = 1e-3
 STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
 SPEC = "numbers of this fit"
@@ -33,8 +41,14 @@ def advice_on(found: Fitted, independence: float) -> list[Advice]:
     """Return the advice on a fit, with the probability that its residuals are noise; of a stopped one without its minimum."""
     if found.interrupted and bool(np.isnan(found.certain.covariance).all()):
         return list(_doubts(found))
-    pieces = (_minima, _bounds, _unseen, _products, _untold, _together, _sampling)
-    every = [_doubts(found), _lost(found), _chi2(found, independence), *(piece(found) for piece in pieces)]
+    pieces = (_unstable, _minima, _bounds, _unseen, _products, _untold, _together, _sampling)
+    every = [
+        _doubts(found),
+        _lost(found),
+        _outliers(found),
+        _chi2(found, independence),
+        *(piece(found) for piece in pieces),
+    ]
     return list(chain.from_iterable(every))
 
 
@@ -53,6 +67,32 @@ def _lost(found: Fitted) -> Iterator[Advice]:
             "Values and errors are biased. Leave out more points beside the jump (margin), or check the model."
         )
         yield Advice("lost_points", float(lost), 0.0, text, SPEC, ("fit.margin",))
+
+
+def _unstable(found: Fitted) -> Iterator[Advice]:
+    known = found.best.predicted.solved.monodromy[0]
+    count = sum(stability(one) == UNSTABLE for one in known[np.isfinite(known).all(axis=(1, 2))])
+    if count:
+        text = (
+            f"the motion of the best fit doubles its period, or becomes a torus, at {count} of "
+            f"{int(found.model.data.used.sum())} points. The fit takes the orbit at the center of this motion."
+        )
+        yield Advice("unstable_points", float(count), 0.0, text, SPEC, ())
+
+
+def _outliers(found: Fitted) -> Iterator[Advice]:
+    model, data, predicted = found.model, found.model.data, found.best.predicted
+    rest = np.where(predicted.lost[:, None], 0.0, np.abs(model.residuals(predicted)))
+    rest = (rest / np.maximum(np.median(rest, axis=0) / MEDIAN, 1.0)).max(axis=1)
+    ways = np.zeros(len(data.height)) if data.direction is None else data.direction
+    out = []
+    for row in neighbors(data.branch[model.points], ways[model.points], data.height[model.points]):
+        beside = np.pad(rest[row], 1)
+        out += row[(rest[row] > OUTLIER) & (np.maximum(beside[:-2], beside[2:]) < NEAR)].tolist()
+    if 0 < len(out) < FEW * len(rest):
+        told = ", ".join(units.show(float(height), "m", 5) for height in data.height[model.points[out]])
+        text = f"far off the best fit, unlike their neighbors: points at heights {told}. Remove them, and fit again."
+        yield Advice("outliers", float(rest[out].max()), OUTLIER, text, SPEC, ())
 
 
 def _chi2(found: Fitted, independence: float) -> Iterator[Advice]:

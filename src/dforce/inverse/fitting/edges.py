@@ -1,7 +1,10 @@
-"""Branches followed over edges of the sampled map.
+"""Branches followed over edges of the sampled map, and on where they lose their stability.
 
 Where a sample of the motion enters or leaves the contact the map has a small edge. Newton's method may find no orbit close
 behind it, and a branch seems to end there. A fit would lose all points behind, at one set of values and not at the next.
+
+Where its period doubles, or where it becomes a torus, a motion stays around the orbit that it leaves: amplitude and phase
+change smoothly there. Only at a fold is there no orbit ahead.
 """
 
 from __future__ import annotations
@@ -12,7 +15,9 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.solvers.block import Block
-from dforce.solvers.quasi_static import Stretch
+from dforce.solvers.newton import CONVERGED, empty_orbits
+from dforce.solvers.period_map import NOTHING
+from dforce.solvers.quasi_static import FIRST, Stretch
 from dforce.solvers.settling import apart, polished, remeasured
 from dforce.solvers.states import States
 
@@ -41,6 +46,45 @@ def over_edges(block: Block, which: Any, stretch: Stretch, values: Array) -> Non
         rung[left] = np.where(goes_on, 0, rung[left] + 1)
         for i in np.flatnonzero(goes_on).tolist():
             _go_on(block, which, stretch, values[left[i]], int(left[i]), ahead.take(slice(i, i + 1)))
+
+
+def past_stability(block: Block, which: Any, stretch: Stretch, values: Array) -> None:
+    """Go on along `values` with states that have ended, from orbit to orbit, stable or not; see :func:`over_edges`."""
+    for case in np.flatnonzero((stretch.done > 0) & (stretch.done < values.shape[1])).tolist():
+        same, begun = which[case : case + 1], int(stretch.done[case])
+        while stretch.done[case] < values.shape[1] and _step_on(block, same, stretch, values[case], case):
+            pass
+        new = slice(begun, int(stretch.done[case]))
+        states = States(*(part[case, new] for part in (stretch.x, stretch.memory, stretch.branch)))
+        every = np.repeat(same, new.stop - begun)
+        stretch.rows[case, new] = remeasured(block, every, states, values[case, new], stretch.monodromy[case, new])[0]
+
+
+def _step_on(block: Block, same: Any, stretch: Stretch, values: Array, case: int) -> bool:
+    """Go to the next value of one stretch, or on the way there; say whether there is an orbit of the same branch."""
+    done, last = int(stretch.done[case]), States.last_of(stretch).take([case])
+    unit, at = block.unit[same], stretch.last_value[[case]]
+    ahead = (values[done] - at) / unit
+    share = 1.0 / np.ceil(np.abs(ahead) / FIRST)
+    target = np.where(share < 1.0, at + share * ahead * unit, values[done])
+    last.x[:] += stretch.last_slope[case] * share * ahead
+    slots, orbits = block.slots(last, target), empty_orbits(1, block.size)
+    slots.wanted[:] = NOTHING
+    block.find(same, slots, orbits, 1)
+    if orbits.outcome[0] != CONVERGED or not apart(slots.x, last.x)[0] < block.predicted:
+        return False
+    both = np.stack([orbits.monodromy[0], stretch.last_monodromy[case]])
+    if np.ptp(np.linalg.slogdet(np.eye(block.size) - both).sign):  # it lies behind a fold
+        return False
+    found = (target[0], slots.x[0], slots.memory[0], slots.branch[0], orbits.monodromy[0], orbits.slope[0])
+    names = ("value", "x", "memory", "branch", "monodromy", "slope")
+    for name, part in zip(names, found, strict=True):
+        getattr(stretch, f"last_{name}")[case] = part
+    if share[0] == 1.0:
+        for name, part in list(zip(names, found, strict=True))[1:-1]:
+            getattr(stretch, name)[case, done] = part
+        stretch.done[case] = done + 1
+    return True
 
 
 def _go_on(block: Block, which: Any, stretch: Stretch, values: Array, case: int, ahead: Stretch) -> None:
