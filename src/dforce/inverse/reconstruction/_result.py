@@ -15,7 +15,7 @@ from dforce.inverse.reconstruction._invert import SEEN, Inverse
 from dforce.inverse.reconstruction._law import Law, force_of
 from dforce.inverse.reconstruction._points import CurvePoints
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.spectroscopy import force_curve
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
         "flag_sentences": "\n".join(SENTENCES),
     }
     kept = {key: source.attrs[key] for key in ("source", "sha256", "calibration") if key in source.attrs}
-    data.attrs = provenance(case.to_toml(), str(source.attrs.get("title", "") or case.title)) | kept
+    data.attrs = of_case(case, case.to_toml(), str(source.attrs.get("title", ""))) | kept
     notes = [f"doubts about the measured curve: {text}" for text in doubts(source.attrs)]
     notes += [*_notes(inverse, reading), *(note for note in (loss, WALL if walled else "") if note)]
     data.attrs |= {"chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join(notes)}
