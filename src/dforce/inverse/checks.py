@@ -24,6 +24,7 @@ FEWEST = 5  # points of a slope, or around a spike
 SHALLOW = 0.01  # slope of the amplitude over a sample too soft to be felt
 TURN, FALL = 4.0, 0.8  # degrees, and of the free amplitude: where it falls so far, the phase turns by more
 SHARP = 3.0  # times the change of slope around it: how far off a spike is
+EVEN = 1.8  # median steps: a longer step may hide a jump
 CLEAR = 4.0  # errors of a loss that is seen
 DOUBT = "doubt: "  # begins a sentence of the history of a curve that says what may be wrong with it
 
@@ -82,18 +83,28 @@ def check_turn(work: Work) -> None:
 
 
 def check_spikes(work: Work) -> None:
-    """Doubt single points beyond the free part that are far off both neighbors, where these continue each other."""
+    """Doubt single points beyond the free part, far off a cubic through their neighbors, which are as near as elsewhere."""
     height, free = work.values("height"), work.data["free"].values
     for word in work.directions:
         rows = work.rows(word)
-        for name in work.channels if len(rows) >= FEWEST else ():
-            far, near, values, nearer, nearest = (work.values(name)[rows][k : len(rows) - 4 + k] for k in range(5))
-            off = np.abs(values - (4.0 * (near + nearer) - far - nearest) / 6.0)  # the cubic through the others
-            bend = np.abs(0.5 * (nearer - near) - np.stack([near - far, nearest - nearer])).max(axis=0)
+        if len(rows) < FEWEST:
+            continue
+        far, near, here, nearer, nearest = (slice(k, len(rows) - 4 + k) for k in range(5))
+        place, gaps = height[rows], np.abs(np.diff(height[rows]))
+        even = np.max([gaps[k : len(rows) - 4 + k] for k in range(4)], axis=0) < EVEN * np.median(gaps)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = (place[here] - place[near]) / (place[nearer] - place[near])
+        shares = np.stack([share, np.full(len(share), 0.5)])  # uneven steps, or noise of the heights
+        for name in work.channels:
+            v = work.values(name)[rows]
+            cubic = v[near] + shares * (v[nearer] - v[near]) + (v[near] + v[nearer] - v[far] - v[nearest]) / 6.0
+            bend = np.abs(0.5 * (v[nearer] - v[near]) - np.stack([v[near] - v[far], v[nearest] - v[nearer]])).max(
+                axis=0
+            )
             least = np.maximum(SPIKE * float(work.data.attrs[f"{name}_error"]), SHARP * bend)
-            places = rows[2:-2][(off > least) & ~free[rows[2:-2]]]
-            if len(places):
-                told = ", ".join(units.show(float(height[place]), "m", 5) for place in places)
+            found = rows[here][(np.abs(v[here] - cubic).min(axis=0) > least) & even & ~free[rows[here]]]
+            if len(found):
+                told = ", ".join(units.show(float(height[point]), "m", 5) for point in found)
                 work.history.append(f"{DOUBT}the {name} of the {word} has a spike at {told}; remove this point")
 
 
