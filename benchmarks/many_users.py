@@ -44,7 +44,7 @@ class Measure:
     Attributes
     ----------
     name
-        What was measured; or why nothing was.
+        The measured quantity; or the reason for a missing number.
     value, unit
         The number, None where there is none, and its unit.
     """
@@ -69,7 +69,7 @@ class Answers:
     behind
         People who at last did not see the curves of their last value.
     memory
-        What each further session takes of the server's memory (MB); None where the system does not tell.
+        The server's memory for each further session (MB); None where the system does not show it.
     """
 
     people: int

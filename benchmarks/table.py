@@ -18,7 +18,7 @@ class Row:
     Attributes
     ----------
     name
-        What was timed.
+        The timed work.
     seconds
         The best of all repeats (s).
     spread

@@ -189,7 +189,7 @@ def look() -> None:
     Raises
     ------
     KeyboardInterrupt
-        In the main thread, when a stop is due; elsewhere what the function given to :func:`watching` raises.
+        In the main thread, when a stop is due; elsewhere any error of the function given to :func:`watching`.
     """
     if _in_main_thread():
         _ending.look()

@@ -44,11 +44,11 @@ class NewtonOrbits(NamedTuple):
     x, memory, branch
         The state at the start of a common period.
     monodromy, by_parameter, slope
-        Derivatives of the map by the motion and by the parameter (per unit); that of the orbit by the parameter.
+        Derivatives of the map by the motion and by the parameter (per unit), and of the orbit by the parameter.
     rows
-        What was measured over each period; NaN where that was not wanted.
+        The measurements over each period; NaN where they were not wanted.
     residual, steps, good
-        How far from its start the orbit ends, Newton steps, and whether it was found.
+        Distance of the orbit's end from its start, Newton steps, and whether it was found.
     """
 
     value: Array
@@ -136,10 +136,10 @@ class EngineBlock(Block):
         normal: Array | None = None,
         at_once: bool = False,
     ) -> NewtonOrbits:
-        """Find orbits near states by Newton's method, and measure those that are wanted.
+        """Find orbits near states by Newton's method, and measure the wanted orbits.
 
-        `normal` borders the equations, see ``newton``; left out: the parameter stays. `at_once` says that the states are
-        predicted so well that the first march may be the last one, so that it is measured.
+        `normal` borders the equations, see ``newton``; left out: the parameter stays. `at_once` is for accurate predictions:
+        the first march may be the last, so it is measured.
         """
         count, size, periods = len(which), self.size, self.common * repeats
         if normal is None:

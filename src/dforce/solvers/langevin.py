@@ -1,12 +1,12 @@
-r"""The lever as thermal motion shakes it: a stochastic step that is exact for the free lever at any length.
+r"""The lever with thermal motion: a stochastic step that is exact for the free lever at any length.
 
 .. math:: m_n \ddot z_n + \frac{k_n}{\omega_n Q_n} \dot z_n + k_n z_n = \dots + \xi_n, \qquad
           \langle \xi_n(t) \xi_n(t') \rangle = \frac{2 k_B T k_n}{\omega_n Q_n} \delta(t - t')
 
-A step is half a kick by the forces on the tip, the exact linear motion of the damped lever about its driven one, with the
-exact normal noise of that time, and half a kick. So frequency, quality factor, driven amplitude and equipartition of the
-free lever have no error; in contact it is of order 2. Fluid that follows late belongs to the lever, and brings its noise
-with it. Drag and memory of the forces bring no noise of their own.
+A step is half a kick by the forces on the tip, the exact linear motion of the damped lever about its driven motion, with the
+exact normal noise of that time, and half a kick. So frequency, quality factor, driven amplitude and equipartition of the free
+lever have no error; in contact the error is of order 2. Late fluid belongs to the lever, and adds its noise. Drag and memory
+of the forces add no noise.
 """
 
 from __future__ import annotations
@@ -170,7 +170,7 @@ class Langevin(Integrator):
     def run(self, lanes: NoisyLanes, periods: int) -> tuple[NoisyLanes, Complexes]:
         """Advance lanes; return them and the scaled complex amplitude of each at each tone, (lanes, periods, tones).
 
-        It is that of each period alone, of the tip; or what the detector reads of the modes by a lock-in, see `read_by`.
+        It is the tip's amplitude in each period alone; or the detector's reading of the modes by a lock-in, see `read_by`.
 
         Raises
         ------

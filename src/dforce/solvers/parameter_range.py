@@ -1,9 +1,9 @@
 r"""A range of any parameter in which periodic orbits are sought, stable or not.
 
 An orbit is sought in a plane of the space of :math:`u = (x, \lambda)`, the state at the start of a common period and the
-parameter, scaled: lengths by the first tone's free amplitude, the parameter by its range; see ``newton``. The forces' memory
-counts to the state: where it lasts about as long as a period or longer, the multipliers of motion and memory together are other
-than those of the motion alone.
+parameter, scaled: lengths by the first tone's free amplitude, the parameter by its range; see ``newton``. The forces' memory is
+part of the state: if it lasts about a period or longer, the multipliers of motion and memory together differ from the
+multipliers of the motion alone.
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ class ParameterRange:
             value, state = float(slots.value[0]), self.states(slots.x, slots.branch)
             kept = States(state.x * self.scales_of(value), state.memory, state.branch)
             return self.orbit(value, kept, float(orbits.steps[0]), repeats)
-        except ParameterError:  # the parameter has left what is allowed
+        except ParameterError:  # the parameter has left its allowed range
             return None
 
     def across(self, orbit: Orbit) -> Array:
@@ -295,9 +295,9 @@ class ParameterRange:
         return self.vectors(States(slots.ends[:, 0], slots.memory_after, slots.branch_after)), slots
 
     def steady(self, orbit: Orbit) -> Steady:
-        """Return an orbit as what is found at a point, with as many of its largest multipliers as a motion has numbers.
+        """Return an orbit as the result at a point, with as many of its largest multipliers as a motion has numbers.
 
-        The largest is below 1 where the orbit is stable, and nowhere else: where it may be 1 it is not written as less.
+        The largest is below 1 where the orbit is stable, and nowhere else: a value that may be 1 is at least 1.
         """
         integrator = self.integrator(orbit.value / self.span)
         even = weights([tone.frequency for tone in integrator.problem.tones], len(orbit.rows))

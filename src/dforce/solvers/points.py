@@ -181,7 +181,7 @@ def repeated(block: Block, case: int, value: float, found: Stretch, place: tuple
 
 
 def amplitude_of(block: Block, case: int, value: float, rows: Array) -> float:
-    """Return the amplitude (m) at the first tone of an orbit from what was measured over its periods."""
+    """Return the amplitude (m) at the first tone of an orbit from the measurements over its periods."""
     return first_amplitude(block.integrator(case, value).problem, rows, weights(block.frequencies, len(rows)))
 
 

@@ -50,7 +50,7 @@ class End(NamedTuple):
 class Left(NamedTuple):
     """A state that ended, while its motion is on the way.
 
-    `amplitude` (m) is that of the state; the motion went from the value `at`.
+    `amplitude` (m) belongs to the state; the motion left at the value `at`.
     """
 
     end: End
@@ -175,7 +175,7 @@ def assured_places(block: Block, ended: Ended) -> tuple[Array, Array]:
 def doubled(block: Block, case: int, at: float, single: States, aside: Array, cycles: int) -> States | None:
     """Return the doubled state behind a period doubling of a state that repeats after `cycles`; None if there is none.
 
-    It stands on both sides of the single state, which has lost its stability, along the unit vector `aside`.
+    It lies on both sides of the single state, which has lost its stability, along the unit vector `aside`.
     """
     guesses = single.take(np.zeros(len(KICKS), dtype=int))
     guesses.x[:] += KICKS[:, None] * aside

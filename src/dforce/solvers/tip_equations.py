@@ -139,7 +139,7 @@ class TipEquations:
 
     @functools.cached_property
     def _levers(self) -> Levers:
-        """The levers that change with their height; where they stay, one that is known nowhere."""
+        """The levers that change with their height; for constant levers a lever without distances."""
         count, tones = len(self.batch), self.batch.tones.shape[1:]
         nowhere = Levers(np.zeros(count, np.int64), np.empty((1, 0)), np.empty((1, 0, 0)), np.empty((1, 0, *tones)))
         return self.batch.levers or nowhere

@@ -23,7 +23,7 @@ SHARE = 2  # of the longest row the correlation is summed over, at most: 1 / SHA
 
 
 def _rows(branch: Indices, ways: Any, height: Array) -> list[Indices]:
-    """Return places of neighbors, in the order of their heights: those of each direction on each branch."""
+    """Return places of neighbors, in the order of their heights, for each direction on each branch."""
     order = np.lexsort((height, ways, branch))
     cuts = np.flatnonzero((np.diff(branch[order]) != 0) | (ways[order][1:] != ways[order][:-1])) + 1
     return np.split(order, cuts)
@@ -68,10 +68,10 @@ def _by_chance(deviation: float) -> float:
 
 
 def inflation(model: CurveModel, predicted: Prediction) -> float:
-    r"""Return by how much correlated noise raises the covariance of a fit, 1 for white noise.
+    r"""Return the factor by which correlated noise raises the covariance of a fit, 1 for white noise.
 
-    The correlation r of neighbors in the free part raises it by :math:`(1 + r) / (1 - r)`, that of residuals by their
-    :func:`lasting`; the larger counts.
+    The correlation r of neighbors in the free part raises it by :math:`(1 + r) / (1 - r)`, the correlation of residuals by
+    their :func:`lasting`; the larger counts.
     """
     data, known = model.data, model.data.correlation
     places = np.flatnonzero(~predicted.lost)

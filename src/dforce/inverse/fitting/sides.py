@@ -1,7 +1,7 @@
-"""How far each unknown may be off to either side, by how chi2 rises there.
+"""The errors of each unknown to either side, by the rise of chi2 there.
 
 The covariance takes the model for a straight line. Where the branch of free motion ends just behind its last point the curve
-is far steeper on one side of the best fit than on the other, and the covariance knows only the slope between them.
+is far steeper on one side of the best fit than on the other, and the covariance contains only the slope between them.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from dforce.inverse.fitting.unknowns import limits
 WIDEST = 1.0  # of a logarithm: farthest place where chi2 is asked for
 UNEVEN = 0.05  # of the interval of the covariance: ends of intervals farther from there are asked for
 BENT = 0.5  # of the root of the distance from a fold: no straight line leads so far in it
-FARTHEST = 4.0  # times the error of the covariance: chi2 that rises so slowly tells no end
+FARTHEST = 4.0  # times the error of the covariance: chi2 that rises so slowly has no end
 MOST_STEPS = 6  # of Gauss and Newton beside each place
-LEFT = 0.05  # of chi2: what another step would lower it by, at most, where it is the least
+LEFT = 0.05  # of chi2: largest gain of another step at a minimum
 STRAIGHT = ("A0", "phase_offset", "amplitude_scale")  # these scale or shift a curve: their covariance is right
 
 
 class Sides(NamedTuple):
-    """How far below and above the best each unknown may be (of what is varied), (unknowns,).
+    """The errors of each unknown below and above the best (of the varied number), (unknowns,).
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Sides(NamedTuple):
     high_95: Array
 
     def joined(self, other: Sides, apart: Array) -> Sides:
-        """Return the sides of a minimum and another one, so far away, as those of the first; NaN: it is too high for them."""
+        """Return the joint sides of a minimum and another one at a distance `apart`; NaN: the other is too high for them."""
         each = zip(self, other, (-apart, apart, -apart, apart), strict=True)
         return Sides(*(np.where(np.isnan(mine), np.nan, np.fmax(mine, ends + way)) for mine, ends, way in each))
 
