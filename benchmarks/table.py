@@ -24,7 +24,7 @@ class Row:
     spread
         Slowest over best repeat.
     ratio, to
-        The best time over that of the row named `to`; None where it is compared with nothing.
+        The best time, relative to the row named `to`; None without such a row.
     limit
         The ratio, or the time (s) where there is no ratio, that it is meant to stay below.
     """

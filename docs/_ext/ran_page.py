@@ -117,7 +117,7 @@ class Page:
 
 
 def forget_own_models() -> None:
-    """Keep the shipped force models only, so that no page sees those of another."""
+    """Keep the shipped force models only, so that no page has another page's models."""
     for name, model in list(REGISTRY.items()):
         if not model.__module__.startswith("dforce.forces."):
             del REGISTRY[name]

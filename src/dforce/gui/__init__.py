@@ -1,8 +1,8 @@
 """The window: `dforce gui` in a browser, made from the declarations of the parameters.
 
 No physics, no defaults and no names of parameters live here: a new force model, experiment or setting appears by itself.
-The way of the data: a field or slider gives a new `Document` (an immutable value), the `Session` keeps it and notifies the
-views, each `View` checks it, computes the live curve off the event loop, and hands figures to charts.
+The way of the data: a field or slider gives a new `Document` (an immutable value). The `Session` keeps it and notifies the
+views. Each `View` checks it, computes the live curve off the event loop, and hands figures to charts.
 
 =========== =====================================================================================
 window      the page: `server` starts it, `security` guards it, `pages` is its layout, `start` its first page, `view` ties

@@ -2,10 +2,10 @@
 
 One Newton step from an orbit leads to the orbit with twice the samples, which is measured: nearly all of the error goes, so
 the change is the error. Fewer samples would be cheaper, but errors with fewer samples mean nothing where a step is longer than
-the range of the force. An orbit that is not accurate enough is replaced by an orbit with twice as many samples, and more: by
-the measured orbit, if the Newton step led right there, else by an orbit that is found anew. The treatment of a point does not
-depend on the points beside it. A motion that has settled in time is compared with the orbit that Newton's method finds near
-it with twice the samples, so that the rest of the transient counts, too.
+the range of the force. An orbit that is not accurate enough is replaced by an orbit with twice as many samples, and more. This
+is the measured orbit, if the Newton step led right there, else an orbit that is found anew. The treatment of a point does not
+depend on the points beside it. A motion that has settled in time is compared with the orbit that Newton's method finds near it
+with twice the samples: the rest of the transient counts, too.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 r"""The motion under phase-locked loops and amplitude controls that act in time, after each period or each longer window.
 
-The oscillator of the loop sets the period. At its end the lock-in gives amplitude and phase, and two controllers with a
+The oscillator of the loop sets the period. At its end the lock-in gives amplitude and phase. Two controllers with a
 proportional and an integral part correct frequency and drive by the errors of the phase, e, and of the amplitude as a share,
 :math:`\epsilon`
 

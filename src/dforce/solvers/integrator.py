@@ -82,9 +82,9 @@ def sample_count(problem: Problem, settings: SolverSettings) -> int:
     """Return the samples per period of the first tone: the setting, or more where a mode or tone needs them.
 
     Every tone and mode gets at least :data:`LEAST_SAMPLES` per period, and the relaxation of a force's memory a step of at
-    most :data:`RELAXED` of its time. Where the fluid has a memory the lever is not fitted to the steps (see ``fitted``):
-    RK4 turns a mode's phase at resonance by 2 Q (wh)^4 / 120, from its leading error term, and the step h is made small
-    enough for :data:`PHASE_ERROR`. A lever that changes with its height counts with its values far away.
+    most :data:`RELAXED` of its time. In a fluid with a memory the lever is not fitted to the steps (see ``fitted``). RK4 turns
+    a mode's phase at resonance by 2 Q (wh)^4 / 120, from its leading error term, and the step h is made small enough for
+    :data:`PHASE_ERROR`. A lever that changes with its height counts with its values far away.
 
     Raises
     ------

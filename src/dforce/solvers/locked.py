@@ -1,6 +1,6 @@
 """Steady states under controllers: two of the four numbers of a tone are held, the other two are found.
 
-The equations of a periodic orbit are bordered by a row for each number that is held: the motion (with the forces' memory)
+The equations of a periodic orbit are bordered by a row for each number that is held. The motion (with the forces' memory)
 repeats after a common period, and the lock-in reads the amplitude and the phase of the set points. The unknowns are the motion
 and the free numbers, frequency or drive. Unlike the orbit's own matrix, the bordered matrix is regular at the folds of
 amplitude modulation, so a curve passes through bistable ranges without a jump. The parameter along which states are followed

@@ -34,8 +34,8 @@ class Model(NamedTuple):
     lever
         Number of the lever of each problem, (problems,).
     heights, levers, drives
-        Distances (m) in the tables of levers that change with their height, (levers, heights), the first numbers of the
-        parameters and the tone tables there, a row for each distance; none for constant levers.
+        Distances (m) in the tables of levers that change with their height, (levers, heights), and the first numbers of the
+        parameters and the tone tables there, a row for each distance. None for constant levers.
     memory_scale
         Scale of each number of the forces' memory.
     gain
@@ -161,8 +161,8 @@ def retune(tone: Any, response: Any, modes: int, g: float) -> None:
     """Change the row of a tone table to g times its frequency; `response` is the tone's row of ``kernel.responses``.
 
     A driving force keeps its size, and the base moves by the piezo's response at the new frequency. In time scaled by this
-    frequency, a force drives a mode by 1/g^2 of its earlier value, and a base motion Y by (c0 + i c1 D / g + c2 / g^2) Y: the
-    parts of inertia, drag and spring, with D from `drag_of`.
+    frequency, a force drives a mode by 1/g^2 of its earlier value. A base motion Y drives it by
+    (c0 + i c1 D / g + c2 / g^2) Y: the parts of inertia, drag and spring, with D from `drag_of`.
     """
     if response.shape[0] == 0:
         for n in range(2 * modes):

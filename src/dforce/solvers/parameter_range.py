@@ -1,8 +1,8 @@
 r"""A range of any parameter in which periodic orbits are sought, stable or not.
 
 An orbit is sought in a plane of the space of :math:`u = (x, \lambda)`, the state at the start of a common period and the
-parameter, scaled: lengths by the first tone's free amplitude, the parameter by its range; see ``newton``. The forces' memory is
-part of the state: if it lasts about a period or longer, the multipliers of motion and memory together differ from the
+parameter. Lengths are scaled by the first tone's free amplitude, the parameter by its range; see ``newton``. The forces' memory
+is part of the state. If it lasts about a period or longer, the multipliers of motion and memory together differ from the
 multipliers of the motion alone.
 """
 

@@ -70,8 +70,8 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, marchin
     which, count
         Numbers of the slots that are advanced, and how many.
     each
-        Columns a slot: 1, the state; 1 + size, with its neighbors by each number of the motion; 2 + size, with the neighbor by
-        the parameter, too; size, the neighbors on the other side.
+        Columns a slot: 1, the state; 1 + size, with its neighbors by each number of the motion; 2 + size, also with the
+        neighbor by the parameter; size, only neighbors on the other side.
     measured
         Whether to measure states that are advanced alone, as far as their slots want it.
     """

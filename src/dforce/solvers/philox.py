@@ -1,6 +1,6 @@
 """Random numbers by counting: Philox 4x32-10, and normal ones from it by Box and Muller.
 
-The numbers are a function of key and counter alone: a run repeats, and goes on from any point, to the last bit, and lanes do
+The numbers are a function of key and counter alone. A run repeats, and goes on from any point, to the last bit, and lanes do
 not depend on each other.
 
 Sources: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, Proc. SC'11 (2011), doi:10.1145/2063384.2063405; G. E. P. Box,

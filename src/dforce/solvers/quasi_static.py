@@ -7,7 +7,7 @@ curve does not depend on the requested values. Near a fold the state changes lik
 are cubics of that root, and steps lead three quarters of the way. A step over which multipliers may have passed +1 or -1 is
 shortened, too: a narrow window of instability may lie there. If no step is accepted the state has ended: at a fold, a doubling,
 or a force that jumps (``continuation`` locates folds on curves). Where samples of the motion pass a kink of the force the map
-has small edges, at which Newton's method may fail: a stable orbit close behind continues the state as well.
+has small edges, at which Newton's method may fail. A stable orbit close behind continues the state as well.
 
 Several orbits ahead are sought at once, as vector lanes cost little. Each is compared with the prediction from the orbits
 before it, so that the same orbits count as with one at a time.

@@ -1,8 +1,8 @@
 """The steady motions of a block of problems while a parameter changes slowly: the quasi-static protocol.
 
 A motion stays on its state as long as the state exists and is stable. Where the state ends the parameter is held, and the
-motion is integrated from just beyond the end, along the unstable direction, until it settles on another state, which is
-followed from there. A motion that does not repeat settles in time at each value. ``quasi_static`` follows one state.
+motion is integrated from just beyond the end, along the unstable direction, until it settles. The new state is followed from
+there. A motion that does not repeat settles in time at each value. ``quasi_static`` follows one state.
 
 A state that was followed on the way there is reused on the way back, unless a force has a memory.
 """

@@ -1,6 +1,6 @@
 """The way of motions to their states, in leaps over many periods.
 
-Under weak damping a motion changes little from one period to the next, and the map P over a common period is nearly linear for
+Under weak damping a motion changes little from one period to the next. The map P over a common period is nearly linear for
 many periods: x_h = x + (1 + M + ... + M^(h-1)) (P(x) - x), with the derivative M at x. This is exact for the linear part of the
 map. After each leap the change over the next period, P(x_h) - x_h, is compared with its prediction, M^h (P(x) - x). This defect
 grows as the square of the periods: its sum over the leap, the defect times the sum of (j/h)^2 over j < h, estimates the leap's

@@ -1,6 +1,6 @@
 """Curves that are found again with more samples where the first number was too small.
 
-A steep wall that is passed within a step may throw the tip out or let it through: the result is not a motion of the problem,
+A steep wall that is passed within a step may throw the tip out or let it through. The result is not a motion of the problem,
 and its measurements violate the tip equation, see ``observables.misfit``.
 """
 

@@ -4,10 +4,10 @@ Orbits are fixed points of the map P over a common period. Transients lead to st
 saddle, and Newton's method from many starts to any orbit; deflation keeps it from known orbits. In a plane (one mode without
 memory) squares are quartered if the winding number along their edge shows an unknown orbit inside.
 
-The check: where the map is continuous and all motions end in a bounded region, the indices of its fixed points,
-:math:`\mathrm{sign} \det(1 - M)` with the monodromy matrix M, add up to one. Turn the tip–sample force down by a factor s from
+The check: if the map is continuous and all motions end in a bounded region, the indices of its fixed points add up to one:
+:math:`\mathrm{sign} \det(1 - M)` with the monodromy matrix M. Turn the tip–sample force down by a factor s from
 1 to 0. No fixed point comes from or goes to infinity on the way, because damping keeps all of them in a bounded region. So the
-degree of 1 - P keeps its value at s = 0: the free lever's one orbit has its multipliers in complex pairs within the unit
+degree of 1 - P keeps its value at s = 0. The free lever's one orbit has its multipliers in complex pairs within the unit
 circle, and so the index +1. Stable states and saddles with one multiplier below -1 count +1, saddles with one above +1 count
 -1. With a sum other than one a state is missing. The sum is also one if two states of opposite index are missing. In a plane
 the indices inside a square add up to the winding number of P(x) - x along its edge. With a force that jumps or has branches the
@@ -71,7 +71,7 @@ class Crossing:
 def crossings(curve: Curve, value: float) -> list[Crossing]:
     r"""Return where a curve crosses a scaled value of the parameter.
 
-    The index follows from the direction of travel, so that it needs no derivative near a fold: the tangent's last component
+    The index follows from the direction of travel, so that it needs no derivative near a fold. The tangent's last component
     is :math:`\det(M - 1)` over the determinant of the equations bordered by the tangent, which is positive.
     """
     points = curve.points

@@ -158,7 +158,7 @@ def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: f
 
 
 def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -> States:
-    """Integrate motions away from ended states, until they are far away or get no farther; return them."""
+    """Integrate motions away from ended states, until they are far away or get no farther; return the motions."""
     state, going = start.copy(), np.arange(len(cases))
     spans = np.maximum(1, block.decay(cases) // 4)
     farthest, nearer = np.zeros(len(cases)), np.zeros(len(cases), np.int64)

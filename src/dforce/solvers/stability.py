@@ -2,8 +2,8 @@ r"""The decision whether small disturbances of a periodic motion die out, with a
 
 Differences of motions give the derivative M of the map over a common period with an error E. In all later periods together a
 disturbance moves the state by at most :math:`S = \sum_k \|M^k\|` times its size. If :math:`S \|E\| < 1` no matrix as near to
-M has a multiplier on the unit circle, because :math:`\|(z - M)^{-1}\| \le S` there; else the last bits of a sum would decide,
-as beside a fold: multipliers are the less certain the nearer they are to each other, as at high Q.
+M has a multiplier on the unit circle, because :math:`\|(z - M)^{-1}\| \le S` there. Otherwise the last bits of a sum would
+decide, as beside a fold: multipliers are the less certain the nearer they are to each other, as at high Q.
 
 Sources: L. N. Trefethen, M. Embree, Spectra and Pseudospectra, Princeton University Press (2005), chapters 14 and 16;
 C. F. Van Loan, Contemp. Math. 47, 465 (1985), distance to instability.

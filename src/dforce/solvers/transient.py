@@ -194,8 +194,8 @@ def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift
 
     Returns
     -------
-    Whether it is one; the rows for its measurement (whole periods of a subharmonic motion, all of a motion without period, and
-    `count` where it has not settled yet); and its deviation from its period, or its range, or the drift.
+    Whether it is one; the rows for its measurement; and its deviation from its period, or its range, or the drift. The rows are
+    whole periods of a subharmonic motion, all of a motion without period, and `count` of a motion that has not settled yet.
     """
     tolerance = integrator.settings.settle_tolerance
     c = _means(integrator, rows, window)

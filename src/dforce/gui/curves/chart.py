@@ -122,8 +122,8 @@ class Chart(ui.element, component="chart.js"):
     label
         Its content, for screen readers.
     on_point
-        Called when a curve is clicked, or a point of it chosen with arrow keys and Enter, with `curve` and `index` (counted
-        from 0), `x`, `y`, and the curve's `id`; and with its figure, which may be the figure before the last.
+        Called when a curve is clicked, or a point of it chosen with arrow keys and Enter. Its arguments are `curve` and `index`
+        (counted from 0), `x`, `y`, the curve's `id`, and its figure, which may be the figure before the last.
     on_limit
         Called when the first shape of a figure with `drag` was dragged, with its place upward.
     holds

@@ -1,6 +1,6 @@
 """Figures of results as plain data for Plotly.
 
-A color is a name that chart.js looks up in the theme, "ink" or "soft" say, or the number of a series. :mod:`dforce` chooses
+A color is a name that chart.js looks up in the theme, such as "ink" or "soft", or the number of a series. :mod:`dforce` chooses
 the pictures and their lines; here they get colors, dashes and axes.
 """
 

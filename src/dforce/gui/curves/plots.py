@@ -303,7 +303,7 @@ class Plots:
             self._choose(self.usual[number])
 
     def _own(self, event: GenericEventArguments) -> None:
-        """Take a choice; quantities that do not fit a new axis are replaced by one that does."""
+        """Take a choice; a quantity that fits a new axis replaces others that do not."""
         given: dict[str, Any] = event.args
         result, x = self._first(), str(given["x"])
         if result is None or x not in self.names:

@@ -74,8 +74,8 @@ class View:
     picture
         Returns the picture of the main chart; None for a map, or nothing.
     on_beside
-        Hooks called when the browser has drawn the main chart: they show the parts beside it, and while something is
-        dragged they wait for a pause, so that the curves come first.
+        Hooks called when the browser has drawn the main chart: they show the parts beside it. While something is dragged
+        they wait for a pause, so that the curves come first.
     """
 
     main: Chart

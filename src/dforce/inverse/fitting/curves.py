@@ -1,7 +1,7 @@
 """The branches of a case at measured heights, as arrays, and how they change with parameters.
 
 A branch is followed quasi-statically, as in an experiment, and never across a jump: the points behind its end are lost. The
-derivatives by a parameter follow from the orbits by the implicit function theorem: with the period map P(x, p) and its
+derivatives by a parameter follow from the orbits by the implicit function theorem. With the period map P(x, p) and its
 monodromy matrix M the orbit moves by (1 - M)^-1 dP/dp. Its own neighbors, one Newton step beside it, are measured, so no other
 curve is followed and none can leave its branch. With memory or hysteresis of a force, curves on both sides are followed
 instead.

@@ -83,7 +83,7 @@ def inflation(model: CurveModel, predicted: Prediction) -> float:
 
 
 def lasting(rows: list[Array]) -> float:
-    r"""Return the variance of the sum of residuals over that of white noise, 1 where neighbors are not correlated.
+    r"""Return the variance of the sum of residuals, relative to white noise; 1 where neighbors are not correlated.
 
     With autocovariances :math:`c_k` in standard deviations it is :math:`c_0 + 2 \sum c_k`. The sum ends at five times the
     length of the correlation (A. D. Sokal, in Functional Integration, ed. C. DeWitt-Morette et al., p. 131 (1997)). Neighbors

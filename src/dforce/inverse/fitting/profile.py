@@ -35,8 +35,8 @@ class Profile:
     varied, chi2
         The varied number, in order, and the least chi2 there.
     ends
-        Distances below and above the best (of the varied number) at which chi2 has risen to the ends of the interval of 68 %,
-        then of 95 %; infinite where it does not.
+        Distances below and above the best (of the varied number) to the ends of the interval of 68 %, then of 95 %; infinite
+        where chi2 does not rise so far.
     """
 
     varied: Array

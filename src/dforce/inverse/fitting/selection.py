@@ -33,8 +33,8 @@ class PointSelection:
     branch
         ``measured``: each point's own; ``attractive`` or ``repulsive``: one branch alone counts.
     margin
-        Number of points left out beside each jump; None: 1 where jumps are found in the data, because branches may be wrong
-        there, 0 where the data have the branch of each point.
+        Number of points left out beside each jump. None: 0 if the data have the branch of each point, else 1, because branches
+        may be wrong beside a jump.
     errors
         Standard deviations that replace the data's own: m and degrees, by the names of the variables.
     height

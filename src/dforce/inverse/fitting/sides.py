@@ -1,7 +1,7 @@
 """The errors of each unknown to either side, by the rise of chi2 there.
 
-The covariance takes the model for a straight line. Where the branch of free motion ends just behind its last point the curve
-is far steeper on one side of the best fit than on the other, and the covariance contains only the slope between them.
+The covariance takes the model for a straight line. If the branch of free motion ends just behind its last point, the curve is
+far steeper on one side of the best fit than on the other. The covariance contains only the slope between them.
 """
 
 from __future__ import annotations
@@ -69,17 +69,17 @@ def sides_of(
 ) -> Sides | Minimum:
     """Return the sides of all unknowns, or a lower minimum where one is met.
 
-    Chi2 is asked for halfway to the interval of 95 % of the covariance and there, with the other unknowns where they lower it
-    most: first along the covariance, then by steps of Gauss and Newton beside it. Where it rises unevenly, it is asked for once
-    more where it seems to have risen as at the end of the interval. All these curves are followed at once. Where the steps do
-    not end, or points are lost on the way, chi2 is minimized over the others.
+    Chi2 is computed halfway to the interval of 95 % of the covariance and there, with the other unknowns at its minimum. They
+    go first along the covariance, then by steps of Gauss and Newton beside it. If chi2 rises unevenly, it is computed once more
+    at the expected end of the interval. All these curves are followed at once. If the steps do not end, or points are lost on
+    the way, chi2 is minimized over the others.
 
     Parameters
     ----------
     model, best, by, certain
         The minimum, with the derivatives of all residuals there, and the covariance.
     floor
-        The chi2 above which rises count: that of the lowest minimum.
+        The chi2 above which rises count: the lowest minimum's.
     """
     errors, (one, sure) = certain.errors, certain.levels
     moving = certain.seen & np.isfinite(errors) & (errors > 0.0)
@@ -222,7 +222,7 @@ def _residuals(model: CurveModel, places: Array) -> Array:
 def _reach(level: float, before: float, ways: Array, rises: Array, error: float) -> float:
     """Return how far the root of the rise of chi2 comes to a level, from its values at some distances, NaN where not known.
 
-    It goes on straight beyond. Without the first two values the distance is that of the covariance. `before` is the root of
+    It goes on straight beyond. Without the first two values the distance is the covariance's. `before` is the root of
     the rise at no distance: where it is above the level, the distance is NaN.
     """
     if before > level:

@@ -1,6 +1,6 @@
 """The starts of a fit: the fold of a curve makes false minima, so one start is not enough.
 
-First the region around the user's start is searched: curves of many cases are followed side by side, and each is shifted along
+First the region around the user's start is searched. Curves of many cases are followed side by side, and each is shifted along
 the heights to its best fit, which needs no other curve. The best different curves are refined, roughly first.
 """
 

@@ -111,8 +111,8 @@ def make_unknowns(
     Raises
     ------
     ParameterError
-        For a parameter that the case does not have or does not use, two names of one parameter, a bound outside of its
-        domain, a start outside of its bounds, and parameters that can be known only as products.
+        For an unknown or unused parameter, two names of one parameter, a bound outside of its domain, a start outside of its
+        bounds, and parameters that are known only as products.
     """
     names = [*free, *nuisance]
     if not free:

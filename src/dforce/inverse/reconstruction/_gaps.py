@@ -44,8 +44,8 @@ def gaps_in(closest: Array, error: float) -> list[Gap]:
 def hidden_forces(closest: Array, law: Law) -> Array:
     r"""Return forces (N) that may hide between neighboring closest distances, a standard deviation each, (forces, nodes).
 
-    Half waves :math:`S \sin(m \pi t) / m` from one distance to the next, with S the range by which the force found
-    within half a step of them deviates from a line: next to nothing where points lie close.
+    They are half waves :math:`S \sin(m \pi t) / m` from one distance to the next. S is the deviation of the force from a line
+    within half a step of both: next to nothing where points lie close.
     """
     place = np.unique(closest)
     low, high = place[:-1], place[1:]

@@ -32,7 +32,7 @@ class LeastSquares(NamedTuple):
     gain
         Their derivatives by the data, shape (nodes, points).
     noise, smoothing
-        Covariance of the values by errors of the data, and by the smoothing of the penalty, shape (nodes, nodes): the values
+        Covariance of the values by errors of the data, and by the smoothing of the penalty, shape (nodes, nodes). The values
         are normal with the sum of both if their curvatures are normal with the variance :math:`\tau^2/\lambda`.
     chi2
         Sum of the squared residuals over the errors.

@@ -138,7 +138,7 @@ def _integrated(force: Array) -> tuple[Array, Array]:
 def paths_of(law: Law, motions: Motions, start: Paths, virial: Array | None = None) -> Paths:
     """Return the paths of all points under a law, from a guess.
 
-    With a known `virial` (J) of the fundamental, the part that the law lacks acts as an impulse at the turning point: the mean
+    With a known `virial` (J) of the fundamental, the part that the law lacks acts as an impulse at the turning point. The mean
     of a steep force follows from it, even if the law is not yet right at that point.
     """
     found = Paths(start.bend.copy(), start.slope.copy())
