@@ -118,7 +118,9 @@ def notes(path):
 
 
 def test_docstrings_and_comments_name_the_thing():
-    files = [path for folder in ("src", "docs/_ext", "benchmarks", "examples") for path in (ROOT / folder).rglob("*.py")]
+    files = [
+        path for folder in ("src", "docs/_ext", "benchmarks", "examples") for path in (ROOT / folder).rglob("*.py")
+    ]
     assert len(files) > 400
     found = [(path, line) for path in files for line, text in notes(path) if NAMELESS.search(text)]
     assert not found, "name the thing:\n" + "\n".join(f"{path.relative_to(ROOT)}:{line}" for path, line in found)
