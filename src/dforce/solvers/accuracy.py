@@ -290,7 +290,7 @@ def _assured_alone(
 
 
 def _orbit_near(block: Block, value: float, found: Steady, cycles: int) -> Stretch | None:
-    """Return the orbit of so many common periods near a motion of the only problem; None where there is none."""
+    """Return the orbit of `cycles` common periods near a motion of the only problem; None where there is none."""
     state = States.of(found.motion)
     orbit = polished(block, np.array([0]), state, np.array([value]), cycles)
     return orbit if orbit.done[0] == 1 and apart(orbit.last_x, state.x)[0] < NEAR else None

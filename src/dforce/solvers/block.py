@@ -204,7 +204,7 @@ class Block(TipEquations):
             yield slice(start, start + abreast)
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
-        """Return states so many common periods later."""
+        """Return states `periods` common periods later."""
         out = states.copy()
         if self.settings.integrator != "rk4":
             for i, case in enumerate(which.tolist()):
@@ -222,7 +222,7 @@ class Block(TipEquations):
         return out
 
     def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
-        """Advance motions by so many common periods, and measure them if asked for."""
+        """Advance motions by `repeats` common periods, and measure them if `measured`."""
         count = len(slots.case)
         if self.settings.integrator != "rk4":
             states, periods = States(slots.x, slots.memory, slots.branch), self.common * repeats

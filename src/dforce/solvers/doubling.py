@@ -62,7 +62,7 @@ def beside(among: ParameterRange, orbit: Orbit, largest: float) -> Curve | None:
 
 
 def doubled_beside(among: ParameterRange, orbit: Orbit, repeats: int) -> list[Orbit]:
-    """Return the orbits of so many common periods, a power of two, that Newton's method finds around another."""
+    """Return the orbits of `repeats` common periods, a power of two, that Newton's method finds around another."""
     if repeats == orbit.repeats:
         return [orbit]
     if repeats % (2 * orbit.repeats):

@@ -104,7 +104,7 @@ class EngineBlock(Block):
     def marched(
         self, which: Indices, states: States, at: Array, periods: int, *, share: float = 1.0, **wanted: Any
     ) -> Marched:
-        """March motions over so many periods of the first tone; see `Marcher.march`."""
+        """March motions over `periods` periods of the first tone; see `Marcher.march`."""
         numbers, tones = self.tables_of(which, at)
         if self.parameter == DISTANCE:
             numbers[:, 0] = at
@@ -112,7 +112,7 @@ class EngineBlock(Block):
         return self._marcher.march(start, periods, self.limits(numbers, share), **wanted)
 
     def derived(self, which: Indices, states: States, at: Array, repeats: int, harmonics: int | None = None) -> Marched:
-        """March over so many common periods, with the map's derivatives.
+        """March over `repeats` common periods, with the map's derivatives.
 
         The last of its columns is by the parameter (per unit): by differences where all numbers change with it.
         """
@@ -232,7 +232,7 @@ class EngineBlock(Block):
         return found
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
-        """Return states so many common periods later."""
+        """Return states `periods` common periods later."""
         out = states.copy()
         for done in range(0, periods, LONGEST):
             found = self.marched(which, out, at, self.common * min(LONGEST, periods - done))
@@ -241,7 +241,7 @@ class EngineBlock(Block):
         return out
 
     def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
-        """Advance motions by so many common periods, and measure them if asked for."""
+        """Advance motions by `repeats` common periods, and measure them if `measured`."""
         states, harmonics = States(slots.x, slots.memory, slots.branch), self.harmonics if measured else None
         out = self.marched(slots.case, states, slots.value, self.common * repeats, harmonics=harmonics)
         slots.ends[:, 0], slots.memory_after[:], slots.branch_after[:] = out.path[:, -1], out.memory, out.branch

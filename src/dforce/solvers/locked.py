@@ -75,7 +75,7 @@ class LockedStates(NamedTuple):
 
     @classmethod
     def lost(cls, like: LockedAnchor, count: int) -> LockedStates:
-        """Return so many rows without a state."""
+        """Return `count` rows without a state."""
         unknowns, branch, matrix = (np.full((count, *part.shape), np.nan) for part in like[:3])
         return cls(unknowns, branch, matrix, np.zeros(count, dtype=bool))
 
@@ -141,7 +141,7 @@ class Locked:
         self._direction = 0.0
 
     def finer(self, times: int) -> Block:
-        """Return the block with so many times the samples."""
+        """Return the block with `times` the samples."""
         return self.block if times == 1 else self.block.finer(times * self.block.points)
 
     def number(self, unknowns: Array, name: str) -> Array:

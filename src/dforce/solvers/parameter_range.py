@@ -117,7 +117,7 @@ class ParameterRange:
         )
 
     def finer(self, times: int) -> ParameterRange:
-        """Return the same range with so many times the samples; of RK4, where an integrator chooses its own steps."""
+        """Return the same range with `times` the samples; of RK4, where an integrator chooses its own steps."""
         if times == 1:
             return self
         if times not in self._finer:
@@ -158,7 +158,7 @@ class ParameterRange:
         return states.vectors(self._memory_scale)
 
     def later(self, states: States, scaled: float, periods: int) -> States:
-        """Return states at a scaled value of the parameter so many common periods later."""
+        """Return states at a scaled value of the parameter `periods` common periods later."""
         value, count = self.value_of(scaled), len(states)
         at = np.full(count, self.distance(value))
         return self.block(value).advance(np.zeros(count, np.int64), states, at, periods)
@@ -170,7 +170,7 @@ class ParameterRange:
         return self.block(value).derivatives(which, self.states(x, np.zeros((1, 0))), at)
 
     def find(self, guess: Array, branch: Array, normal: Array | None = None, repeats: int = 1) -> Orbit | None:
-        """Return the orbit of so many common periods that Newton's method finds from a guess; None where it finds none.
+        """Return the orbit of `repeats` common periods that Newton's method finds from a guess; None where it finds none.
 
         Parameters
         ----------
@@ -287,7 +287,7 @@ class ParameterRange:
     def _march(
         self, x: Array, value: float, branch: Array, repeats: int, measured: bool = False
     ) -> tuple[Array, Slots]:
-        """Return where motions and memories end so many common periods later, (states, size), and all about the way."""
+        """Return the ends of motions and memories `repeats` common periods later, (states, size), and the slots."""
         block = self.block(value)
         slots = block.slots(self.states(x, branch), np.full(len(x), self.distance(value)), repeats)
         slots.case[:] = 0

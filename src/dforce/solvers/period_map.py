@@ -290,7 +290,7 @@ def take_measure(slots: Any, s: int, period: int, model: Any, drive: Any, column
 
 
 def advance_block(slots: Any, periods: int, marching: Any) -> None:
-    """Advance all slots by so many common periods."""
+    """Advance all slots by `periods` common periods."""
     count = slots.case.shape[0]
     which = np.empty(count, np.int64)
     for s in range(count):

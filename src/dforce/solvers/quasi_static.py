@@ -82,7 +82,7 @@ class Stretch(NamedTuple):
     last_value, last_x, last_memory, last_branch, last_monodromy, last_slope
         The last orbit: where a path ends, or just before the end of the state. To begin with: the start.
     fold
-        Value at which the last two orbits foretell a fold; NaN where they foretell none ahead.
+        Value at which the last two orbits predict a fold; NaN where they predict none ahead.
     """
 
     x: Any

@@ -22,7 +22,7 @@ PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction co
 CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
 BENT = 0.1  # of a step times the slope: allowed difference of the chord and the mean slope times the step
 TURNED = 0.01  # of the free amplitude: change of the slope, times the step; with more a test may be passed by chance
-CLOSE, FORETOLD = 0.1, 2.0  # margin within which no window of instability is sought; change of it, of the one foretold
+CLOSE, FORETOLD = 0.1, 2.0  # margin within which no window of instability is sought; change of it, over the predicted change
 SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
 FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
 
@@ -148,7 +148,7 @@ def may_have_passed(margin: Any, before: Any, closing: Any, gap: float) -> bool:
 def next_step(longer: float, gap: float, reach: float) -> float:
     """Return the next step behind an orbit, by how much longer the gap before it might have been."""
     longer *= SAFETY
-    return longer * gap if longer < GROWTH else max(reach, GROWTH * gap)  # from a small gap a far one is not foretold
+    return longer * gap if longer < GROWTH else max(reach, GROWTH * gap)  # a small gap does not predict a far one
 
 
 def shortened(longer: float) -> float:

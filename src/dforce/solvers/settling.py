@@ -175,7 +175,7 @@ def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -
 
 
 def later(block: Block, cases: Indices, start: States, at: Array, spans: Indices) -> States:
-    """Return states so many common periods later, each by its own number: it must not depend on its neighbors."""
+    """Return states `spans` common periods later, each by its own number: it must not depend on its neighbors."""
     state = start.copy()
     for span in np.unique(spans):
         alike = np.flatnonzero(spans == span)

@@ -87,7 +87,7 @@ class TipEquations:
         return np.cumsum([0, *np.repeat(sizes, counts)])
 
     def drive(self, repeats: int) -> SharedDrive:
-        """Return the drive over so many common periods."""
+        """Return the drive over `repeats` common periods."""
         if repeats not in self._drives:
             self._drives[repeats] = self._new_drive(repeats)
         return self._drives[repeats]

@@ -70,7 +70,7 @@ class WaitingWords:
         self.shown: Waiting | None = None
 
     def show(self, waiting: Waiting) -> None:
-        """Show the sentence, with a bar where something is under way."""
+        """Show the sentence, with a bar during a computation."""
         if waiting == self.shown:
             return
         self.shown = waiting

@@ -103,11 +103,11 @@ class Latest(Generic[T]):
 
     @property
     def busy(self) -> bool:
-        """Whether something is under way or waits."""
+        """Whether anything runs or waits."""
         return self.task is not None and not self.task.done()
 
     async def rest(self, seconds: float) -> None:
-        """Wait until nothing is under way, so long at most."""
+        """Wait until nothing runs, so long at most."""
         if self.task is not None and not self.task.done() and seconds > 0.0:
             await asyncio.wait({self.task}, timeout=seconds)
 
@@ -174,7 +174,7 @@ RECENT = RecentCurves(25_000_000)
 
 
 class Overtaken(Exception):  # no error: something newer is computed
-    """A newer request gives up the computation under way, with all its results."""
+    """A newer request gives up the current computation, with all its results."""
 
 
 class LiveCurves:
@@ -261,7 +261,7 @@ def live_curve(
 
 @dataclass
 class Job:
-    """A run under way, as threads and views see it."""
+    """A current run, for threads and views."""
 
     case: df.Case
     seconds: float = float("inf")  # allowed

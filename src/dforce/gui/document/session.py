@@ -146,7 +146,7 @@ class Session:
             view.show(anew)
 
     async def run(self, document: Document) -> None:
-        """Run a document's case once no other run of the session is under way, and keep its result; partial ones too.
+        """Run a document's case once the session has no other run, and keep its result; partial ones too.
 
         A run that had to wait is not begun when it has been done, or another case is typed by then. A result is shown
         where the document still holds its case; else it is in the list, and not drawn.
@@ -350,12 +350,12 @@ class Session:
         self.look_at_jobs()
 
     def stop_fit(self) -> None:
-        """Stop the fit under way; the best so far is kept."""
+        """Stop the current fit; the best so far is kept."""
         if self.fitting is not None:
             self.fitting.stopping.set()
 
     def _leave_fit(self) -> None:
-        """Stop the fit under way, and forget it: another curve comes."""
+        """Stop the current fit, and forget it: another curve comes."""
         self.stop_fit()
         self.fitting = None
 

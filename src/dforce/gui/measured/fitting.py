@@ -361,7 +361,7 @@ LIMIT = "1 nN"
 
 @dataclass
 class SafeJob(Job):
-    """Safe settings under way.
+    """A computation of safe settings.
 
     Attributes
     ----------

@@ -207,7 +207,7 @@ class MeasuredCurve(Panel):
         return self.safe if same else None
 
     def stop_safe(self) -> None:
-        """Stop the safe settings under way."""
+        """Stop the computation of safe settings."""
         if self.safe is not None:
             self.safe.stopping.set()
 

@@ -114,7 +114,7 @@ NO_GAP = "No gap: the force is known over the whole range."
 
 @dataclass
 class ReconstructJob(Job):
-    """A reconstruction under way, of a curve whose heights are average distances."""
+    """A running reconstruction, of a curve whose heights are average distances."""
 
     curve: xr.Dataset | None = None
 
@@ -194,7 +194,7 @@ class Reconstruction(Panel):
             self._draw()
 
     def stop(self) -> None:
-        """Stop the reconstruction under way."""
+        """Stop the running reconstruction."""
         if self.job is not None:
             self.job.stopping.set()
 

@@ -109,7 +109,7 @@ class MeasuredSession:
 
 @dataclass
 class FitJob(Job):
-    """A fit under way."""
+    """A running fit."""
 
     data: xr.Dataset | None = None
     told: bool = False  # to stop, which is said once: later messages describe the best so far

@@ -26,7 +26,7 @@ LOGARITHMIC = 5.0  # ratio of the ends of a range from which on its values go by
 
 @dataclass
 class SweepJob(Job):
-    """States at the set point for values of a parameter, under way."""
+    """A computation of states at the set point for values of a parameter."""
 
     over: dict[str, Any] = field(default_factory=dict)
     share: float = 0.8
@@ -132,7 +132,7 @@ class ParameterStudy:
         return self.job is not None and self.job.busy
 
     def open(self, over: Over) -> None:
-        """Look at a result that was opened; a computation under way ends, and does not replace it."""
+        """Look at a result that was opened; a running computation ends, and does not replace it."""
         self.stop()
         self.job = None
         self.take(over)
@@ -151,7 +151,7 @@ class ParameterStudy:
     ) -> None:
         """Compute states along parameters, and look at them, even after a stop.
 
-        Nothing is computed while another computation is under way.
+        Nothing is computed while another computation runs.
         """
         if self.busy:  # it was asked for twice
             return

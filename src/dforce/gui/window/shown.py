@@ -121,7 +121,7 @@ class Said:
 
 @dataclasses.dataclass(frozen=True)
 class Waiting:
-    """Text of an empty chart: a sentence, and the share that is done (0: not known yet, None: nothing is under way)."""
+    """Text of an empty chart: a sentence, and the share that is done (0: not known yet, None: nothing runs)."""
 
     text: str = ""
     share: float | None = None

@@ -38,7 +38,7 @@ COMPUTING = "Computing ..."
 TOO_LONG = "This curve takes too long for live drawing; press Run."
 STOPPED = "Stopped: the finished points are shown."
 UNKNOWN = "an error inside dForce, please report it"
-STANDING = (TOO_LONG, STOPPED, UNKNOWN)  # after which nothing is under way
+STANDING = (TOO_LONG, STOPPED, UNKNOWN)  # after which nothing runs
 NOTHING = "No result yet."
 WAITING = "Another run is in progress; this run begins after it."
 
