@@ -105,6 +105,26 @@ def test_the_chart_has_the_stage_and_no_text_lies_over_another(visit, width, hei
         assert panel.evaluate("(one) => one.scrollHeight - one.clientHeight") == 0
 
 
+def test_beside_a_form_above_it_the_chart_stays_in_sight_with_the_field_in_use_and_its_buttons_hide_no_text(visit):
+    window = visit(width=800, height=900)
+    page, chart = window.page, window.page.locator(".df-main")
+    slider = window.parameter("drive.A0").locator("input[type=range]")
+    with window.redrawn():
+        slider.press("ArrowLeft")
+    chart.get_by_text("before").wait_for()  # the longest legend
+    buttons = chart.locator(".modebar").bounding_box()
+    for text in chart.locator(".legendtext, .xtitle").all():
+        box = text.bounding_box()
+        assert box["x"] + box["width"] < buttons["x"] or box["y"] + box["height"] < buttons["y"]
+    for _ in range(30):
+        page.keyboard.press("Tab")
+        bottom = page.evaluate(
+            "() => document.activeElement.closest('.df-left') && document.activeElement.getBoundingClientRect().bottom"
+        )
+        top = page.locator(".df-stage").bounding_box()
+        assert top["y"] + top["height"] <= 900 and (bottom is None or bottom <= top["y"])
+
+
 @pytest.mark.parametrize(("width", "height"), [(1366, 640), pytest.param(800, 900, marks=pytest.mark.long)])
 def test_no_choice_of_quantities_sets_one_text_of_the_chart_over_another(visit, width, height):
     window = visit(width=width, height=height)
@@ -210,6 +230,17 @@ def test_no_choice_of_the_form_is_cut(window):
     window.unfold()
     window.page.get_by_text("Solver", exact=True).wait_for()
     assert window.page.evaluate(CUT_CHOICES) == []
+
+
+def test_no_sentence_on_a_field_is_cut(window):
+    window.page.locator(".df-entry").first.hover()
+    cut = window.page.locator("#df-help").evaluate(
+        """(help) => [...document.querySelectorAll(".df-entry")].filter((entry) => {
+            entry.dispatchEvent(new MouseEvent("mouseover", {bubbles: true}));
+            return help.scrollHeight > help.clientHeight || help.getBoundingClientRect().bottom > innerHeight;
+        }).map((entry) => entry.dataset.name)"""
+    )
+    assert cut == []
 
 
 def test_number_and_unit_of_a_field_have_one_frame_while_it_is_typed(window):

@@ -23,6 +23,11 @@ def test_a_click_on_a_curve_shows_the_motion_there(window):
     assert largest * 1e-12 == pytest.approx(float(result.peak_force), rel=0.02)  # three digits are said
     depth = motion.get_by_role("img", name="tip above the sample").get_attribute("aria-label")
     assert float(depth.split()[-2]) * 1e-9 == pytest.approx(float(result.max_indentation), rel=0.02)
+    # a frame that began before the press: the page's console stays empty
+    window.page.evaluate("() => { performance.now = () => Performance.prototype.now.call(performance) + 200; }")
+    motion.get_by_role("button", name="Play").click()
+    window.page.wait_for_function("() => document.querySelector('.df-motion-play input').valueAsNumber > 0")
+    window.page.evaluate("() => { delete performance.now; }")
     window.tab("Set point")
     motion.wait_for(state="hidden")
 

@@ -41,6 +41,8 @@ def test_every_number_of_the_active_forces_can_be_fitted_at_its_field_while_ther
             send(one, "prior", "2e-20(1e-21) J")
             assert page.view.document.value(("fit", "priors")) == {"forces.dmt.hamaker": "2e-20(1e-21) J"}
             assert one.props["prior"] == "2e-20(1e-21) J"
+            send(one, "prior", "60(4)")
+            assert page.view.document.value(("fit", "priors")) == {"forces.dmt.hamaker": "60(4) zJ"}
             send(one, "prior", "")
             assert not page.view.document.value(("fit", "priors"))
             send(one, "free", False)

@@ -230,6 +230,11 @@ def test_a_range_that_makes_no_sense_is_refused(ends, points, words):
         sweep_job(document, CASE, Varied(row, *ends, points))
 
 
+def test_an_end_without_a_unit_has_the_unit_of_the_parameter():
+    row = next(row for row in rows_of(Document.of(CASE), ("drive",)) if row.name == "drive.A0")
+    assert Varied(row, "8", "12,5", 3).grid("m") == Varied(row, "8 nm", "12.5 nm", 3).grid("m")
+
+
 def test_a_case_without_an_approach_gets_one_that_suits_it():
     dwell = df.example("table-1-am")
     document = Document.of(dwell)

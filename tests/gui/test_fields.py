@@ -105,6 +105,12 @@ def test_a_list_of_values_is_typed_with_semicolons():
     assert shown(zc, ["12 nm", "11.5 nm"]) == ("12; 11.5", "nm")
 
 
+def test_a_number_of_a_case_without_a_unit_is_shown_in_si():
+    assert shown(field(df.Mode, "f0"), "70") == ("70", "Hz")
+    assert shown(field(df.Mode, "Q"), "70") == ("70", "1")
+    assert shown(field(df.Mode, "f0"), "4e") == ("4e", "kHz")  # typed halfway
+
+
 def test_a_whole_number_stays_one():
     points = field(df.experiments.Grid, "points")
     assert read(points, points.shapes[0], "221", "") == 221

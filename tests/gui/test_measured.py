@@ -491,6 +491,10 @@ def test_a_lever_is_chosen_from_the_library_or_typed(tmp_path):
             send(panel, "lever", {"name": "R", "text": "9 nm"})
             page.plots.measured.show()
             assert "k = 37 N/m" in panel.props["lever"] and "R = 9 nm" in panel.props["lever"]
+            # without a unit, in the unit that the form shows
+            send(panel, "lever", {"name": "f0", "text": "70"})
+            send(panel, "lever", {"name": "R", "text": "8,5"})
+            await until(lambda: "f0 = 70 kHz" in panel.props["lever"] and "R = 8.5 nm" in panel.props["lever"])
             assert [one["name"] for one in panel.props["typed"]] == ["f0", "k", "Q", "R"]
 
     asyncio.run(flow())
@@ -531,7 +535,7 @@ def test_safe_settings_are_found_for_the_sample_of_a_fit(tmp_path):
             await until(lambda: page.plots.measured.safe is not None and not page.plots.measured.safe.busy)
             page.plots.measured.show()
             assert "limit" in panel.props["unsafe"].lower() and panel.props["findings"] == []
-            send(panel, "safe", "0.2 nN")
+            send(panel, "safe", "0.2")  # in nN, as shown
             await until(lambda: page.plots.measured.safe.result is not None, 120.0)
             page.plots.measured.show()
             told = df.safe_settings(session.measured.fit, "0.2 nN", page.view.document.set_point)

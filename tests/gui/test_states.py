@@ -45,6 +45,8 @@ def test_the_tab_lists_all_states_at_a_distance_and_shows_the_motion_of_one(tmp_
             assert len(rows) == there.sizes["crossing"] > 1
             assert [row["stable"] for row in rows] == sorted(there["stable"].values.tolist(), reverse=True)
             assert {row["state"] for row in rows} == {"attractive", "repulsive"}
+            send(element(user, StatesTable), "distance", "19.3")
+            assert panel.element.props["rows"] == rows
             send(panel.element, "motion", 0)
             assert page.plots.motion.spot.result is states
             panel.open()

@@ -25,6 +25,7 @@ AIR = Document.of(df.example("figure-3-air"))
     ("path", "value", "sentence"),
     [
         (("tip", "radius"), None, "The force DMT needs a value for: Radius of the tip's apex"),
+        (("forces",), [{"model": "custom", "law": "-H*d"}], "The force Own law needs a value for: Hamaker constant"),
         (("drive", "A0"), None, "Free amplitude: a value is missing"),
         (("drive", "A0"), "3300 ft", "Free amplitude: 1005.84 m is above 1 mm"),
         (("drive", "A0"), "-1 nm", "Free amplitude: -1 nm is not above 0 nm"),
@@ -98,6 +99,12 @@ def test_advice_names_fields_by_their_labels():
     assert with_labels(AIR, advice) == (
         "Raise “Samples per period of the first tone” to 1024, or “Radius of the tip's apex”, see “DMT: Hamaker constant”; "
         "not medium.nothing."
+    )
+
+
+def test_advice_names_a_kind_of_experiment_as_the_form_does():
+    assert with_labels(AIR, 'avoid this range; experiment.kind = "basins" shows their shares.') == (
+        "Avoid this range; “kind: basins” shows their shares."
     )
 
 

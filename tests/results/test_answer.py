@@ -16,6 +16,15 @@ def test_a_fit_names_its_parameters_with_errors_and_units_and_for_which_lever_an
     assert df.answer(fit.drop_vars("label")).startswith("E_s = 1.00 ± 0.10 GPa")  # of an older version
 
 
+@pytest.mark.parametrize(
+    ("held", "words"),
+    [("cantilever.k = 2.7 N/m, cantilever.Q = 180, tip.radius = 8 nm", "for k = 2.7 N/m, Q = 180, R = 8 nm."),
+     ("cantilever.modes.1.Q = 180, cantilever.modes.2.k = 9 N/m", "for Q of mode 1 = 180, k of mode 2 = 9 N/m.")],
+)  # fmt: skip
+def test_each_value_that_a_fit_holds_for_has_its_own_symbol(held, words):
+    assert df.answer(fitted_curves.result().assign_attrs(lost_points=0, holds_for=held)).endswith(words)
+
+
 def test_each_parameter_of_a_fit_has_its_words():
     case = fitted_curves.case_of("air")
     fit = df.fit(case, fitted_curves.data_of("air"), free=[fitted_curves.E, fitted_curves.ETA], search=False)

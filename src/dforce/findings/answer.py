@@ -119,11 +119,19 @@ def _of_fit(fit: xr.Dataset) -> str:
         if "." in str(one["parameter"].values)  # the others are offsets of the measurement
     ]
     held = [part.partition(" = ") for part in str(fit.attrs.get("holds_for", "")).split(", ") if part]
-    known = [f"{'R' if path == 'tip.radius' else 'k'} = {value}" for path, _, value in held]
+    known = [f"{_symbol_of(path)} = {value}" for path, _, value in held]
     text = f"{', '.join(found)}{', for ' if known else ''}{', '.join(known)}."
     text = f"{text[0].upper()}{text[1:]}" if words == "label" else text
     doubt = verdict(fit)
     return f"{doubt} {text}" if doubt else text
+
+
+def _symbol_of(path: str) -> str:
+    """Return the symbol of a value of lever or tip; with several modes it says of which one."""
+    if path == "tip.radius":
+        return "R"
+    *parts, name = path.split(".")
+    return f"{name} of mode {parts[-1]}" if "modes" in parts else name
 
 
 def _details(state: SetPointState) -> str:

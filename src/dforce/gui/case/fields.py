@@ -228,12 +228,12 @@ def carried(given: Mapping[str, object], model: type[Parameters], keys: tuple[st
     return found
 
 
-# the error of a force that lacks a value of the instrument
-NEEDS = re.compile(r"(\w+) needs ([\w.]+), which is missing; write .* under \[\w+\]")
+# the error of a force that lacks a value, of its own or of the instrument
+NEEDS = re.compile(r"(\w+) needs ([\w.]+), which is missing(?:; write .* under \[\w+\])?")
 ABOUT = re.compile(r"(\w+(?:\.\w+)+)(?: \([^)]*\))? (?:= )?(.*)", re.DOTALL)
 
 PATH = re.compile(rf"\b(?:{'|'.join(df.Case.model_fields)})(?:\.\w+)+")
-CHOICE = re.compile(r'(\w+) = "([^"]*)"(?: under \[\w+\])?')
+CHOICE = re.compile(r'(?:\w+\.)*(\w+) = "([^"]*)"(?: under \[\w+\])?')
 SECTION = re.compile(r"(?: under)? \[\w+(?:\.\w+)*\]")
 COMMAND = re.compile(r" ?\(df\.\w+\)| dforce \w+ --\w+[^.]*\.")
 ENGLISH = {"capillary", "custom", "electrostatic", "hydration", "solvation"}  # keys of models that are words, too
@@ -251,8 +251,10 @@ def in_words(document: Document, text: str) -> str:
 def _about_field(document: Document, text: str) -> str:
     """Return a sentence that begins with a path, or a force, with the label in its place."""
     if (needs := NEEDS.fullmatch(text)) is not None and needs[1] in df.forces.REGISTRY:
-        label = label_of(document, tuple(needs[2].split(".")))
-        return f"the force {name_of(df.forces.REGISTRY[needs[1]])} needs a value for: {label or needs[2]}"
+        model = df.forces.REGISTRY[needs[1]]
+        own = {field.key: field.label for field in fields(model)}
+        label = own.get(needs[2]) or label_of(document, tuple(needs[2].split(".")))
+        return f"the force {name_of(model)} needs a value for: {label or needs[2]}"
     about = ABOUT.fullmatch(text)
     label = label_of(document, path_of(document, text)) if about is not None else ""
     if about is not None and label:
@@ -261,11 +263,11 @@ def _about_field(document: Document, text: str) -> str:
         rest = about[2] if "'" in about[2] else plain(about[2])  # input is quoted, and stays
         return f"{label} {rest}" if rest.startswith(("is ", "has ")) else f"{label}: {rest}"
     first, _, rest = text.partition(" ")
-    model = df.forces.REGISTRY.get(first)
-    if model is None:
+    named = df.forces.REGISTRY.get(first)
+    if named is None:
         return plain(text)
-    labels = {field.key: within_sentence(field.label) for field in fields(model)}
-    return f"the force {name_of(model)} {KEY.sub(lambda key: labels.get(key[0], spaced(key[0])), rest)}"
+    labels = {field.key: within_sentence(field.label) for field in fields(named)}
+    return f"the force {name_of(named)} {KEY.sub(lambda key: labels.get(key[0], spaced(key[0])), rest)}"
 
 
 def with_labels(document: Document, text: str) -> str:

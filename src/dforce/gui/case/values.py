@@ -93,7 +93,7 @@ def shown(field: Field, value: object) -> tuple[str, str]:
         if not isinstance(value, int | float) or isinstance(value, bool):
             return "", unit
         value = show(float(value), field.unit)
-    text, own = taken_apart(value, unit)
+    text, own = taken_apart(value, unit if split_unit(value) is None else field.unit)  # a number alone is in SI
     # a unit that is wrong or half typed stays in the text: the next number must not inherit it
     return (text, own) if own == unit or fits(own, field.unit) else (value, unit)
 

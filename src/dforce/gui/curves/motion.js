@@ -145,7 +145,8 @@ export default {
         this.frame = this.moving ? requestAnimationFrame(step) : null;
         if (!this.frame) return;
         if (Math.round(at) !== this.now) at = this.now;
-        at = (at + ((time - last) / 1000 / PERIOD) * (this.count / this.motion.periods)) % this.count;
+        const since = Math.max(0, time - last); // a frame may have begun before the button was pressed
+        at = (at + (since / 1000 / PERIOD) * (this.count / this.motion.periods)) % this.count;
         this.now = Math.min(this.count - 1, Math.round(at));
         if (this.now === 0) at = 0;
         last = time;

@@ -17,7 +17,7 @@ from dforce.case import case_of
 from dforce.core.arrays import Array
 from dforce.findings.coexisting import coexisting
 from dforce.findings.set_point import at_distance
-from dforce.gui.case.values import with_point
+from dforce.gui.case.values import composed
 from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
 from dforce.gui.curves.panel import Panel, Scene
@@ -159,6 +159,7 @@ LOOKING = "The states are being looked for ..."
 NO_STATE = "No state exists here."
 UNFOLLOWED = "dForce cannot follow the states of this curve."
 LONGEST = 40  # characters of a distance
+READER = "nm"  # unit of a distance typed as a number alone
 
 
 class StatesTable(ui.element, component="states.js"):
@@ -234,7 +235,7 @@ class StatesPanel(Panel):
     def _found(self, states: xr.Dataset) -> xr.Dataset:
         """Return the states at the chosen place."""
         if self.distance and goes_along(states) == "zc":
-            return at_distance(states, df.parse(with_point(self.distance), "m"))
+            return at_distance(states, df.parse(composed(self.distance, READER), "m"))
         return df.at_set_point(states, self.view.document.set_point)
 
     def _at(self, distance: str) -> None:

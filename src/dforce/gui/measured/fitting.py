@@ -22,7 +22,7 @@ from dforce.core.units import show
 from dforce.findings.finding import with_error
 from dforce.findings.fits import is_constrained, verdict
 from dforce.gui.case.fields import field_at, label_of
-from dforce.gui.case.values import ParameterRow, rows_of
+from dforce.gui.case.values import ParameterRow, read, rows_of, shown
 from dforce.gui.document.compute import Job
 from dforce.gui.document.document import NAMING, Document, Path, path_of
 from dforce.inverse.values import show as show_with_error
@@ -108,9 +108,12 @@ def typed_lever(document: Document) -> list[dict[str, str]]:
 
 
 def with_value(document: Document, name: str, text: str) -> Document:
-    """Return a document with a value of lever or tip as typed; nothing typed takes it away."""
+    """Return a document with a value of lever or tip as typed, by default in the unit of its field; nothing takes it away."""
     place = _place_of(document, name) if name in TYPED else ()
-    return document.put(place, text.strip()[:LONGEST] or None) if place else document
+    field = field_at(document, place)
+    if field is None:
+        return document
+    return document.put(place, read(field, field.shapes[0], text[:LONGEST], shown(field, document.value(place))[1]))
 
 
 def with_library(document: Document, name: str) -> Document:

@@ -13,7 +13,7 @@ import dforce as df
 from dforce.core.units import show
 from dforce.gui.case.entry import QuietElement
 from dforce.gui.case.fields import Field, in_words, with_labels
-from dforce.gui.case.values import ParameterRow
+from dforce.gui.case.values import ParameterRow, composed
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.document.document import Document, MeasuredData, Path, path_of
 from dforce.gui.measured import fitting, overlay
@@ -195,7 +195,7 @@ class MeasuredCurve(Panel):
             return
         with telling("the safe settings could not be found"):
             case = session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
-            limit, share = str(event.args)[: fitting.LONGEST], document.set_point
+            limit, share = composed(str(event.args)[: fitting.LONGEST], "nN"), document.set_point
             self.stop_safe()  # the values of an earlier fit
             self.safe = SafeJob(case, session.limits.seconds, document, limit=limit, share=share, fit=fit)
             await self.safe.go(self.show)
@@ -304,6 +304,8 @@ class FitAtFields:
         row = self._row(path)
         if row is not None:
             key = prior_of(self.view.document, row)[0]
+            if text.endswith(")"):  # a number alone has the unit of the field
+                text = f"{text} {row.value.partition(' ')[2]}".strip()
             self.view.edit(self.view.document.put((*PRIORS, key), text or None), name="fit")
 
 

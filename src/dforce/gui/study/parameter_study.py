@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
 import dforce as df
-from dforce.gui.case.values import ParameterRow, rows_of
+from dforce.gui.case.values import ParameterRow, composed, rows_of, taken_apart
 from dforce.gui.document.compute import Job
 from dforce.gui.document.document import Document
 
@@ -192,7 +192,7 @@ class ParameterStudy:
 
 @dataclass(frozen=True)
 class Varied:
-    """A parameter that is varied: its row, the ends of its range as typed, and the number of values."""
+    """A parameter that is varied: its row, the ends of its range as typed (in its unit), and the number of values."""
 
     row: ParameterRow
     low: str
@@ -209,7 +209,8 @@ class Varied:
         """
         if not 2 <= self.points <= MOST_VALUES:
             raise df.ParameterError(f"{self.points} values are not between 2 and {MOST_VALUES}")
-        low, high = (df.parse(end.replace(",", "."), unit) for end in (self.low, self.high))
+        shown = unit if unit == "1" else taken_apart(self.row.value, unit)[1]
+        low, high = (df.parse(composed(end, shown), unit) for end in (self.low, self.high))
         if not low < high:
             raise df.ParameterError(f"the range from {self.low} to {self.high} does not rise; exchange its ends")
         ratio = high / low if low > 0.0 else 0.0
