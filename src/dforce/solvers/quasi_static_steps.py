@@ -22,10 +22,7 @@ PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction co
 CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
 BENT = 0.1  # of a step times the slope: allowed difference of the chord and the mean slope times the step
 TURNED = 0.01  # of the free amplitude: change of the slope, times the step; with more a test may be passed by chance
-CLOSE, FORETOLD = (
-    0.1,
-    2.0,
-)  # margin within which no window of instability is sought; change of it, over the predicted change
+CLOSE, FORETOLD = 0.1, 2.0  # margin within which no window is sought; its change over the predicted change
 SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
 FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
 
