@@ -28,7 +28,7 @@ from dforce.experiments.keywords import (
 )
 from dforce.results.dataset import describe, get_ready
 from dforce.results.files import read
-from dforce.results.provenance import OTHER_CASE, check_plugins, of_plugins, provenance
+from dforce.results.provenance import OTHER_CASE, check_plugins, of_case
 from dforce.results.significance import with_scales
 from dforce.results.status import keep_promise
 from dforce.validity import advice, attributes
@@ -90,12 +90,12 @@ def run(
     if resume is not None and resume.attrs.get("case") != text:
         raise ParameterError(f"this result belongs to another case; {OTHER_CASE}")
     if resume is not None:
-        check_plugins(case.forces, resume)
+        check_plugins(case, resume)
     usable = resume if resume is not None and MOTION in resume else None
     with late_stop_waits() as stop, watched(progress, case.title) as report_progress:
         get_ready()
         data = carry_out(case, report_progress, usable)
-        data.attrs = provenance(text, case.title) | of_plugins(case.forces) | data.attrs
+        data.attrs = of_case(case, text) | data.attrs
         with_scales(data, case.problem)
         data.attrs |= attributes(advice(case, data))
         if stop.is_heard:

@@ -1,10 +1,13 @@
 """`dforce warm`: compiles ahead what cases need."""
 
+import re
+
 import synthetic
 from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli.app import app
+from dforce.kernel import cache
 
 
 def test_each_case_is_run_once_and_the_folder_is_told(workdir, run_as):
@@ -16,7 +19,16 @@ def test_each_case_is_run_once_and_the_folder_is_told(workdir, run_as):
     assert done.exit_code == 0 and done.stdout == f"{workdir / 'cache'}\n0 kernels, 0.0 MB\n"
     assert ran == [df.load_case("mine.toml").title, df.example("figure-3-air").title]
     first, second = done.stderr.splitlines()
-    assert first.startswith("mine.toml: ready after 1 s (1 of 2, about ") and second.endswith("(2 of 2)")
+    assert re.match(r"mine\.toml: ready after \d+ s \(1 of 2, about ", first) and second.endswith("(2 of 2)")
+
+
+def test_nothing_is_ready_where_no_code_can_be_kept(workdir, run_as):
+    (workdir / "file").write_text("no folder", encoding="utf-8")
+    run_as(lambda case, **_: cache.place("x = 1") and synthetic.dwell())
+    environment = {"DFORCE_CACHE_DIR": str(workdir / "file")}
+    done = CliRunner().invoke(app, ["warm", "figure-3-air", "hysteresis"], env=environment)
+    assert done.exit_code == 2 and "ready after" not in done.output
+    assert done.stderr.splitlines()[-1] == "figure-3-air: not ready, because its compiled code was not kept"
 
 
 def test_all_examples_are_run_where_no_case_is_named(run_as):

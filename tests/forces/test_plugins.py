@@ -6,6 +6,7 @@ import sys
 import textwrap
 from pathlib import Path
 
+import numpy as np
 import pytest
 from compiled import compose
 from typer.testing import CliRunner
@@ -122,8 +123,73 @@ def test_a_result_is_not_continued_with_a_plugin_whose_code_or_array_has_changed
     assert df.sweep(write(1.0), over, store=store, resume=True).sizes["strength"] == 2
     changed = write(2.0)
     for go_on in (lambda: df.run(changed, resume=stopped), lambda: df.sweep(changed, over, store=store, resume=True)):
-        with pytest.raises(ParameterError, match="a plug-in of this result has changed"):
+        with pytest.raises(ParameterError, match="a force model of your own has changed since this result"):
             go_on()
+
+
+CURVE = {"kind": "approach", "zc": {"start": "12 nm", "stop": "8 nm", "points": 5}}
+
+
+def curve_of(case):
+    return case.replace(experiment=CURVE, solver=df.SolverSettings())
+
+
+def test_a_result_finds_its_plugin_from_anywhere(folder, tmp_path_factory, monkeypatch):
+    monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
+    curve = df.run(curve_of(df.load_case(folder / "case.toml")))
+    wanted = df.noise(curve, "1 kHz").amplitude_noise
+    assert np.isfinite(wanted).all()
+    assert df.advice(curve) is not None
+    df.write(curve, "curve.nc")
+    np.testing.assert_array_equal(df.noise(df.read("curve.nc"), "1 kHz").amplitude_noise, wanted)
+    folder.rename(folder.with_name("moved"))  # as on another computer
+    (folder.with_name("moved") / "repulsion.py").rename("repulsion.py")
+    np.testing.assert_array_equal(df.noise(df.read("curve.nc"), "1 kHz").amplitude_noise, wanted)
+
+
+def test_a_result_is_understood_by_the_model_that_it_was_computed_with(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    case = curve_of(df.load_case("case.toml"))
+    old, twice = df.run(case), df.run(case.replace("forces.repulsion.strength", "4 nN"))
+    wanted = [df.noise(curve, "1 kHz").amplitude_noise for curve in (old, twice)][1]
+    (folder / "repulsion.py").write_text(GOOD.replace("return strength", "return 2.0 * strength"))
+    new = df.run(curve_of(df.load_case("case.toml")))
+    assert new.attrs["case"] == old.attrs["case"]
+    np.testing.assert_allclose(df.noise(new, "1 kHz").amplitude_noise, wanted, rtol=1e-6)
+    with pytest.raises(ParameterError, match="a force model of your own has changed since this result"):
+        df.noise(old, "1 kHz")
+
+
+def test_a_model_that_a_script_or_notebook_defines_anew_is_not_taken_for_the_old_one(tmp_path):
+    lines = [GOOD, "case = df.Case.from_toml(CASE)", "old = df.run(case)", GOOD.replace("return", "return 2.0 *", 1)]
+    lines += ["try:", "    df.advice(old)", "except df.ParameterError as error:", "    print(error)"]
+    lines += [
+        "new = df.run(df.Case.from_toml(CASE))",
+        "df.advice(new)",
+        "print(new.attrs['case'] == old.attrs['case'])",
+    ]
+    text = CASE.replace('plugins = ["repulsion.py"]', "")
+    (tmp_path / "script.py").write_text(f"CASE = {text!r}\n" + "\n".join(lines))
+    done = subprocess.run([sys.executable, tmp_path / "script.py"], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == [
+        "a force model of your own has changed since this result; compute the result anew",
+        "True",
+    ]
+
+
+def test_a_copy_of_a_plugin_is_the_same_model_and_another_file_of_its_name_is_refused(folder, tmp_path_factory):
+    case, elsewhere = df.load_case(folder / "case.toml"), tmp_path_factory.mktemp("elsewhere")
+    for name in ("repulsion.py", "case.toml"):
+        (elsewhere / name).write_text((folder / name).read_text())
+    assert df.load_case(elsewhere / "case.toml") == case
+    (elsewhere / "repulsion.py").write_text(GOOD + "\n")
+    with pytest.raises(ForceError, match=rf"of {elsewhere}/repulsion.py is already defined in {folder}/repulsion.py;"):
+        df.load_case(elsewhere / "case.toml")
+    (folder / "repulsion.py").write_text(GOOD.replace("return strength", "return 2.0 * strength"))
+    (elsewhere / "repulsion.py").write_text(GOOD)  # the first text, whose model another one has replaced
+    df.load_case(folder / "case.toml")
+    with pytest.raises(ForceError, match="rename one"):
+        df.load_case(elsewhere / "case.toml")
 
 
 def test_a_plugin_that_has_changed_is_run_again_and_gives_another_kernel(folder):
@@ -225,13 +291,15 @@ def test_another_package_adds_a_force_and_a_broken_one_takes_no_other_with_it(tm
         import sys
         import dforce as df
         assert "good_force" not in sys.modules  # nothing is loaded before it is needed
-        print(df.forces.Repulsion().bind({"contact.a0": 1e-10}).name, "dmt" in df.forces.REGISTRY)
+        force = df.forces.Repulsion()
+        print(force.bind({"contact.a0": 1e-10}).name, "dmt" in df.forces.REGISTRY)
+        print(len(df.forces.code_of([force])), len(df.forces.code_of([df.forces.DMT(hamaker=1e-20)])))
     """
     ran = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)],
         env={**os.environ, "PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert ran.stdout.split() == ["repulsion", "True"]
+    assert ran.stdout.split() == ["repulsion", "True", "64", "0"]
     assert ran.stderr.strip() == (
         "The force plug-in 'broken' (bad_force) cannot be loaded: ZeroDivisionError: division by zero"
     )

@@ -345,6 +345,16 @@ def test_a_spike_in_the_free_part_is_doubted_and_moves_nothing(points, place):
     assert any(f"a spike at {1e9 * height:.5g} nm" in line for line in doubts(found))
 
 
+@pytest.mark.parametrize("name", ["amplitude", "phase"])
+@pytest.mark.parametrize("place", [60, 85, 110])  # attracted, and repelled
+def test_a_spike_beyond_the_free_part_is_doubted(name, place):
+    data = measured_curve.dataset()
+    assert not any("spike" in line for line in doubts(df.calibrate(data).attrs))
+    data[name][place] += {"amplitude": 3e-9, "phase": 15.0}[name]
+    spike = f"the {name} of the approach has a spike at {1e9 * float(data['height'][place]):.5g} nm; remove this point"
+    assert spike in doubts(df.calibrate(data).attrs)
+
+
 def test_few_points_without_a_drift_are_left_as_they_are():
     sets = []
     for seed in range(SETS):

@@ -11,7 +11,7 @@ from dforce.inverse.fitting.certainty import certainty
 from dforce.inverse.fitting.curves import BESIDE_END, ModelBranches, beyond
 from dforce.inverse.fitting.minimize import jacobian
 from dforce.inverse.fitting.model import CurveModel, Prediction
-from dforce.inverse.fitting.points import MeasuredPoints
+from dforce.inverse.fitting.points import BEHIND_JUMP, MeasuredPoints
 from dforce.inverse.fitting.selection import PointSelection, measured
 from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
@@ -259,6 +259,24 @@ def test_a_branch_goes_on_where_its_motion_doubles_its_period_and_comes_back() -
     # the orbit at the center of a doubled motion is near its mean
     assert told.values[:, :2] == pytest.approx(amplitude, abs=1e-12)
     assert told.values[:, 2:] == pytest.approx(phase, abs=0.1)
+
+
+def test_a_branch_behind_a_jump_may_begin_at_the_phase_of_free_motion() -> None:
+    case = df.Case(
+        cantilever={"f0": 25e3, "k": 0.1, "Q": 2.0}, drive={"A0": 12e-9}, tip={"radius": 20e-9},
+        sample={"youngs_modulus": 533e3, "poisson_ratio": 0.3},
+        forces=[df.forces.DMT(hamaker=5.3e-22), df.forces.KelvinVoigt(viscosity=7.2)],
+    )  # fmt: skip
+    height = np.linspace(12e-9, 2.4e-9, 20)
+    curve = df.approach(case, zc=height)
+    amplitude, phase = (curve[name].values for name in ("amplitude", "phase"))
+    assert 90.0 < phase[-1, 0] < 90.3  # a soft sample in water: the lever follows it up to here
+    behind, every = np.full(20, BEHIND_JUMP), np.ones(20, bool)
+    points = MeasuredPoints(height, amplitude, phase, behind, every, np.full(1, 1e-11), np.full(1, 0.3), 0.0, {})
+    model = CurveModel(case, make_unknowns(case, 1, [E], ("zc_offset",), {}, {}, {}), points)
+    told = model.predict(np.array([np.log(533e3), 0.0]))
+    assert not told.lost.any()
+    assert (model.residuals(told) ** 2).sum() < 1e-2
 
 
 def test_unknowns_are_varied_by_their_logarithm_where_they_cannot_be_negative() -> None:

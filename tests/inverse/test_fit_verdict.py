@@ -159,3 +159,11 @@ def test_the_range_of_an_unknown_is_one_that_the_case_takes() -> None:
             with pytest.raises(df.ParameterError, match="is above"):
                 case.replace(one.path, 1.01 * one.high)
     assert case.quantity(H).bounds() == (0.0, 1e-15)
+
+
+def test_a_point_far_off_a_fit_is_named_where_its_neighbors_are_not() -> None:
+    data = fc.data_of("liquid")
+    data["phase"][40] += 8.0 * fc.SIGMA["liquid"][1]
+    fit = df.fit(fc.case_of("liquid"), data, free=[E, H, ETA], search=False)
+    told = next(piece.text for piece in advice_in(fit) if piece.name == "outliers")
+    assert f"points at heights {1e9 * float(data['height'][40]):.5g} nm." in told

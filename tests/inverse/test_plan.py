@@ -328,8 +328,44 @@ def test_the_answer_of_a_plan_counts_states_and_names_the_recommended_settings(l
 def test_of_many_cases_a_plan_says_which_states_are_meant(monkeypatch):
     monkeypatch.setattr("dforce.inverse.planner.MOST_WALKED", 0)
     found = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], {"peak_force": "< 200 pN"})
-    assert "the states on approach and retract" in found.attrs["findings"]
+    assert "the states on approach and retract; with fewer cases" in found.attrs["findings"]
     assert found.sizes["state"] == 1
+
+
+def test_a_plan_of_many_cases_names_a_hard_state_beside_the_points_it_chooses(monkeypatch):
+    vary, limits, goal = {"drive.A0": ["8 nm", "10 nm", "12 nm"]}, {"peak_force": "< 200 pN"}, {"maximize": "phase"}
+    whole = df.plan(AIR, vary, [0.7, 0.75, 0.8, 0.85], limits, goal)
+    monkeypatch.setattr("dforce.inverse.planner.MOST_WALKED", 2)
+    found = df.plan(AIR, vary, [0.7, 0.75, 0.8, 0.85], limits, goal)
+    for name in ("recommended", "best"):
+        place = np.argwhere(found[name].values)[0]
+        np.testing.assert_array_equal(place, np.argwhere(whole[name].values)[0])
+        here, there = found.isel(A0=place[0]), whole.isel(A0=place[0])
+        for quantity in ("zc", "peak_force", "room", "slope_of_phase" if "slope_of_phase" in found else "phase"):
+            np.testing.assert_allclose(here[quantity], there[quantity], rtol=1e-6, atol=1e-13, err_msg=quantity)
+        np.testing.assert_array_equal(here.limit_hit, there.limit_hit)
+    assert "another stable state fails a limit: peak_force" in found.attrs["findings"]
+    assert "the states on the branches count only where" in found.attrs["findings"]
+
+
+def test_a_plan_of_many_cases_takes_the_next_point_where_branches_have_another_state_beside_the_first(monkeypatch):
+    vary, shares = {"drive.A0": ["5 nm", "6 nm", "8 nm", "10 nm", "12 nm"]}, [0.85, 0.9, 0.95, 0.97]
+    whole = df.plan(AIR, vary, shares, {"states": "one"})
+    monkeypatch.setattr("dforce.inverse.planner.MOST_WALKED", 4)
+    found = df.plan(AIR, vary, shares, {"states": "one"})
+    np.testing.assert_array_equal(found.recommended.any("state"), whole.recommended.any("state"))
+    assert not found.others.values[found.recommended.values].any()
+
+
+def test_a_gentle_state_holds_within_its_margins_and_up_to_where_its_branch_ends():
+    limits = {"peak_force": "< 200 pN", "margin": {"set_point": 0.03}}
+    found = df.plan(AIR, {"drive.A0": ["10 nm", "14 nm"]}, [0.7, 0.8, 0.9], limits)
+    assert (found.limit_hit.sel(A0=10e-9)[:, 0] == "").all()
+    branches = df.branches(AIR.replace("drive.A0", "14 nm"), zc=("22 nm", "5 nm"))
+    gentle = branches.stable.values & (branches.peak_force.values < 200e-12)
+    lowest = branches.amplitude_ratio.values.reshape(len(gentle), -1)[gentle, 0].min()
+    edge = found.edge_set_point.values[found.edge_A0 == 14e-9]
+    assert edge == pytest.approx(lowest, abs=1e-3)
 
 
 def test_a_plan_follows_no_motion_of_several_periods_which_it_does_not_use(monkeypatch):

@@ -182,6 +182,7 @@ def test_a_loss_of_a_force_with_memory_is_no_drag():
     )  # fmt: skip
     found = df.reconstruct(locked(loss=1e-6), case)
     assert float(found.sample_energy.max()) > 0.0 and "damping" not in found
+    assert "so there is no damping" in found.notes and "the damping is valid" not in found.notes
 
 
 def test_least_squares_choose_a_smoothing_that_the_noise_does_not_move():

@@ -48,6 +48,14 @@ def test_a_parameter_that_the_data_do_not_constrain_has_no_value():
     assert df.answer(fit) == "Young's modulus of the sample is not constrained by these data."
 
 
+def test_a_parameter_with_an_error_above_its_value_has_no_value_but_an_offset_has():
+    fit = fitted_curves.result().assign_attrs(lost_points=0)
+    fit["error"][:] = [3e12, 3e-10]
+    assert df.answer(fit) == "Young's modulus of the sample is not constrained by these data."
+    text = df.fit_report(fit)
+    assert "+- 0.30 nm" in text and "GPa   not constrained by these data" in text and "TPa" not in text
+
+
 def test_a_curve_gives_its_state_at_the_set_point_with_force_and_depth():
     curve = df.run(df.example("figure-3-water"))
     states = df.at_set_point(curve, 0.8, ["peak_force", "max_indentation"])

@@ -15,9 +15,11 @@ from dforce.case.paths import with_number
 from dforce.core.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
 from dforce.core.files import beside, exists, read_input, write_whole
 from dforce.core.toml import LONGEST
+from dforce.forces import REGISTRY
 from dforce.results import hdf5
 from dforce.results.files import MOST_BYTES as MOST_BYTES_OF_RESULT
 from dforce.results.files import is_whole
+from dforce.results.provenance import FOLDER, check_plugins
 from dforce.results.store import is_store, open_store
 from dforce.results.store_files import local_place
 
@@ -105,30 +107,39 @@ def cases_of(result: xr.Dataset, places: Iterable[Mapping[str, int]]) -> Iterato
     Raises
     ------
     ParameterError
-        When the result carries no case.
+        When the result carries no case, or a force model of a user's own has changed since.
     """
     try:
-        case = _read(str(result.attrs.get("case", ""))).model_copy(update={"sweep": None})
-        axes = []
-        for path in str(result.attrs.get("over", "")).split():
-            name = _name_of(path, result)
-            if name:
-                axes.append((path, result.variables[name]))
-        for place in places:
-            one = case
-            for path, axis in axes:
-                if set(axis.dims) <= set(place):
-                    value = axis.values[tuple(place[str(dim)] for dim in axis.dims)].item()
-                    is_number = "units" in axis.attrs  # of the instrument, the sample or a force: it was validated
-                    one = with_number(one, path, value) if is_number else one.replace(path, value)
-            yield one
+        case = _case_in(result).model_copy(update={"sweep": None})
     except DForceError as error:
         raise ParameterError(f"the result does not contain its case: {error}") from None
+    check_plugins(case, result)
+    names = {path: _name_of(path, result) for path in str(result.attrs.get("over", "")).split()}
+    axes = [(path, result.variables[name]) for path, name in names.items() if name]
+    for place in places:
+        one = case
+        for path, axis in axes:
+            if set(axis.dims) <= set(place):
+                value = axis.values[tuple(place[str(dim)] for dim in axis.dims)].item()
+                is_number = "units" in axis.attrs  # of the instrument, the sample or a force: it was validated
+                one = with_number(one, path, value) if is_number else one.replace(path, value)
+        yield one
+
+
+def _case_in(result: xr.Dataset) -> Case:
+    """Return the case in a result, with the force models that the result was computed with."""
+    text, place = str(result.attrs.get("case", "")), result.attrs.get(FOLDER)
+    case = _read(text) if place is None else None
+    is_known = case is not None and all(REGISTRY.get(force.name) is type(force) for force in case.forces)
+    if case is None or not is_known:  # a model may be defined anew
+        with beside(place):
+            case = Case.from_toml(text)
+    return case
 
 
 @functools.lru_cache(maxsize=64)
 def _read(text: str) -> Case:
-    """Return the case in the text of a result, which is asked for several times: it names no file."""
+    """Return the case in the text of a result, which is asked for several times."""
     return Case.from_toml(text)
 
 

@@ -96,14 +96,21 @@ def verdict(fit: xr.Dataset) -> str:
     return f"The fit failed at {lost} point{'s' * (lost > 1)}: its values and errors are biased."
 
 
+def is_seen(one: xr.Dataset) -> bool:
+    """Return whether the data of a fit see one of its parameters; its error is below its value, but for an offset."""
+    size, error = abs(float(one["value"])), float(one["error"])
+    far = "offset" not in str(one["parameter"].values) and size < error < math.inf
+    return ("seen" not in one or bool(one["seen"])) and not far
+
+
 def is_constrained(one: xr.Dataset) -> bool:
     """Return whether the data of a fit constrain one of its parameters."""
-    return ("seen" not in one or bool(one["seen"])) and not math.isinf(float(one["error"]))
+    return is_seen(one) and not math.isinf(float(one["error"]))
 
 
 def without_error(one: xr.Dataset) -> str:
     """Return why one parameter of a fit has no error; empty where it has one."""
-    if "seen" in one and not bool(one["seen"]):
+    if not is_seen(one):
         return UNSEEN
     if math.isinf(float(one["error"])):
         return "constrained only as a product"
@@ -116,7 +123,7 @@ def fitted(one: xr.Dataset) -> str:
     """Return value and error of one parameter of a fit, or why it has none."""
     value, error, unit = with_error(float(one["value"]), float(one["error"]), str(one["unit"].values))
     why = without_error(one)
-    if why == UNSEEN:  # its value is the start
+    if why == UNSEEN:  # its value is the start, or may be any
         return why
     return f"{value} {unit}".strip() + f", {why}" if why else f"{value} ± {error} {unit}".strip()
 

@@ -10,7 +10,7 @@ import numpy as np
 from dforce.case import case_of
 from dforce.core.errors import ParameterError, checked
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.validity import Advice, attributes
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def material(curve: xr.Dataset, model: Literal["hertz", "punch", "cone"] = "hert
         variables |= {f"true_{name}": ((), np.array(known[0]))} if known else {}
     places = {dim: curve[dim] for dim in ("zc", "direction") if dim in curve.coords}
     data = xr.Dataset(variables, places | {"effect": list(shares)})
-    data.attrs = provenance(curve.attrs["case"], case.title) | {"model": model} | attributes(_advice(seen, shares))
+    data.attrs = of_case(case, curve.attrs["case"]) | {"model": model} | attributes(_advice(seen, shares))
     return describe(data)
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import sys
 from collections.abc import Callable, Mapping
 from itertools import product
 from typing import Any, ClassVar, Self, get_args
@@ -38,6 +39,12 @@ INTERACTIONS = (
     "magnetic",
 )
 """The interactions that a force can contain; the attraction that makes a contact adhesive counts as van der Waals."""
+
+
+def _home(model: type) -> str:
+    """Return where a model is defined: its module, or the file of a plug-in."""
+    name = model.__module__
+    return str(sys.modules[name].__file__) if name.startswith("dforce_plugin_") else name
 
 
 class Force(Parameters):
@@ -126,9 +133,7 @@ class Force(Parameters):
         _check_contract(cls)
         known = REGISTRY.get(cls.name)
         if known is not None and known.__module__ != cls.__module__:
-            raise ForceError(
-                f"the force '{cls.name}' of {cls.__module__} is already defined in {known.__module__}; rename one"
-            )
+            raise ForceError(f"the force '{cls.name}' of {_home(cls)} is already defined in {_home(known)}; rename one")
         REGISTRY[cls.name] = cls
 
     @property

@@ -7,12 +7,13 @@ this computer.
 from __future__ import annotations
 
 import hashlib
+import inspect
 import linecache
 import os
 import re
 import sys
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -64,10 +65,13 @@ def load_plugin(path: str | os.PathLike[str]) -> tuple[type[Force], ...]:
     if imported := _imported(file):
         return imported
     digest = hashlib.sha256(content).hexdigest()
+    for place, loaded in _LOADED.items():
+        same = loaded.digest == digest and (place == file or b"__file__" not in content)  # the file itself, or a copy
+        if same and all(REGISTRY.get(model.name) is model for model in loaded.models):
+            _LOADED[file] = loaded
+            return loaded.models
     if file not in _LOADED:
         log.announce(f"Running code that is not part of dForce: {shorten(str(file), 300)}")
-    elif _LOADED[file].digest == digest:
-        return _LOADED[file].models
     models = _run(file, content, name)
     _LOADED[file] = _Loaded(digest, models)
     return models
@@ -85,14 +89,28 @@ def read_plugin(file: Path) -> bytes:
 
 
 def code_of(forces: Iterable[Force]) -> str:
-    """Return the hash of the plug-ins that some forces come from, with the arrays that they hold; empty without plug-ins."""
-    names = sorted({type(force).__module__ for force in forces if type(force).__module__.startswith(PREFIX)})
+    """Return the hash of the code and arrays of all forces that dForce does not ship; empty without such forces."""
+    own = {type(force) for force in forces if not type(force).__module__.startswith("dforce.")}
     hashed = hashlib.sha256()
-    for module in (sys.modules[name] for name in names):
-        hashed.update(_LOADED[Path(str(module.__file__))].digest.encode())
-        for array in (value for value in vars(module).values() if hasattr(value, "tobytes")):
-            hashed.update(array.tobytes())
-    return hashed.hexdigest() if names else ""
+    for model in sorted(own, key=lambda model: model.name):
+        for part in _parts_of(model):
+            hashed.update(part)
+    return hashed.hexdigest() if own else ""
+
+
+def _parts_of(model: type[Force]) -> Iterator[bytes]:
+    """Give the code of a model and its arrays: of its file, or in a notebook or script, of its functions alone."""
+    module = sys.modules[model.__module__]
+    if model.__module__ == "__main__":
+        functions = [getattr(one, "fget", getattr(one, "__func__", one)) for one in vars(model).values()]
+        codes = [function for function in functions if inspect.isfunction(function)]
+        yield from (inspect.getsource(code).encode() for code in codes)
+        values = [vars(module).get(name) for code in codes for name in code.__code__.co_names]
+    else:
+        file = Path(str(module.__file__))
+        yield (_LOADED[file].digest if file in _LOADED else hashlib.sha256(file.read_bytes()).hexdigest()).encode()
+        values = list(vars(module).values())
+    yield from (value.tobytes() for value in values if value is not None and hasattr(value, "tobytes"))
 
 
 def _imported(file: Path) -> tuple[type[Force], ...]:

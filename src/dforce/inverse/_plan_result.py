@@ -13,17 +13,18 @@ from dforce.core.arrays import Array, Bools
 from dforce.core.quantities import OBSERVABLES
 from dforce.experiments import Dwell
 from dforce.inverse._plan_words import UNSTEADY, missing_damping, sentences
+from dforce.inverse._states import Rest
 from dforce.inverse.wishes import SLOPE, Goal, Wishes
 from dforce.maps.axes import Axis
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.runs import run
 from dforce.validity import advice_in, attributes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from dforce.inverse._states import Judged, Rest
+    from dforce.inverse._states import Judged
 
 LEFT_OUT = (
     "corrections", "settling_periods", "drift", "harmonic_amplitude", "harmonic_phase", "multiplier_modulus",
@@ -51,9 +52,8 @@ def result_of(
         table[where] = values
         return table
 
-    room, edges, goals = (
-        (np.full(len(judged.points), np.nan), [], {}) if rest is None else (rest.room, rest.edges, rest.goals)
-    )
+    nothing = Rest(np.full(len(rank), np.nan), [], {}, {"recommended": np.zeros(len(rank), dtype=bool)}, frozenset())
+    room, edges, goals, marks = (getattr(rest or nothing, name) for name in ("room", "edges", "goals", "marks"))
     allowed = judged.hit == ""
     virial = judged.found.columns["virial"][:, 0]
     words = np.where(virial > 0.0, "attractive", np.where(virial < 0.0, "repulsive", ""))
@@ -74,7 +74,6 @@ def result_of(
     variables["room"] = whole, spread(room, 0.0)
     if any(goal.key == SLOPE for goal in goals):
         variables[SLOPE] = whole, spread(next(values for goal, values in goals.items() if goal.key == SLOPE), np.nan)
-    marks = {"recommended": np.zeros(len(room), bool)} if rest is None else _marks(judged, allowed, room, goals)
     for name, mark in marks.items():
         variables[name] = whole, spread(mark, False)
     coords: dict[str, Any] = {axis.name: axis.coordinate() for axis in axes}
@@ -87,7 +86,7 @@ def result_of(
         data[f"edge_{axis.name}"].attrs = dict(axis.coordinate()[2])
     data["edge_set_point"] = "edge", np.array([at[-1] for at, _ in edges], dtype=float)
     data["edge_kind"] = "edge", np.array([name for _, name in edges], dtype=np.str_)
-    data.attrs = provenance(case.to_toml(complete=True), case.title) | {
+    data.attrs = of_case(case) | {
         "plan_over": " ".join(axis.path for axis in axes),
         "limits": "; ".join(_limits(wishes)),
         "goal": "; ".join(f"{'minimize' if goal.sign > 0 else 'maximize'} {_text(goal)}" for goal in goals),
@@ -99,7 +98,7 @@ def result_of(
     if rest is None:
         data = data.assign_attrs(interrupted=1)
     else:
-        said = sentences(axes, shares, wishes, judged, marks["recommended"], bool(rest.walked))
+        said = sentences(axes, shares, wishes, judged, rest)
         if any(unsteady[tuple(places[number])] for number in np.flatnonzero(marks["recommended"])):
             said.append(f"At the recommended settings {UNSTEADY}.")
         said += [] if allowed.any() else missing_damping(case)
@@ -128,9 +127,9 @@ def _ranks(places: Any, zc: Array) -> Any:
     return rank
 
 
-def _marks(judged: Judged, allowed: Any, room: Array, goals: Mapping[Goal, Array]) -> dict[str, Any]:
+def marks_of(judged: Judged, room: Array, goals: Mapping[Goal, Array]) -> dict[str, Any]:
     """Return which points are recommended, best, on the Pareto front, or violate the limits least."""
-    count = len(allowed)
+    allowed, count = judged.hit == "", len(room)
     if not allowed.any():
         least = np.argmin(np.where(np.isfinite(judged.excess), judged.excess, np.inf))
         return {"recommended": np.zeros(count, dtype=bool), "least_violation": np.arange(count) == least}

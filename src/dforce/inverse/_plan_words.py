@@ -16,21 +16,22 @@ from dforce.inverse.wishes import Wishes
 from dforce.maps.axes import Axis
 
 if TYPE_CHECKING:
-    from dforce.inverse._states import Judged
+    from dforce.inverse._states import Judged, Rest
 
 WALKED = "the stable states on the branches of each case"
-MET = "the states on approach and retract; with fewer cases also the states on the branches"
+MET = "the states on approach and retract"
+FEW = "with fewer cases also the states on the branches"
+THERE = "the states on the branches count only where a setting is recommended or best"
 UNSTEADY = "a motion exists that alternates or beats, with a force that is not known"
 DIGITS = 3
 LIQUID = 10.0  # quality factor below which a lever is in a liquid
 
 
-def sentences(
-    axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, chosen: Any, walked: bool
-) -> list[str]:
-    """Return the sentences of a plan; `chosen` is the recommended point."""
-    allowed = judged.hit == ""
-    said = [f"The limits apply to {WALKED if walked else MET}."]
+def sentences(axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, rest: Rest) -> list[str]:
+    """Return the sentences of a plan."""
+    allowed, chosen, cases = judged.hit == "", rest.marks["recommended"], rest.chosen(judged)
+    met = f"{MET}; {THERE if cases and cases <= rest.walked else FEW}"
+    said = [f"The limits apply to {WALKED if set(judged.points.near.tolist()) <= rest.walked else met}."]
     if chosen.any():
         return [*said, *_beside(wishes, judged, int(np.flatnonzero(chosen)[0]))]
     ranges = ", ".join([*map(_range, axes), f"set points {_in_percent(shares)}"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -158,14 +158,21 @@ class Rest:
         Where limits begin to fail: parameters and set point, and the limit.
     goals
         The quantity of each goal at all states.
+    marks
+        Which states are recommended, best, on the Pareto front, or violate the limits least.
     walked
-        Whether the branches of all cases were followed.
+        Numbers of the cases whose branches were followed.
     """
 
     room: Array
     edges: list[tuple[Array, str]]
     goals: Mapping[Goal, Array]
-    walked: bool
+    marks: Mapping[str, Bools]
+    walked: frozenset[int]
+
+    def chosen(self, judged: Judged) -> set[int]:
+        """Return the numbers of the cases with a recommended or best state."""
+        return set(judged.points.near[self.marks["recommended"] | self.marks.get("best", False)].tolist())
 
 
 @dataclass
@@ -192,3 +199,16 @@ class Judged:
     hit: Texts
     bounds: Mapping[str, Array]
     excess: Array
+
+    def joined(self, which: Any, others: Judged) -> Judged:
+        """Return some of these points, with other points after them."""
+
+        def both(own: Any, new: Any) -> Any:
+            if isinstance(own, dict):
+                return {name: both(values, new[name]) for name, values in own.items()}
+            if isinstance(own, np.ndarray):
+                return np.concatenate([own[which], new])
+            return type(own)(*(both(getattr(own, field.name), getattr(new, field.name)) for field in fields(own)))
+
+        joined: Judged = both(self, others)
+        return joined

@@ -111,6 +111,7 @@ def calibrate(
     steps.take_phases(work, case)
     checks.check_passive(work, case)
     checks.check_turn(work)
+    checks.check_spikes(work)
     checks.check_slope(work)
     checks.estimate_offset(work)
     work.data.attrs["history"] = work.history

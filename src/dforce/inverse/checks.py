@@ -9,7 +9,7 @@ import numpy as np
 
 from dforce.core import units
 from dforce.inverse.energies import Lever, passive_margin
-from dforce.inverse.free_part import line_of
+from dforce.inverse.free_part import SPIKE, line_of
 from dforce.inverse.steps import Work
 from dforce.inverse.values import show as shown
 from dforce.results.dataset import ELECTRONVOLT
@@ -23,6 +23,7 @@ REPULSIVE = 5.0  # degrees below 90 at which a point is counted as net repulsive
 FEWEST = 5  # points of a slope
 SHALLOW = 0.01  # slope of the amplitude over a sample too soft to be felt
 TURN, FALL = 4.0, 0.8  # degrees, and of the free amplitude: where it falls so far, the phase turns by more
+SHARP = 3.0  # times the largest step of the curve around it: how far off a spike is
 CLEAR = 4.0  # errors of a loss that is significant
 DOUBT = "doubt: "  # begins a sentence on a possible fault in the history of a curve
 
@@ -78,6 +79,22 @@ def check_turn(work: Work) -> None:
             f"{DOUBT}the phase turns by only {turn:.2g}° while the amplitude falls to {100.0 * share:.2g} %; the file may have "
             "radians"
         )
+
+
+def check_spikes(work: Work) -> None:
+    """Doubt single points beyond the free part that are far off both neighbors, where these continue each other."""
+    height, free = work.values("height"), work.data["free"].values
+    for word in work.directions:
+        rows = work.rows(word)
+        for name in work.channels:
+            values, inner = work.values(name)[rows], slice(2, -2)
+            off = np.abs(values[inner] - 0.5 * (values[1:-3] + values[3:-1]))
+            steps = [values[1:-3] - values[:-4], values[3:-1] - values[1:-3], values[4:] - values[3:-1]]
+            least = np.maximum(SPIKE * float(work.data.attrs[f"{name}_error"]), SHARP * np.abs(steps).max(axis=0))
+            places = rows[inner][(off > least) & ~free[rows[inner]]]
+            if len(places):
+                told = ", ".join(units.show(float(height[place]), "m", 5) for place in places)
+                work.history.append(f"{DOUBT}the {name} of the {word} has a spike at {told}; remove this point")
 
 
 def check_slope(work: Work) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
-from dforce.inverse._plan_result import result_of
+from dforce.inverse._plan_result import marks_of, result_of
 from dforce.inverse._plan_words import missing_damping
 from dforce.inverse._states import Judged, PlannedPoints, Rest, Solver, one_of_each
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
@@ -46,9 +47,10 @@ def plan(
     r"""Return the settings at which limits hold, the best setting, and the setting farthest from all boundaries.
 
     Each operating point is solved: orbit and distance such that :math:`A = s A_0`, for all stable states on the branches of
-    each case. With more than 40 cases (13 for forces with memory) only the states on approach and retract are used (see
-    ``attrs["findings"]``). Bisection locates the boundaries of the allowed settings. A plan contains nothing outside the
-    ranges. A plan does not find an instability that the memory of a force causes.
+    each case. With more than 40 cases (13 for forces with memory) branches are followed only at recommended and best points.
+    All other states of such a plan are those on approach and retract (see ``attrs["findings"]``). Bisection locates the
+    boundaries of the allowed settings. A plan contains nothing outside the ranges. A plan does not find an instability that the
+    memory of a force causes.
 
     Parameters
     ----------
@@ -127,10 +129,14 @@ def _check(case: Case, axes: Sequence[Axis], shares: Array) -> None:
         raise ParameterError(f"the plan has {count} points; at most {MOST_POINTS} are allowed; use fewer values")
 
 
+def _most_walked(case: Case) -> int:
+    """Return of how many cases at most the branches are followed."""
+    return MOST_WITH_MEMORY if any(force.memory for force in case.problem.forces) else MOST_WALKED
+
+
 def _walks(case: Case, count: int) -> int:
-    """Return of how many cases the branches are followed: of all, or of none where there are many."""
-    most = MOST_WITH_MEMORY if any(force.memory for force in case.problem.forces) else MOST_WALKED
-    return count if count <= most else 0
+    """Return of how many cases the branches are followed first: of all, or of none of many."""
+    return count if count <= _most_walked(case) else 0
 
 
 class _Work:
@@ -152,6 +158,7 @@ class _Work:
         self.solver = Solver(case, [axis.path for axis in axes], curves, self.check_cancelled)
         self.shape = (*(len(axis.values) for axis in axes), len(shares))
         self.unsteady = np.zeros(self.shape, dtype=bool)
+        self.located: tuple[Any, list[tuple[Array, str]]] = None, []  # places where limits held, and their edges
 
     def check_cancelled(self) -> None:
         """Report the progress of the plan."""
@@ -159,44 +166,67 @@ class _Work:
 
     def next(self, stage: str) -> None:
         """Begin another stage."""
-        self.stage, self.number = stage, self.number + 1
+        self.stage, self.number = stage, min(self.number + 1, STAGES + self.walks - 1)
         self.check_cancelled()
 
     def run(self) -> xr.Dataset:
         """Return the plan."""
+        for case in range(self.walks):
+            self._walk(case)
+            self.next(self.stage)
+        self.next("states")
         judged = self.judge(self._states(), tells_others=True)
-        at_states = judged.hit.copy()
+        rest = None
         try:
-            rest = self._rest(judged)
+            whole, goals = self._around(judged)
+            rest = self._rest(whole, goals)
+            while (number := self._not_walked(whole, rest)) is not None:
+                self.stage = "branches"
+                self._walk(number)
+                others = np.flatnonzero(judged.points.near != number)
+                new = self.judge(self._states(number), tells_others=True)
+                judged = judged.joined(others, new)
+                new, new_goals = self._around(new)
+                goals = {goal: np.concatenate([values[others], new_goals[goal]]) for goal, values in goals.items()}
+                whole = whole.joined(others, new)
+                rest = self._rest(whole, goals)
+            judged = whole
         except KeyboardInterrupt:  # the states are solved, and are kept
             heard()
-            judged.hit, rest = at_states, None
+            rest = None
         return result_of(self.case, self.axes, self.shares, self.wishes, judged, rest, self.unsteady)
 
-    def _rest(self, judged: Judged) -> Rest:
-        """Look around the states: write margins that fail, and return boundaries, room and goals."""
+    def _around(self, judged: Judged) -> tuple[Judged, dict[Goal, Array]]:
+        """Return states with the margins that fail around them, and their goals."""
+        out = replace(judged, hit=judged.hit.copy())
         self.next("margins")
-        self._margins(judged)
-        self.next("boundaries")
-        allowed = judged.hit == ""
-        holds = allowed | np.char.startswith(judged.hit, "margin")
-        edges = self._edges(judged, holds)
-        room = self._room(judged.points, holds, edges)
+        self._margins(out)
         self.next("goal")
-        goals = {goal: self._goal(judged, goal) for goal in self.wishes.goals}
-        return Rest(room, edges, goals, walked=len(self.curves.walked) == len(self.grid))
+        return out, {goal: self._goal(out, goal) for goal in self.wishes.goals}
 
-    def _walk(self) -> None:
-        """Follow the branches of all cases, where these are few."""
-        for number, values in enumerate(self.grid[: self.walks]):
-            walk(self.curves, number, self.solver.case_at(values), float(self.shares.min()), self.check_cancelled)
-            self.next(self.stage)
+    def _rest(self, judged: Judged, goals: Mapping[Goal, Array]) -> Rest:
+        """Return boundaries and room around states, and the points that are recommended or best."""
+        self.next("boundaries")
+        holds = (judged.hit == "") | np.char.startswith(judged.hit, "margin")
+        places = sorted(map(tuple, judged.points.take(holds).places(self.shape, self.shares).tolist()))
+        if places != self.located[0]:
+            self.located = places, self._edges(judged, holds)
+        room = self._room(judged.points, holds, self.located[1])
+        return Rest(room, self.located[1], goals, marks_of(judged, room, goals), frozenset(self.curves.walked))
 
-    def _states(self) -> PlannedPoints:
-        """Return where all stable states at the set points are, each once."""
-        self._walk()
-        self.next("states")
-        seeds = list(self.curves.seeds(self.shares))
+    def _not_walked(self, judged: Judged, rest: Rest) -> int | None:
+        """Return a case with a recommended or best point whose branches are still to be followed, if any."""
+        left = rest.chosen(judged) - self.curves.walked.keys()
+        return min(left) if left and len(self.curves.walked) < _most_walked(self.case) else None
+
+    def _walk(self, number: int) -> None:
+        """Follow the branches of a case."""
+        case = self.solver.case_at(self.grid[number])
+        walk(self.curves, number, case, float(self.shares.min()), self.check_cancelled)
+
+    def _states(self, only: int | None = None) -> PlannedPoints:
+        """Return where all stable states at the set points are, each once; of one case alone on demand."""
+        seeds = list(self.curves.seeds(self.shares, only))
         if not seeds:
             raise ParameterError(self._why_no_state())
         near = np.array([seed.case for seed in seeds])
@@ -281,7 +311,7 @@ class _Work:
             judged.hit[good[fails]] = np.char.add("margin: ", hit[fails])
 
     def _moved(self, points: PlannedPoints, steps: Mapping[str, float]) -> PlannedPoints:
-        """Return points moved by so many margins; lengths of their motions go with the free amplitude."""
+        """Return points moved by so many margins."""
         values, shares = points.values.copy(), points.set_points.copy()
         for path, step in steps.items():
             margin = self.wishes.margins[path]
@@ -297,8 +327,8 @@ class _Work:
         before = np.array([self.solver.problem(one).tones[0].A0 for one in points.values])
         after = np.array([self.solver.problem(one).tones[0].A0 for one in values])
         ratio = after / before
-        zc = points.zc * ratio + (shares - points.set_points) * after
-        return PlannedPoints(values, shares, points.near, zc, points.motions * ratio[:, None])
+        # the way to another set point is followed along the distance: a motion beside its branch may lead to another one
+        return PlannedPoints(values, shares, points.near, points.zc * ratio, points.motions * ratio[:, None])
 
     def _edges(self, judged: Judged, holds: Bools) -> list[tuple[Array, str]]:
         """Return where limits begin to fail between neighbors of the grid: parameters and set point, and the limit."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from dforce.case import Case
+from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, checked
 from dforce.core.units import parse_share, show, show_range
 from dforce.experiments.base import Progress
@@ -102,7 +102,7 @@ def _case(result: xr.Dataset | Case) -> Case:
         raise ParameterError("result is neither a fit nor a case; get a fit from df.fit(case, data, free=[...])")
     if judged_fit(result).word == NO_MODEL:
         raise ParameterError("the model of this fit does not describe the data, so its case shows no safe settings")
-    return Case.from_toml(str(result.attrs["case"]))
+    return case_of(result)
 
 
 def _doubts(fit: xr.Dataset) -> Iterator[str]:

@@ -251,7 +251,8 @@ class Kernel:
                 return
             if self.title not in _ANNOUNCED or log.is_heard():  # printed once, and passed to each listener
                 _ANNOUNCED.add(self.title)
-                log.announce(f"Compiling {self.title} (once; it is kept on disk) ...")
+                how = "at each start" if cache.complaints() else "once; it is kept on disk"
+                log.announce(f"Compiling {self.title} ({how}) ...")
             with cache.one_at_a_time(self.module, name), compiling.watched(self, name, _KERNELS.values()):
                 yield
 

@@ -23,7 +23,7 @@ import threading
 import time
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any
@@ -51,11 +51,12 @@ _IMPORTING = threading.Lock()  # a module that another thread is importing is no
 
 @dataclass(frozen=True)
 class KernelCache:
-    """The folder of compiled force models: where it is, how many it holds, and their size (bytes)."""
+    """The folder of compiled force models, their number, their size (bytes), and how often this process could keep none."""
 
     folder: Path
     kernels: int
     size: int
+    lost: int = field(default=0, compare=False)
 
 
 def cache_folder(inner: str = "") -> Path:
@@ -92,7 +93,7 @@ def _asked_folder() -> Path:
 def kernel_cache() -> KernelCache:
     """Return the folder of compiled force models, their number and their size (bytes)."""
     folders = _kernels(_asked_folder())
-    return KernelCache(_asked_folder(), len(folders), sum(map(_size, folders)))
+    return KernelCache(_asked_folder(), len(folders), sum(map(_size, folders)), complaints())
 
 
 def clear_kernel_cache() -> KernelCache:
@@ -264,6 +265,11 @@ def _say_not_kept(folder: Path, why: str) -> None:
         f"Compiled code cannot be kept in '{shorten(str(folder))}' ({why}), so each start compiles it again; "
         "set DFORCE_CACHE_DIR to a folder that you can write to."
     )
+
+
+def complaints() -> int:
+    """Return of how many folders this process has said that it keeps no compiled code there."""
+    return _say_not_kept.cache_info().currsize + _say_not_used.cache_info().currsize
 
 
 @contextlib.contextmanager

@@ -31,7 +31,7 @@ from dforce.maps._result import SweepLayout
 from dforce.maps._resume import check_same
 from dforce.maps.axes import Axis
 from dforce.results import store
-from dforce.results.provenance import of_plugins
+from dforce.results.provenance import PLUGINS, of_plugins
 from dforce.results.seal import identity_of, part
 from dforce.results.status import Status
 from dforce.results.store_plan import Blocks, Plan, Variable
@@ -116,7 +116,7 @@ class Map:
         axes = [(axis.path, axis.dim, axis.coordinate()[1].tolist()) for axis in self.layout.axes]
         kept = sorted(self.kept.names), self.kept.set_point
         return identity_of(
-            [self.asked.to_toml(complete=True), axes, *kept, __version__, *of_plugins(self.asked.forces).values()]
+            [self.asked.to_toml(complete=True), axes, *kept, __version__, of_plugins(self.asked).get(PLUGINS, "")]
         )
 
     def _check(self, writer: Writer) -> None:

@@ -17,7 +17,7 @@ from dforce.experiments.base import CurveExperiment
 from dforce.maps.axes import Axis, amplitude_axis, dims_of
 from dforce.procedures.found import Layout
 from dforce.results.dataset import describe
-from dforce.results.provenance import of_plugins, provenance
+from dforce.results.provenance import of_case
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,5 +129,5 @@ def finished(data: xr.Dataset, case: Case, layout: SweepLayout) -> xr.Dataset:
         data = data.assign_coords(zc=layout.distances).assign_attrs(along=RATIO)
     data = describe(data).assign_coords({axis.name: axis.coordinate() for axis in layout.axes})
     over = {"over": " ".join(axis.path for axis in layout.axes)}
-    data.attrs = provenance(case.to_toml(complete=True), case.title) | of_plugins(case.forces) | over | data.attrs
+    data.attrs = of_case(case) | over | data.attrs
     return data

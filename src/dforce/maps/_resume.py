@@ -31,7 +31,7 @@ def check_same(case: Case, layout: SweepLayout, resume: xr.Dataset, set_point: f
         )
     if resume.attrs.get("case") != case.to_toml(complete=True):
         raise ParameterError(f"this sweep belongs to another case; {OTHER_CASE}")
-    check_plugins(case.forces, resume)
+    check_plugins(case, resume)
     paths = [axis.path for axis in layout.axes]
     before = resume.attrs["over"].split()
     if paths != before:

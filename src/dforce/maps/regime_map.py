@@ -28,7 +28,7 @@ from dforce.maps.seeds import Curves, curves_of
 from dforce.maps.state_lines import REGIMES, Row, StateLine, cells, lines_at
 from dforce.observables.averaging import common_period
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -231,7 +231,7 @@ def _dataset(
             data[f"{prefix}_{name}"] = dim, column
             data[f"{prefix}_{name}"].attrs = words.get(name) or _words(name)
     data = describe(data)
-    data.attrs = provenance(case.model_copy(update={"sweep": None}).to_toml(complete=True), case.title)
+    data.attrs = of_case(case.model_copy(update={"sweep": None}))
     data.attrs["map_over"] = " ".join([*(one.path for one in axes), *["set_point"] * (len(axes) == 1)])
     return data if len(axes) == 1 else data.assign_attrs(set_point=rows[0].share)
 

@@ -91,6 +91,11 @@ class Part:
     numbers: Indices
     data: xr.Dataset
 
+    def of(self, number: int) -> Part:
+        """Return the curves of one of the cases."""
+        which = np.flatnonzero(self.numbers == number)
+        return Part(self.numbers[which], self.data.isel(case=which))
+
     @functools.cached_property
     def zc(self) -> Array:
         """Distances (m) of each case, (cases, distances)."""
@@ -126,9 +131,9 @@ class Curves:
         """Return the lowest amplitude ratio on all curves."""
         return min((float(part.data["amplitude_ratio"].min()) for part in self.parts), default=1.0)
 
-    def seeds(self, set_points: Sequence[float] | Array) -> Iterator[Seed]:
-        """Give a motion of each curve beside each of its states at the set points."""
-        for part in self.parts:
+    def seeds(self, set_points: Sequence[float] | Array, only: int | None = None) -> Iterator[Seed]:
+        """Give a motion of each curve beside each of its states at the set points; of one case alone on demand."""
+        for part in self.parts if only is None else [part.of(only) for part in self.parts if only in part.numbers]:
             zc, motions, data = part.zc, part.motions, part.data
             ratio = data["amplitude_ratio"].transpose("case", "direction", ...).values
             for j, set_point in enumerate(set_points):
@@ -141,7 +146,7 @@ class Curves:
                     yield Seed(
                         int(part.numbers[place]), j, float(zc[place, nearest]), motions[place, d, nearest], str(way)
                     )
-        for number, branches in self.walked.items():
+        for number, branches in self.walked.items() if only is None else [(only, self.walked[only])]:
             for branch, (j, set_point) in itertools.product(branches, enumerate(set_points)):
                 for pair in branch.at_ratio(float(set_point)):
                     ends = None if branch.saddle[list(pair)].any() else _ordered(branch.zc[list(pair)])

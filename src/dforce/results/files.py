@@ -18,6 +18,7 @@ from dforce.core.files import check_target, in_quotes, read_input, write_whole
 from dforce.core.quantities import AMOUNTS, NONE
 from dforce.results import hdf5
 from dforce.results.dataset import COLUMN_DIMS
+from dforce.results.provenance import FOLDER
 from dforce.results.significance import is_none
 from dforce.results.store import is_store, open_store
 
@@ -131,9 +132,16 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
         When the file does not exist, is not netCDF, is damaged or incomplete, or is not from dForce.
     """
     if is_store(path):
-        return open_store(path)
+        return _at(open_store(path), path)
     content = read_input(path, "result; keep a larger result as a store (.zarr)", MOST_BYTES, ResultError)
-    return decoded(content, in_quotes(path), Path(path).suffix)
+    return _at(decoded(content, in_quotes(path), Path(path).suffix), path)
+
+
+def _at(result: xr.Dataset, path: str | os.PathLike[str]) -> xr.Dataset:
+    """Return a result whose plug-ins are looked for beside its file, where their own folder does not exist here."""
+    if FOLDER in result.attrs and not Path(result.attrs[FOLDER]).is_dir():
+        result.attrs[FOLDER] = str(Path(path).resolve().parent)
+    return result
 
 
 def decoded(content: bytes, name: str, suffix: str = "") -> xr.Dataset:

@@ -6,8 +6,9 @@ import datetime
 import functools
 import importlib.metadata
 import platform
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 from dforce.core.errors import ParameterError
 from dforce.forces import Force, code_of
@@ -15,7 +16,8 @@ from dforce.forces import Force, code_of
 if TYPE_CHECKING:
     import xarray as xr
 
-PLUGINS = "plugins_sha256"  # attribute of results
+PLUGINS = "plugins_sha256"  # attributes of results with force models that dForce does not ship
+FOLDER = "plugins_folder"
 
 # ends the sentence on a result that is to be continued with another case
 OTHER_CASE = "load its own by df.load_case(FILE), or write to another file without resume"
@@ -35,25 +37,51 @@ def provenance(case: str, title: str = "") -> dict[str, str]:
     return {"title": title, "case": case, **_surroundings(), "date": date}
 
 
-def of_plugins(forces: Iterable[Force]) -> dict[str, str]:
-    """Return the attribute with the hash of the plug-ins of some forces; nothing without plug-ins."""
-    code = code_of(forces)
-    return {PLUGINS: code} if code else {}
+class Described(Protocol):
+    """A case, as far as a result tells of it."""
+
+    @property
+    def title(self) -> str:
+        """Its title."""
+
+    @property
+    def forces(self) -> Sequence[Force]:
+        """Its forces."""
+
+    @property
+    def plugins(self) -> Sequence[str]:
+        """The files of force models that it names."""
+
+    @property
+    def folder(self) -> Path | None:
+        """Where these files are."""
+
+    def to_toml(self, complete: bool = False) -> str:
+        """Return its text."""
 
 
-def check_plugins(forces: Iterable[Force], resume: xr.Dataset) -> None:
-    """Refuse to continue a result that was computed with other code of its plug-ins.
+def of_case(case: Described, text: str = "", title: str = "") -> dict[str, str]:
+    """Return the attributes of a result of a case: all of :func:`provenance`, and of its plug-ins."""
+    return provenance(text or case.to_toml(complete=True), title or case.title) | of_plugins(case)
+
+
+def of_plugins(case: Described) -> dict[str, str]:
+    """Return the hash and the folder of the plug-ins of a case, as attributes; nothing without plug-ins."""
+    code = code_of(case.forces)
+    return ({PLUGINS: code} if code else {}) | ({FOLDER: str(case.folder)} if case.plugins else {})
+
+
+def check_plugins(case: Described, result: xr.Dataset) -> None:
+    """Refuse a result that was computed with other code of the plug-ins of its case.
 
     Raises
     ------
     ParameterError
         When a plug-in, or an array in it, has changed.
     """
-    code = code_of(forces)
-    if resume.attrs.get(PLUGINS, code) != code:
-        raise ParameterError(
-            "a plug-in of this result has changed; compute it anew, or write to another file without resume"
-        )
+    code = code_of(case.forces)
+    if result.attrs.get(PLUGINS, code) != code:
+        raise ParameterError("a force model of your own has changed since this result; compute the result anew")
 
 
 @functools.cache  # reading them anew takes as long as solving a curve

@@ -15,7 +15,7 @@ from dforce.core.errors import ParameterError, checked, shorten
 from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.forces import Force
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.spectroscopy.evaluate import Answer, Motion, follow, forces_at
 from dforce.validity import advice, attributes
 
@@ -239,5 +239,5 @@ def _finished(found: dict[str, Any], coords: dict[str, Any], case: Case, parts: 
             for place, name in enumerate(names)
         ]
     data = xr.Dataset(found, coords)
-    data.attrs = provenance(case.to_toml(), case.title) | attributes(advice(case, data))
+    data.attrs = of_case(case, case.to_toml()) | attributes(advice(case, data))
     return describe(data)

@@ -11,7 +11,7 @@ from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked
 from dforce.forces import Force
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.spectroscopy.evaluate import forces_at
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def force_parts(result: xr.Dataset) -> xr.Dataset:
     zc = float(result["zc"]) if "zc" in result.coords and result["zc"].ndim == 0 else None
     names, parts = parts_along(case.problem, distance, velocity, force.values, zc)
     data = xr.Dataset({"force_part": (("interaction", *force.dims), parts)}, {"interaction": names, **force.coords})
-    return describe(data).assign_attrs(provenance(case.to_toml(), case.title))
+    return describe(data).assign_attrs(of_case(case, case.to_toml()))
 
 
 def parts_along(

@@ -20,7 +20,7 @@ from dforce.observables.complex_numbers import phase_lag
 from dforce.procedures.motion import motion_of
 from dforce.procedures.varied import problem_at
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.runs import dwell, watched
 from dforce.solvers.langevin import Langevin, NoisyLanes
 from dforce.solvers.transient import LATE, decay_periods
@@ -117,7 +117,7 @@ def noisy_motion(
     )
     if c.shape[1] < periods:
         data.attrs["interrupted"] = 1
-    data.attrs |= provenance(asked.to_toml(complete=True), asked.title) | {"samples_per_period": integrator.points}
+    data.attrs |= of_case(asked) | {"samples_per_period": integrator.points}
     return describe(data)
 
 

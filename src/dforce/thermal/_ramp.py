@@ -11,7 +11,7 @@ from dforce.core import units
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.thermal._snap import at_rest, barrier_at, of_high_Q
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
         },
         {"speed": speeds},
     )
-    data.attrs = provenance(case.to_toml(), case.title) | {"note": " ".join(of_high_Q(problem))}
+    data.attrs = of_case(case, case.to_toml()) | {"note": " ".join(of_high_Q(problem))}
     return describe(data)
 
 

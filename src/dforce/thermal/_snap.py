@@ -13,7 +13,7 @@ from dforce.case import Case
 from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,9 +84,7 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
         },
         {"zc": place},
     )
-    data.attrs = provenance(case.to_toml(), case.title) | {
-        "note": " ".join([*notes, *of_high_Q(problem.at_height(place))])
-    }
+    data.attrs = of_case(case, case.to_toml()) | {"note": " ".join([*notes, *of_high_Q(problem.at_height(place))])}
     return describe(data)
 
 

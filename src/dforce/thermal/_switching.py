@@ -13,7 +13,7 @@ from dforce.core import units
 from dforce.core.errors import ParameterError, UnitError, checked
 from dforce.instrument.noise import BOLTZMANN
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.runs import watched
 from dforce.solvers.integrator import RK4, Motion
 from dforce.thermal._lanes import CHUNK, langevin, settling_periods, start_of
@@ -134,7 +134,7 @@ def switching_rate(
         data["barrier"] = barrier
     few = [units.show(kelvin, "K", 4) for kelvin, count in zip(given, counts, strict=True) if count.events < LEAST]
     note = f"Fewer than {LEAST} switches at {', '.join(few)}: no rate, only an upper limit." if few else ""
-    data.attrs = provenance(case.to_toml(complete=True), case.title) | {"note": note}
+    data.attrs = of_case(case) | {"note": note}
     often = thermal_switching(Evidence(case, data))
     data.attrs |= attributes([] if often is None else [often])
     return describe(data)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import functools
 import math
 
@@ -141,8 +142,10 @@ def drive_off_resonance(seen: Evidence) -> Advice | None:
 
 
 def small_amplitude(seen: Evidence) -> Advice | None:
-    """Compare the free amplitude of the first tone with the size of an atom."""
-    A0, limit = seen.problem.tones[0].A0, ATOMIC * seen.problem.a0
+    """Compare the free motion of the tip at the first tone with the size of an atom."""
+    problem = seen.problem
+    tone, limit = problem.tones[0], ATOMIC * problem.a0
+    A0 = abs(problem.free[0].sum() + problem.base[0] * cmath.exp(1j * tone.phase))
     if limit <= A0:
         return None
     return Advice(

@@ -19,8 +19,8 @@ import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import OBSERVABLES
-from dforce.core.units import parse, usual_unit
-from dforce.results.dataset import spelled, unit_for
+from dforce.core.units import parse, spelled, usual_unit
+from dforce.results.dataset import unit_for
 
 if TYPE_CHECKING:
     import xarray as xr

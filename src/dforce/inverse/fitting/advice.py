@@ -13,6 +13,7 @@ from dforce.core import units
 from dforce.findings.fits import AS_EXPECTED, WHY, judged
 from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.certainty import NOT_TOLD, TOGETHER, known_products
+from dforce.inverse.fitting.independence import neighbors
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.steps import FAR_FORCES
@@ -25,6 +26,12 @@ if TYPE_CHECKING:
 
 NEAR_EQUAL = 9.0  # of chi2: a second minimum so near is not excluded by the data
 COARSE = 0.3  # standard deviations
+OUTLIER, NEAR, FEW = (
+    7.0,
+    4.0,
+    0.05,
+)  # standard deviations of an outlier and of its neighbors, and its share of the points
+MEDIAN = 0.6745  # of the moduli of normal numbers
 BOUND = 1e-3
 STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
 SPEC = "numbers of this fit"
@@ -35,7 +42,13 @@ def advice_on(found: Fitted, independence: float) -> list[Advice]:
     if found.interrupted and bool(np.isnan(found.certain.covariance).all()):
         return list(_doubts(found))
     pieces = (_unstable, _minima, _bounds, _unseen, _products, _untold, _together, _sampling)
-    every = [_doubts(found), _lost(found), _chi2(found, independence), *(piece(found) for piece in pieces)]
+    every = [
+        _doubts(found),
+        _lost(found),
+        _outliers(found),
+        _chi2(found, independence),
+        *(piece(found) for piece in pieces),
+    ]
     return list(chain.from_iterable(every))
 
 
@@ -65,6 +78,21 @@ def _unstable(found: Fitted) -> Iterator[Advice]:
             f"{int(found.model.data.used.sum())} points. The fit takes the orbit at the center of this motion."
         )
         yield Advice("unstable_points", float(count), 0.0, text, SPEC, ())
+
+
+def _outliers(found: Fitted) -> Iterator[Advice]:
+    model, data, predicted = found.model, found.model.data, found.best.predicted
+    rest = np.where(predicted.lost[:, None], 0.0, np.abs(model.residuals(predicted)))
+    rest = (rest / np.maximum(np.median(rest, axis=0) / MEDIAN, 1.0)).max(axis=1)
+    ways = np.zeros(len(data.height)) if data.direction is None else data.direction
+    out = []
+    for row in neighbors(data.branch[model.points], ways[model.points], data.height[model.points]):
+        beside = np.pad(rest[row], 1)
+        out += row[(rest[row] > OUTLIER) & (np.maximum(beside[:-2], beside[2:]) < NEAR)].tolist()
+    if 0 < len(out) < FEW * len(rest):
+        told = ", ".join(units.show(float(height), "m", 5) for height in data.height[model.points[out]])
+        text = f"far off the best fit, unlike their neighbors: points at heights {told}. Remove them, and fit again."
+        yield Advice("outliers", float(rest[out].max()), OUTLIER, text, SPEC, ())
 
 
 def _chi2(found: Fitted, independence: float) -> Iterator[Advice]:

@@ -196,6 +196,8 @@ class ModelBranches:
         left = np.flatnonzero(~good)
         if len(left):
             _, found, sure, _ = settled(block, left, start.take(left), first[left])
+            if stretch.kind == BEHIND_JUMP:
+                sure &= self._are_behind(block, left, first[left], found.rows[:, 0])
             begun.put(left, States.last_of(found))
             good[left] = sure
         which = np.flatnonzero(good)
@@ -238,8 +240,6 @@ class ModelBranches:
         known = places[:done]
         cases = np.full(done, case)
         read = self.read(block, cases, values[:done], found.rows[:done])
-        if stretch.kind == BEHIND_JUMP and not self._is_behind(block.problem(case, values[0])[0], read[0]):
-            return False
         out.values[case, known], out.lost[case, known], out.at[case, known] = read, False, values[:done]
         out.x[case, known], out.monodromy[case, known] = found.x[:done], found.monodromy[:done]
         out.memory[case, known], out.branch[case, known] = found.memory[:done], found.branch[:done]
@@ -249,9 +249,10 @@ class ModelBranches:
             out.values[case, places[done:]] = beyond(end, read, away[:done], away[done:])
         return True
 
-    def _is_behind(self, problem: Problem, first: Array) -> bool:
-        """Return whether the nearest motion of a branch is behind a jump: its phase is below the phase of free motion."""
-        return bool(first[self.tones] < free_response(problem)[1][0])
+    def _are_behind(self, block: Block, cases: Any, at: Array, rows: Array) -> Any:
+        """Return which motions, not near the measured one, are behind a jump: their phase is below the phase of free motion."""
+        free = [free_response(block.problem(int(case), float(zc))[0])[1][0] for case, zc in zip(cases, at, strict=True)]
+        return self.read(block, cases, at, np.nan_to_num(rows))[:, self.tones] < free
 
     def read(self, block: Block, cases: Any, at: Array, rows: Array) -> Array:
         """Return amplitudes (m) and phases (degrees) from measurements at some distances (m), (motions, 2 tones)."""

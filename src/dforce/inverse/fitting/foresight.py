@@ -22,7 +22,7 @@ from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import Unknown, amplitude_path, make_unknowns, start_vector
 from dforce.inverse.measured import check_measured
 from dforce.inverse.values import number_of
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.solvers.blocks import block_type
 from dforce.solvers.quasi_static_walk import Walk
 from dforce.solvers.states import States
@@ -324,8 +324,7 @@ def _dataset(case: Case, free: Sequence[str], curves: dict[str, tuple[list[Unkno
             "parameter": names,
             "unit": ("parameter", [unit[name] for name in names]),
         },
-        provenance(case.to_toml(complete=True), case.title)
-        | {"kind": "identify", "free": list(free), "products": "\n".join(products)},
+        of_case(case) | {"kind": "identify", "free": list(free), "products": "\n".join(products)},
     )
 
 

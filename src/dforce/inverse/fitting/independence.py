@@ -22,7 +22,7 @@ WINDOW = 5.0  # times the length of the correlation: so far it is summed
 SHARE = 2  # of the longest row the correlation is summed over, at most: 1 / SHARE
 
 
-def _rows(branch: Indices, ways: Any, height: Array) -> list[Indices]:
+def neighbors(branch: Indices, ways: Any, height: Array) -> list[Indices]:
     """Return places of neighbors, in the order of their heights, for each direction on each branch."""
     order = np.lexsort((height, ways, branch))
     cuts = np.flatnonzero((np.diff(branch[order]) != 0) | (ways[order][1:] != ways[order][:-1])) + 1
@@ -44,7 +44,7 @@ def independence(fit: xr.Dataset) -> float:
     used = np.flatnonzero(fit["used"].values & ~fit["lost"].values)
     ways = fit["direction"].values if "direction" in fit.coords else np.zeros(fit.sizes["point"])
     rest = np.concatenate([fit[name].values[used] for name in ("amplitude_residual", "phase_residual")], axis=1)
-    rows = [rest[row] for row in _rows(fit["branch"].values[used], ways[used], fit["height"].values[used])]
+    rows = [rest[row] for row in neighbors(fit["branch"].values[used], ways[used], fit["height"].values[used])]
     power, tones = float((rest**2).mean()) if rest.size else 0.0, rest.shape[1]
     longest = max(map(len, rows))
     if not (power > 0.0 and longest > 1):
@@ -77,7 +77,7 @@ def inflation(model: CurveModel, predicted: Prediction) -> float:
     places = np.flatnonzero(~predicted.lost)
     points, rest = model.points[places], model.residuals(predicted)[places]
     ways = np.zeros(len(data.height)) if data.direction is None else data.direction
-    rows = _rows(data.branch[points], ways[points], data.height[points])
+    rows = neighbors(data.branch[points], ways[points], data.height[points])
     least = (1.0 + known) / (1.0 - known) if known > CORRELATED else 1.0
     return max(least, lasting([rest[row] for row in rows]))
 

@@ -72,8 +72,12 @@ def profile_of(
                 break
     found.sort()
     varied, chi2 = (np.array(column) for column in zip(*found, strict=True))
-    at = [_reach(varied, chi2, best, index, level, side) for level in certain.rises for side in (-1.0, 1.0)]
-    return Profile(varied, chi2, at)
+    away, roots = varied - best.varied[index], np.sqrt(np.maximum(chi2 - best.chi2, 0.0))
+    ends = []
+    for level in np.sqrt(certain.rises).tolist():
+        for mine in (away <= 0.0, away >= 0.0):
+            ends.append(reach(level, np.abs(away[mine]), roots[mine]) if roots[mine].max() >= level else math.inf)
+    return Profile(varied, chi2, ends)
 
 
 @dataclass(frozen=True)
@@ -98,18 +102,26 @@ class ProfilePoint:
     roots: list[float]
 
     def reach(self, level: float) -> float:
-        """Return how far the root comes to a level; it goes on straight beyond, and ends where there is no state."""
-        order = np.argsort(self.ways)
-        ways, roots = np.array(self.ways)[order], np.maximum.accumulate(np.array(self.roots)[order])
-        if level < roots[0]:
-            return math.nan
-        over = int(np.argmax(roots >= level)) if roots[-1] >= level else 0
-        if over and math.isinf(roots[over]):
-            return float(ways[over])
-        if over:
-            return float(np.interp(level, roots[over - 1 : over + 1], ways[over - 1 : over + 1]))
-        slope = (roots[-1] - roots[0]) / (ways[-1] - ways[0]) if len(ways) > 1 else 0.0
-        return float(ways[-1] + (level - roots[-1]) / slope) if slope > 0.0 else math.inf
+        """Return how far the root comes to a level; see :func:`reach`."""
+        return reach(level, np.array(self.ways), np.array(self.roots))
+
+
+def reach(level: float, ways: Array, roots: Array, chord: int = 0) -> float:
+    """Return how far the root of the rise of chi2 comes to a level, from its values at some distances; NaN if all are above.
+
+    It ends where there is no state. Beyond the last place it goes on straight, by the chord from place `chord` on.
+    """
+    order = np.argsort(ways)
+    ways, roots = ways[order], np.maximum.accumulate(roots[order])
+    if level < roots[0]:
+        return math.nan
+    over = int(np.argmax(roots >= level)) if roots[-1] >= level else 0
+    if over and math.isinf(roots[over]):
+        return float(ways[over])
+    if over:
+        return float(np.interp(level, roots[over - 1 : over + 1], ways[over - 1 : over + 1]))
+    slope = (roots[-1] - roots[chord]) / (ways[-1] - ways[chord]) if len(ways) > 1 else 0.0
+    return float(ways[-1] + (level - roots[-1]) / slope) if slope > 0.0 else math.inf
 
 
 def end_of(
@@ -165,14 +177,3 @@ def _next(ends: ProfilePoint, goal: float, far: float) -> float:
     if math.isinf(outside):
         return min(guess, 2.0 * far)
     return guess if above < STUCK * goal and inside < guess < outside else 0.5 * (inside + outside)
-
-
-def _reach(varied: Array, chi2: Array, best: Minimum, index: int, level: float, side: float) -> float:
-    """Return how far from the best chi2 has risen by so much, by its root, which is nearly straight."""
-    mine = side * (varied - best.varied[index]) >= 0.0
-    way, rise = side * (varied[mine] - best.varied[index]), np.sqrt(np.maximum(chi2[mine] - best.chi2, 0.0))
-    order = np.argsort(way)
-    way, rise = way[order], np.maximum.accumulate(rise[order])
-    if rise[-1] < math.sqrt(level):
-        return math.inf
-    return float(np.interp(math.sqrt(level), rise, way))

@@ -174,7 +174,7 @@ def _minima(result: xr.Dataset) -> list[str]:
         plain, error = str(one["unit"].values), float(one["error"])
         numbers = [*(one["minimum_value"][place] for place in places), one["interval_low"], one["interval_high"]]
         told = [" ".join(with_error(float(number), error, plain)[::2]).strip() for number in numbers]
-        rows.append((name, *told[:-2], " to ".join(told[-2:])))
+        rows.append((name, *told[:-2], without_error(one) or " to ".join(told[-2:])))
     return _indented(rows)
 
 

@@ -26,7 +26,7 @@ from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
 from dforce.inverse.quantities import FITS
 from dforce.inverse.values import with_unit
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.validity import advice_in, attributes
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ def _attributes(found: Fitted, values: Array) -> dict[str, Any]:
     case = best_case(found, values)
     asked = model.case.model_copy(update={"fit": found.settings})
     return (
-        provenance(case.to_toml(complete=True), model.case.title)
+        of_case(case, title=model.case.title)
         | {
             "kind": KIND,
             "chi2": best.chi2,
@@ -270,7 +270,7 @@ def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
         variables,
         {"curve": list(done), "parameter": some["parameter"].values, "unit": ("parameter", some["unit"].values)}
         | places,
-        provenance(some.attrs["start_case"], case.title) | {"kind": "fits", "holds_for": some.attrs["holds_for"]},
+        of_case(case, some.attrs["start_case"]) | {"kind": "fits", "holds_for": some.attrs["holds_for"]},
     )
 
 

@@ -18,7 +18,7 @@ from dforce.inverse.fitting.certainty import MOST, Certainty
 from dforce.inverse.fitting.folds import fold_beside
 from dforce.inverse.fitting.minimize import Minimum, Objective
 from dforce.inverse.fitting.model import CurveModel, allowed
-from dforce.inverse.fitting.profile import ProfilePoint, Way, end_of
+from dforce.inverse.fitting.profile import ProfilePoint, Way, end_of, reach
 from dforce.inverse.fitting.unknowns import limits
 
 WIDEST = 1.0  # of a logarithm: farthest place where chi2 is asked for
@@ -118,15 +118,15 @@ def sides_of(
         end = end_of(model, best, way, floor, found, on_run)
         if isinstance(end, Minimum):
             return end
-        for level, reach in both.items():
+        for level, reached in both.items():
             plain = level * float(errors[which[row]]) / root
-            reach[row] = min(end.reach(level), max(FARTHEST * plain, *end.ways))
+            reached[row] = min(end.reach(level), max(FARTHEST * plain, *end.ways))
             if math.inf in end.roots:  # a search may miss a state that exists
-                reach[row] = max(reach[row], plain)
+                reached[row] = max(reached[row], plain)
     out = []
-    for level, reach in both.items():
+    for level, reached in both.items():
         pair = np.stack([errors * level, errors * level])
-        pair[(ways.side > 0.0).astype(int), which] = root * reach
+        pair[(ways.side > 0.0).astype(int), which] = root * reached
         out += list(pair)
     return Sides(*out)
 
@@ -222,20 +222,13 @@ def _residuals(model: CurveModel, places: Array) -> Array:
 def _reach(level: float, before: float, ways: Array, rises: Array, error: float) -> float:
     """Return how far the root of the rise of chi2 comes to a level, from its values at some distances, NaN where not known.
 
-    It goes on straight beyond. Without the first two values the distance is the covariance's. `before` is the root of
-    the rise at no distance: where it is above the level, the distance is NaN.
+    `before` is the root of the rise at no distance; see :func:`reach`. Without the first two values the distance is the
+    covariance's.
     """
     if before > level:
         return math.nan
     if not np.isfinite(rises[:2]).all():
         return level * error
     known = np.isfinite(rises)
-    order = np.argsort(ways[known])
-    ways = np.concatenate([[0.0], ways[known][order]])
-    rises = np.maximum.accumulate(np.concatenate([[before], rises[known][order]]))
-    if level <= rises[-1]:
-        found = float(np.interp(level, rises, ways))
-    else:
-        steep = (rises[-1] - rises[-2]) / (ways[-1] - ways[-2])
-        found = float(ways[-1] + (level - rises[-1]) / steep) if steep > 0.0 else math.inf
+    found = reach(level, np.concatenate([[0.0], ways[known]]), np.concatenate([[before], rises[known]]), chord=-2)
     return min(found, FARTHEST * level * error)

@@ -15,7 +15,7 @@ from dforce.inverse.reconstruction._invert import SEEN, Inverse
 from dforce.inverse.reconstruction._law import Law, force_of
 from dforce.inverse.reconstruction._points import CurvePoints
 from dforce.results.dataset import describe
-from dforce.results.provenance import provenance
+from dforce.results.provenance import of_case
 from dforce.spectroscopy import force_curve
 
 if TYPE_CHECKING:
@@ -39,6 +39,11 @@ WALL = (
     "the force doubles over less than the error of the distance, and is determined nowhere: amplitude and height need "
     "smaller errors"
 )
+DRAG = (
+    "the sample dissipates energy; the damping is valid for a drag on the tip, not for adhesion hysteresis: its loss belongs "
+    "to the whole path"
+)
+BY_PATH = "the sample dissipates energy; the loss belongs to the whole path, so there is no damping"
 FAR, TOO_FAR = 0.05, 0.01  # virial at the far end over the largest: worth a note, and small enough
 
 
@@ -87,6 +92,7 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
         "energy_error": ("point", inverse.energy_error),
     }
     by_path = any(force.memory or force.switch is not None for force in case.forces)  # its loss is no drag
+    loss = "" if inverse.damping is None else BY_PATH if by_path else DRAG
     if inverse.damping is not None and not by_path:
         variables |= {
             "damping": ("distance", inverse.damping.values * open_),
@@ -105,9 +111,9 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
         "flag_sentences": "\n".join(SENTENCES),
     }
     kept = {key: source.attrs[key] for key in ("source", "sha256", "calibration") if key in source.attrs}
-    data.attrs = provenance(case.to_toml(), str(source.attrs.get("title", "") or case.title)) | kept
+    data.attrs = of_case(case, case.to_toml(), str(source.attrs.get("title", ""))) | kept
     notes = [f"doubts about the measured curve: {text}" for text in doubts(source.attrs)]
-    notes += [*_notes(inverse, reading), *([WALL] if walled else [])]
+    notes += [*_notes(inverse, reading), *(note for note in (loss, WALL if walled else "") if note)]
     data.attrs |= {"chi2": inverse.fit.chi2, "rounds": inverse.rounds, "notes": "\n".join(notes)}
     return data
 
@@ -223,10 +229,5 @@ def _notes(inverse: Inverse, reading: CurvePoints) -> list[str]:
         found.append(
             f"at the far end the virial is still {100.0 * far:.2g} % of its largest value, so the force beyond is a guess: "
             f"retract by some {units.show(max(away - float(inverse.rows.closest.max()), 0.0), 'm', 2)} more"
-        )
-    if inverse.damping is not None:
-        found.append(
-            "the sample dissipates energy; the damping is valid for a drag on the tip, not for adhesion hysteresis: its loss "
-            "belongs to the whole path"
         )
     return found
