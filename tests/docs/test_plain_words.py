@@ -147,6 +147,11 @@ def test_every_sentence_is_plain(room):
     assert not found, "\n".join(f"{s.place}:{s.line}: {', '.join(wrong)}: {s.text}" for s, wrong in found)
 
 
+def test_the_pages_have_shorter_sentences():
+    found = [s for s, _ in read(pages) if faults(s.text, longest=27) and not is_let_pass(s)]
+    assert not found, "\n".join(f"{s.place}:{s.line}: {s.text}" for s in found)
+
+
 def test_each_exception_has_a_reason_and_is_needed():
     assert len(EXCEPTIONS) <= MOST_EXCEPTIONS
     wrong = [sentence for room in ROOMS for sentence, found in read(room) if found]
