@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 WIDE, FAR = 3.0, 5.0  # errors
 BY_CHANCE = 0.005  # of the points may be below by more, as noise makes it
 REPULSIVE = 5.0  # degrees below 90 at which a point is counted as net repulsive
-FEWEST = 5  # points of a slope
+FEWEST = 5  # points of a slope, or around a spike
 SHALLOW = 0.01  # slope of the amplitude over a sample too soft to be felt
 TURN, FALL = 4.0, 0.8  # degrees, and of the free amplitude: where it falls so far, the phase turns by more
-SHARP = 3.0  # times the largest step of the curve around it: how far off a spike is
+SHARP = 3.0  # times the change of slope around it: how far off a spike is
 CLEAR = 4.0  # errors of a loss that is significant
 DOUBT = "doubt: "  # begins a sentence on a possible fault in the history of a curve
 
@@ -86,12 +86,12 @@ def check_spikes(work: Work) -> None:
     height, free = work.values("height"), work.data["free"].values
     for word in work.directions:
         rows = work.rows(word)
-        for name in work.channels:
-            values, inner = work.values(name)[rows], slice(2, -2)
-            off = np.abs(values[inner] - 0.5 * (values[1:-3] + values[3:-1]))
-            steps = [values[1:-3] - values[:-4], values[3:-1] - values[1:-3], values[4:] - values[3:-1]]
-            least = np.maximum(SPIKE * float(work.data.attrs[f"{name}_error"]), SHARP * np.abs(steps).max(axis=0))
-            places = rows[inner][(off > least) & ~free[rows[inner]]]
+        for name in work.channels if len(rows) >= FEWEST else ():
+            far, near, values, nearer, nearest = (work.values(name)[rows][k : len(rows) - 4 + k] for k in range(5))
+            off = np.abs(values - (4.0 * (near + nearer) - far - nearest) / 6.0)  # the cubic through the others
+            bend = np.abs(0.5 * (nearer - near) - np.stack([near - far, nearest - nearer])).max(axis=0)
+            least = np.maximum(SPIKE * float(work.data.attrs[f"{name}_error"]), SHARP * bend)
+            places = rows[2:-2][(off > least) & ~free[rows[2:-2]]]
             if len(places):
                 told = ", ".join(units.show(float(height[place]), "m", 5) for place in places)
                 work.history.append(f"{DOUBT}the {name} of the {word} has a spike at {told}; remove this point")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -99,9 +100,9 @@ def shown(field: Field, value: object) -> tuple[str, str]:
 
 
 def nominal_value(document: Document, path: Path) -> float | None:
-    """Return the library's value (SI) of an empty field; None where the library has none.
+    """Return the value (SI) of an empty field of a cantilever by name; None where it has none.
 
-    It belongs to a cantilever by name, unless the name is from the user's own file.
+    It is from the library, unless the name is from the user's own file. A missing Q is from the medium.
     """
     section, *key = path
     if section != "cantilever" or key not in (["f0"], ["k"], ["Q"], ["tip_radius"]):
@@ -109,6 +110,9 @@ def nominal_value(document: Document, path: Path) -> float | None:
     given = document.value(("cantilever",)) or {}
     probe = df.cantilevers().get(str(given.get("name"))) if given.get("library") is None else None
     value: float | None = getattr(probe, str(key[0]), None)
+    if value is None and probe is not None and key == ["Q"]:
+        with contextlib.suppress(df.DForceError, TypeError):  # the case is typed halfway
+            return float(f"{document.case().problem.modes[0].Q:.3g}")
     return value
 
 

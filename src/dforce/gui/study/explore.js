@@ -27,7 +27,7 @@ export default {
           <option v-for="one in limitable" :key="one.name" :value="one.name">{{ one.label }}</option></select></label>
         <template v-if="limited_"><select class="df-box" v-model="above_" aria-label="side of the limit">
             <option :value="false">below</option><option :value="true">above</option></select>
-          <input class="df-box" v-model="limit_" aria-label="limit to keep" placeholder="100 pN" maxlength="40" /></template></span>
+          <input class="df-box" v-model="limit_" aria-label="limit to keep" :placeholder="'1 ' + limitable.find((one) => one.name === limited_)?.unit" maxlength="40" /></template></span>
         <label>in <select class="df-box" v-model="regime" aria-label="regime to keep">
           <option value="">any regime</option><option value="attractive">the attractive regime</option>
           <option value="repulsive">the repulsive regime</option></select></label>

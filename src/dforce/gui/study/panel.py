@@ -16,7 +16,7 @@ from dforce.core.units import show
 from dforce.findings.set_point import states_meant
 from dforce.gui.case.entry import QuietElement
 from dforce.gui.case.fields import in_words, with_labels, within_sentence
-from dforce.gui.case.values import ParameterRow
+from dforce.gui.case.values import ParameterRow, composed
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.figures import Figure
 from dforce.gui.curves.panel import Panel, Scene
@@ -345,11 +345,14 @@ def _ends(given: dict[str, Any], which: str = "") -> dict[str, str]:
 def _limits(given: dict[str, Any]) -> dict[str, str]:
     """Return the limits that were typed, as :func:`dforce.plan` takes them."""
     name, regime = str(given.get("limited") or ""), str(given.get("regime") or "")
-    found = {name: f"{'>' if given.get('above') else '<'} {str(given.get('limit') or '')[:40]}"} if name else {}
-    return found | ({"regime": regime} if regime else {})
+    found = {"regime": regime} if regime else {}
+    if name:
+        limit = composed(str(given.get("limit") or "")[:40], OBSERVABLES[name].shown)
+        found[name] = f"{'>' if given.get('above') else '<'} {limit}"
+    return found
 
 
 def _limitable() -> list[dict[str, str]]:
     """Return the quantities that a limit may hold for, with their words."""
     names = [name for name in explore.FIRST if name in limited()]
-    return [{"name": name, "label": OBSERVABLES[name].label} for name in names]
+    return [{"name": name, "label": OBSERVABLES[name].label, "unit": OBSERVABLES[name].shown} for name in names]

@@ -171,6 +171,11 @@ ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as 
 TWO_MODES = "The second mode belongs to an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
 # the keyboard focus moves to the chart, because its element is gone
 TO_CHART = 'dforceFocus.before?.closest(".df-start") && dforceFocus.go(".df-main .df-chart")'
+# Enter takes the first of the names that match what is typed, once their list is there
+FIRST_MATCH = """(text) => text && setTimeout(() => {
+    const list = getElement(%d).$refs.qRef;
+    if (list?.getOptionIndex() === -1) list.moveOptionSelection(1, true);
+}, 100)"""
 NO_Q = "The library has no quality factor of this lever. Type your value at “Quality factor Q”."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (
@@ -226,6 +231,8 @@ class StartPage:
                 for one in (self.lever, self.medium, self.sample, self.q):
                     one.props("outlined dense options-dense")
                     one.on_value_change(self._follow)
+                for one in (self.lever, self.sample):
+                    one.on("input-value", js_handler=FIRST_MATCH % one.id)
                 ui.button("Start", icon="arrow_forward", on_click=self._start).props("unelevated no-caps color=primary")
             self.note = ui.label().classes("df-text")
             self.offers = ui.element("div").classes("df-offers").props('role="group" aria-label="examples"')
