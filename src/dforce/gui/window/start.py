@@ -171,7 +171,7 @@ ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as 
 TWO_MODES = "The second mode belongs to an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
 # the keyboard focus moves to the chart, because its element is gone
 TO_CHART = 'dforceFocus.before?.closest(".df-start") && dforceFocus.go(".df-main .df-chart")'
-# Enter takes the first of the names that match what is typed, once their list is there
+# Enter takes the first of the names that match the input, once their list is there
 FIRST_MATCH = """(text) => text && setTimeout(() => {
     const list = getElement(%d).$refs.qRef;
     if (list?.getOptionIndex() === -1) list.moveOptionSelection(1, true);
