@@ -67,7 +67,7 @@ def cache_folder(inner: str = "") -> Path:
     Raises
     ------
     ParameterError
-        When no folder is given, and the user has none.
+        When no folder is set, and the user has none.
     """
     folder = _asked_folder()
     for place in (folder, folder / inner):
@@ -84,7 +84,7 @@ def _asked_folder() -> Path:
     Raises
     ------
     ParameterError
-        When no folder is given, and the user has none.
+        When no folder is set, and the user has none.
     """
     given = os.environ.get("DFORCE_CACHE_DIR")
     return Path(given) if given else user_folder("cache") / "kernels"

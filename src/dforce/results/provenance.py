@@ -61,7 +61,7 @@ class Described(Protocol):
 
 
 def of_case(case: Described, text: str = "", title: str = "") -> dict[str, str]:
-    """Return the attributes of a result of a case: all of :func:`provenance`, and those of its plug-ins."""
+    """Return the attributes of a result of a case: all of :func:`provenance`, and of its plug-ins."""
     return provenance(text or case.to_toml(complete=True), title or case.title) | of_plugins(case)
 
 
