@@ -268,7 +268,7 @@ def _say_not_kept(folder: Path, why: str) -> None:
 
 
 def complaints() -> int:
-    """Return of how many folders this process has said that it keeps no compiled code there."""
+    """Return the number of folders for which this process has announced that it keeps no compiled code there."""
     return _say_not_kept.cache_info().currsize + _say_not_used.cache_info().currsize
 
 

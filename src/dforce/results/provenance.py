@@ -38,7 +38,7 @@ def provenance(case: str, title: str = "") -> dict[str, str]:
 
 
 class Described(Protocol):
-    """A case, as far as a result tells of it."""
+    """The part of a case that a result contains."""
 
     @property
     def title(self) -> str:

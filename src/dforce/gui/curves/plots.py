@@ -161,11 +161,15 @@ class Plots:
         view.on_said.append(lambda said: self.wait())
         self.wait()
 
-    async def prepare(self, result: xr.Dataset | None) -> None:
-        """Solve, in a thread, the states at the set point, which are remembered until table and words are made."""
-        layers = self.kept.layers(result)
-        if layers and (usual := pictures_of(layers[-1].result)):
-            await asyncio.to_thread(self.set_point.marked, layers, self.wanted(layers[-1].result, usual))
+    async def prepare(self) -> None:
+        """Solve, in a thread, the states at the set point, which are remembered until table and words are made.
+
+        Where another figure is composed meanwhile, its states are solved, too.
+        """
+        layers: Sequence[figures.Layer] = ()
+        while self.shown is not None and layers is not self.layers:
+            layers = self.layers
+            await asyncio.to_thread(self.set_point.marked, layers, self.shown)
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
         """Return the figure of a result with the kept results drawn beside it."""
@@ -273,7 +277,7 @@ class Plots:
     async def _redraw(self) -> None:
         try:
             await self.view.draw()
-            await self.prepare(self.result)
+            await self.prepare()
             self.view.show_beside()
         except Exception:  # an unchanged plot would show another choice
             log.exception("the results could not be drawn")

@@ -80,7 +80,7 @@ class View:
 
     main: Chart
     force: ForceChart
-    prepare: Callable[[xr.Dataset | None], Awaitable[None]]
+    prepare: Callable[[], Awaitable[None]]
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -258,7 +258,7 @@ class View:
         if self._beside.overtaken or self.said.wrong:  # of a later document, which asks for nothing beside
             return
         self._beside_at = time.monotonic()
-        await self.prepare(self.result)
+        await self.prepare()
         self.show_beside()
         if self.force.has_law(followed.case):
             self.shown.show(PagePart.FORCE, followed.document)
