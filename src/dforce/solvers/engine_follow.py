@@ -1,8 +1,8 @@
 """Stable orbits of the engine followed while a parameter changes, see ``quasi_static``: first anchors, then all between.
 
-Anchors are the orbits that steps lead to, each as far as the last ones foretell it. The orbits at values that a step passed lie
-between two of them, and are predicted by polynomials through the nearest anchors and their slopes: so well that they
-are found side by side, and most of them by one march.
+Steps lead to anchors, each as far as the last anchors predict it. The orbits at values that a step passed lie between two
+anchors. Polynomials through the nearest anchors and their slopes predict them so well that they are found side by side, most
+of them by one march.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from dforce.solvers.states import States
 
 ANCHORS = 4  # through so many the orbits between are predicted
 ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
-APART = 0.25  # of the way to a value: distance of the two anchors that foretell it, at least
-AIMED = 0.2  # of the largest error allowed in a prediction: that of the next one
-SHORTER = 0.7  # of a step that was refused: the next one, at most
-ONE_BY_ONE = 1  # how many values a step may lead to, where those that it passed were not found
+APART = 0.25  # of the way to a value: distance of the two anchors that predict it, at least
+AIMED = 0.2  # of the largest error allowed in a prediction: aim for the next prediction
+SHORTER = 0.7  # of a step that was refused: the next step, at most
+ONE_BY_ONE = 1  # values in a step, after the values that a step passed were not found
 
 
 class OrbitFinder(Protocol):
@@ -45,7 +45,7 @@ class OrbitFinder(Protocol):
     def newton(
         self, which: Indices, states: States, at: Array, wanted: Bools, repeats: int = 1, *, at_once: bool = False
     ) -> Any:
-        """Find orbits near states, and measure those that are wanted."""
+        """Find orbits near states, and measure the wanted orbits."""
 
     def check_cancelled(self) -> Any:
         """Raise when the run is to stop."""
@@ -82,7 +82,7 @@ class Follower:
         self.place = np.full(cases, -1)  # the last value of the path that the anchors have come to
 
     def step(self) -> bool:
-        """Go to the next anchors, or find what they have passed; say whether there was anything to do."""
+        """Go to the next anchors, or find the values that they passed; return whether there was work."""
         going = np.flatnonzero(self.going)
         if len(going):
             self._next(going)
@@ -107,7 +107,7 @@ class Follower:
         value = np.where(fresh & (place < 0), last, value)
         guess = np.array([self._foretold(*one) for one in zip(going.tolist(), value.tolist(), strict=True)])
         states = States(guess, found.last_memory[going], found.last_branch[going])
-        # the others are measured side by side with what they passed; near a fold that would be another orbit
+        # the others are measured side by side with the values that they passed; near a fold that would be another orbit
         wanted = (place >= 0) & (fresh | (self.most[going] == ONE_BY_ONE) | np.isfinite(found.fold[going]))
         orbits = self.block.newton(self.which[going], states, value, wanted, self.repeats)
         fits = orbits.good.copy()
@@ -142,7 +142,7 @@ class Follower:
         return hermite(away, np.array([one.x for one in anchors]), np.array([one.slope for one in anchors]))
 
     def _continues(self, going: Indices, value: Array, orbits: Any, guess: Array) -> Bools:
-        """Say which orbits continue the last ones of their problems: value, state and slope."""
+        """Return which orbits continue the last orbits of their problems in value, state and slope."""
         found = self.found
         x, slope = found.last_x[going], found.last_slope[going]
         step = ((value - found.last_value[going]) / self.unit[going])[:, None]
@@ -194,7 +194,7 @@ class Follower:
         found.residual[where], found.steps[where] = orbits.residual[i], orbits.steps[i]
 
     def _fill(self) -> bool:
-        """Find the orbits that steps have passed; say whether a problem goes on from an earlier anchor."""
+        """Find the orbits that steps have passed; return whether a problem goes on from an earlier anchor."""
         found = self.found
         passed = np.isnan(found.residual) & (np.arange(self.values.shape[1]) <= self.place[:, None])
         cases, places = np.nonzero(passed)

@@ -104,7 +104,7 @@ def contact_sampling(seen: Evidence) -> Advice | None:
     r"""Compare the samples with the fastest motion of the tip in contact.
 
     At the nearest distance the force acts as a spring :math:`\kappa = -\partial F/\partial d` and a dashpot
-    :math:`-\partial F/\partial \dot d` between tip and sample; the fastest of the modes on it moves at the rate
+    :math:`-\partial F/\partial \dot d` between tip and sample. The fastest of the modes on it moves at the rate
     :math:`|\lambda|`, the largest eigenvalue of their linear equations. RK4 errs by :math:`(|\lambda| h)^4/120` in the phase
     and :math:`(|\lambda| h)^5/144` in the amplitude, a radian.
     """

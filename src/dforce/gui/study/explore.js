@@ -1,5 +1,5 @@
-// Results over parameters: what is looked at, a chart of it, and what a click takes over.
-const KEPT = "dforce-against"; // what is typed here, for when the page is loaded anew
+// Results over parameters: the choice, its chart, and the values that a click takes over.
+const KEPT = "dforce-against"; // input here, for a page that is loaded anew
 const TYPED = ["path", "low", "high", "points", "path2", "low2", "high2", "points2", "limited_", "above_", "limit_", "regime", "all"];
 const differ = (one, before) => JSON.stringify(one) !== JSON.stringify(before);
 
@@ -82,7 +82,7 @@ export default {
     },
   },
   watch: {
-    // what is typed stays unless another range is suggested
+    // input stays unless another range is suggested
     suggested: {
       immediate: true,
       handler(one, before) {

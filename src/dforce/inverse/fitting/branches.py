@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both is a jump
-FOUND = 1  # points beside a jump that is found in the data are left out where no margin is given
+FOUND = 1  # default margin: points left out beside a jump that is found in the data
 RIGHT_ANGLE = 90.0
 ATTRACTED = 4.0  # errors by which a phase of attraction is above that, at least, and of free motion below, at most
 
@@ -52,7 +52,7 @@ class _Walk:
 
 
 def _is_behind(found: MeasuredPoints, stretch: Indices) -> bool:
-    """Say whether the nearest points of a stretch are repulsive."""
+    """Return whether the nearest points of a stretch are repulsive."""
     return bool(np.median(found.phase[stretch[-3:], 0]) < RIGHT_ANGLE)
 
 
