@@ -3,7 +3,7 @@
     python benchmarks/accuracy.py [--cases 300] [--seed 15] [--family NAME ...] [--reference fine|engine] [--worst 10]
                                   [--method periodic|transient]
 
-The cases are those of the validation, half of them driven beside their resonance. Each is found at the default accuracy, and
+The cases come from the validation, half of them driven beside their resonance. Each is found at the default accuracy, and
 again from the same state by the reference: RK4 with 16384 samples a period, or the engine. A deviation is the
 largest over all quantities, as a share of each one's scale. Ctrl-C reports the comparisons so far; --family takes some of
 the cases alone.

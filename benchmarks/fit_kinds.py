@@ -15,7 +15,7 @@ E, H, ETA, Q = "sample.youngs_modulus", "forces.dmt.hamaker", "forces.kelvin_voi
 FREE = [E, H, ETA]
 TRUTH = {E: 2e9, H: 6e-20, ETA: 20.0, "zc_offset": 0.35e-9, "A0": 30e-9, "phase_offset": 1.2, Q: 180.0}
 SIGMA_A, SIGMA_PHI, SIGMA_Q = 0.06e-9, 0.3, 3.6
-FINE = 1024  # samples per period of a truth: four times those of a fit
+FINE = 1024  # samples per period of a truth: four times a fit's
 # the stiff kind
 STIFF_RANGES = {E: (2e9, 5e9), H: (2e-20, 4e-20), ETA: (10.0, 50.0)}  # by the logarithm
 STIFF_START = {E: 1e9, H: 4e-20, ETA: 20.0}  # of every fit, for any truth

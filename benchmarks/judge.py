@@ -92,7 +92,7 @@ def deviation(case: df.Case, found: Any, exact: Any) -> dict[str, float]:
 
 
 def _beside(size: Any, change: Any) -> Any:
-    """Return sizes along the same places: those of points stand in front, those of tones and modes behind."""
+    """Return sizes along the same places: points in front, tones and modes behind."""
     size = np.asarray(size)
     return (
         size.reshape(size.shape + (1,) * (change.ndim - size.ndim)) if size.shape == change.shape[: size.ndim] else size

@@ -44,7 +44,7 @@ class Measure:
     Attributes
     ----------
     name
-        What was measured; or why nothing was.
+        The measured quantity; or the reason for a missing number.
     value, unit
         The number, None where there is none, and its unit.
     """
@@ -69,7 +69,7 @@ class Answers:
     behind
         People who at last did not see the curves of their last value.
     memory
-        What each further session takes of the server's memory (MB); None where the system does not tell.
+        The server's memory for each further session (MB); None where the system does not show it.
     """
 
     people: int
@@ -157,7 +157,7 @@ class Person:
         """Load the page and connect."""
         import aiohttp
 
-        jar = aiohttp.CookieJar(unsafe=True)  # that of an address without a name, too
+        jar = aiohttp.CookieJar(unsafe=True)  # cookies of an address without a name, too
         async with aiohttp.ClientSession(cookie_jar=jar) as session, session.get(self.server.address) as answer:
             page = await answer.text()
         elements: dict[str, Any] = json.loads(html.unescape(_found(r"String\.raw`(.*?)`\)", page)))
@@ -226,7 +226,7 @@ class Person:
 
     @property
     def behind(self) -> bool:
-        """Whether the curves seen are not those of the last value."""
+        """Whether the curves seen belong to an earlier value."""
         return abs(self.shown - self.last) > NEAR
 
     async def ask(self, value: float) -> None:

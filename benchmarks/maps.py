@@ -2,12 +2,12 @@
 
     python benchmarks/maps.py [--blocks 200] [--tasks 10000] [--cluster] [--random 2000] [--points 1000000 2000000 4000000]
 
-The same curves are computed in memory and in a store, once in blocks as large as they are chosen and once in blocks of one
-curve, whose time is that of the block itself. With --cluster so many empty blocks pass a real scheduler and two workers,
-processes of their own, as a map passes them: never more known than two for each thread. With --random so many random polymers,
-those of the tutorial on maps, are computed instead, and the hours of a million are printed. With --points so many settled
-points, in curves of 201, go to a store, each number in a process of its own: with its largest memory, and its speed beside
-that of the same curves solved in one block and kept nowhere.
+The same curves are computed in memory and in a store, once in blocks of the usual size and once in blocks of one curve, whose
+time is the block's own. With --cluster so many empty blocks pass a real scheduler and two workers in other processes, as in a
+map: never more known than two for each thread. With --random so many random polymers of the tutorial on maps are computed
+instead, and the hours of a million are printed. With --points so many settled points, in curves of 201, go to a store, each
+number in another process: with its largest memory, and its speed beside the speed of the same curves solved in one block and
+kept nowhere.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def sizes(store: Path) -> tuple[int, int]:
 
 
 def timed(cases: int, points: int = CURVE, **settings: Any) -> tuple[float, float]:
-    """Return the time (s) of a sweep over so many curves by the clock, and that of the processors."""
+    """Return the time (s) of a sweep over so many curves by the clock, and the processors' time."""
     draw = np.random.default_rng(1)
     rows = {"drive.A0": draw.uniform(6e-9, 9e-9, cases), "forces.dmt.hamaker": draw.uniform(1e-20, 4e-20, cases)}
     clock, used = time.perf_counter(), time.process_time()

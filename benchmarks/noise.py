@@ -1,8 +1,8 @@
 """Check noise that is computed against noise that is simulated, and rates against Kramers': minutes, so not a test.
 
 Run it as ``python benchmarks/noise.py``. It prints the linear noise of amplitude and phase at ten points of figure 3's curve
-beside that of many lanes with its interval, cold, where both have to agree, and at room temperature, where thermal motion is
-a third of the distance to the surface and the linear noise a scale; and the rate at which a still lever snaps in.
+beside the noise of many lanes with its interval: cold, where both have to agree, and at room temperature, where thermal motion
+is a third of the distance to the surface and the linear noise a scale; and the rate at which a still lever snaps in.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Ended:
-    """The end of a run: the seconds until the end, those of a processor, exit code, whole file, processes that are left."""
+    """The end of a run: the seconds until the end, seconds of a processor, exit code, whole file, processes that are left."""
 
     seconds: float
     used: float

@@ -18,13 +18,13 @@ class Row:
     Attributes
     ----------
     name
-        What was timed.
+        The timed work.
     seconds
         The best of all repeats (s).
     spread
         Slowest over best repeat.
     ratio, to
-        The best time over that of the row named `to`; None where it is compared with nothing.
+        The best time, relative to the row named `to`; None without such a row.
     limit
         The ratio, or the time (s) where there is no ratio, that it is meant to stay below.
     """

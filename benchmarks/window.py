@@ -65,7 +65,7 @@ HELD = """async ([low, high, seconds]) => {
             drawn.push([performance.now(), Math.max(...plot._fullData[0].y)]);
         }
     }
-    // the free amplitude is what the curve shows far away: when did the slider say it?
+    // the curve shows the free amplitude far away: when did the slider show it?
     const lag = ([time, value]) => time - (said.find(([, other]) => other >= value - 0.002) ?? [time])[0];
     return [drawn.length / seconds, drawn.slice(1).map(lag)];
 }"""

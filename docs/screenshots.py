@@ -1,4 +1,4 @@
-"""Pictures of the window: `make screenshots` makes those of the pages, `--all` every tab, example and theme to look at."""
+"""Pictures of the window: `make screenshots` makes the pages' pictures, `--all` every tab, example and theme to look at."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ class Sentence(NamedTuple):
     text: str
 
 
-def faults(sentence: str) -> list[str]:
+def faults(sentence: str, longest: int = LONGEST) -> list[str]:
     """Return the patterns that a sentence has; a sentence above the longest is one, too."""
     found = [
         name
@@ -68,7 +68,7 @@ def faults(sentence: str) -> list[str]:
         if any(not m.groupdict().get("who") for m in pattern.finditer(sentence))
     ]
     words = len([w for w in sentence.split() if re.search(r"\w", w)])
-    if words > LONGEST:
+    if words > longest:
         found.append(f"{words} words")
     return found
 

@@ -1,7 +1,7 @@
 """Runs the blocks of a page, as a reader would: in one folder, its Python in one namespace, one after the other.
 
-Used while the pages are built, which shows what the blocks print, and by the tests. Whether a warning is an error is for
-these to say.
+Used while the pages are built, with the blocks' output, and by the tests. Each of these decides whether a warning is an
+error.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class Page:
 
 
 def forget_own_models() -> None:
-    """Keep the shipped force models only, so that no page sees those of another."""
+    """Keep the shipped force models only, so that no page has another page's models."""
     for name, model in list(REGISTRY.items()):
         if not model.__module__.startswith("dforce.forces."):
             del REGISTRY[name]

@@ -1,4 +1,4 @@
-"""Lets ``python -m dforce`` do what the command ``dforce`` does."""
+"""Runs the command ``dforce`` as ``python -m dforce``."""
 
 from dforce.cli import main
 

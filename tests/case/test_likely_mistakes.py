@@ -86,6 +86,11 @@ def test_the_likeliest_mistake_is_met_with_what_was_meant(name):
     assert str(raised.value).startswith(sentence)
 
 
+def test_meters_are_not_taken_for_nanometers():
+    with pytest.raises(df.ParameterError, match=r"^contact\.a0 = 16\.5 nm is above 10 nm$"):
+        AIR.replace("contact.a0", 1.65e-8)
+
+
 def test_meters_for_nanometers_are_refused_before_anything_is_computed():
     with pytest.raises(df.ParameterError, match=f"{ZC} = 12 m is above 1 mm; did you mean '12 nm'"):
         df.approach(AIR, zc=np.linspace(12, 1, 10))

@@ -7,6 +7,7 @@ import functools
 import importlib
 import inspect
 import re
+import tokenize
 import tomllib
 from pathlib import Path
 
@@ -103,10 +104,26 @@ def docstrings():
                     yield from (Sentence(where, line, sentence) for sentence in sentences(block))
 
 
-def test_no_docstring_begins_with_what():
-    files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "docs").rglob("*.py"), *(ROOT / "benchmarks").rglob("*.py")]
-    found = [path for path in files if re.search(r'^ *r?"""What ', path.read_text(encoding="utf-8"), re.MULTILINE)]
-    assert not found, "name the thing"
+NAMELESS = re.compile(
+    r"\b(?:what|th(?:at|ose) of|those that|the ones? that|(?:who|what|which|where)ever)\b", re.IGNORECASE
+)
+
+
+def notes(path):
+    """Give the docstrings and the comments of a source file, each with its line."""
+    with path.open("rb") as file:
+        for token in tokenize.tokenize(file.readline):
+            if token.type == tokenize.COMMENT or token.string.startswith(('"""', 'r"""')):
+                yield token.start[0], token.string
+
+
+def test_docstrings_and_comments_name_the_thing():
+    files = [
+        path for folder in ("src", "docs/_ext", "benchmarks", "examples") for path in (ROOT / folder).rglob("*.py")
+    ]
+    assert len(files) > 400
+    found = [(path, line) for path in files for line, text in notes(path) if NAMELESS.search(text)]
+    assert not found, "name the thing:\n" + "\n".join(f"{path.relative_to(ROOT)}:{line}" for path, line in found)
 
 
 ROOMS = (pages, made_pages, scripts, texts, helps, cases, docstrings)
@@ -128,6 +145,11 @@ def test_every_sentence_is_plain(room):
     assert len(said) > 30, f"{room.__name__} is empty: the check looks in the wrong place"
     found = [(sentence, wrong) for sentence, wrong in said if wrong and not is_let_pass(sentence)]
     assert not found, "\n".join(f"{s.place}:{s.line}: {', '.join(wrong)}: {s.text}" for s, wrong in found)
+
+
+def test_the_pages_have_shorter_sentences():
+    found = [s for s, _ in read(pages) if faults(s.text, longest=27) and not is_let_pass(s)]
+    assert not found, "\n".join(f"{s.place}:{s.line}: {s.text}" for s in found)
 
 
 def test_each_exception_has_a_reason_and_is_needed():

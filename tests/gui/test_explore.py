@@ -365,8 +365,17 @@ def test_a_computation_that_is_stopped_is_no_end_of_the_window(tmp_path):
             page.view.edit(Document.of(CASE), anew=True)
             page.plots.explorer.open()
             panel, study = element(user, ExplorePanel), page.view.session.study
-            send(panel, "compute", {"path": "drive.A0", "low": "8 nm", "high": "12 nm", "points": 101})
+            asked = {
+                "path": "drive.A0",
+                "low": "8 nm",
+                "high": "12 nm",
+                "points": 101,
+                "limited": "peak_force",
+                "limit": "5",
+            }
+            send(panel, "compute", asked)
             await until(lambda: study.busy)
+            assert study.job.limits == {"peak_force": "< 5 nN"}
             send(panel, "stop")
             await until(lambda: not study.busy)
             assert study.job.state == "stopped"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import dataclasses
 import functools
+import threading
 
 import numpy as np
 import pytest
@@ -14,10 +15,12 @@ import dforce as df
 from dforce.core.units import parse
 from dforce.findings.crossings import Crossings
 from dforce.gui.case.sliders import SliderElement
+from dforce.gui.curves import setpoint
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.setpoint import SetPointTable, states_of, table_of, three_digits
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
+from dforce.gui.window.shown import DrawnResult
 from dforce.results.curves import Picture
 
 
@@ -121,6 +124,36 @@ def test_where_the_curve_begins_too_near_the_surface_it_says_so(tmp_path):
             assert "farther from the surface" in element(user, SetPointTable).props["text"]
 
     asyncio.run(flow())
+
+
+def test_no_state_is_solved_on_the_event_loop_where_another_curve_comes_meanwhile(tmp_path, monkeypatch):
+    case = df.example("figure-3-air").set("experiment.zc.points=56")
+    curves, threads = [df.run(case), df.run(case.replace("drive.A0", "19 nm"))], []
+
+    async def flow():
+        async with window(tmp_path, live=False) as (_user, page):
+            loop, plots = asyncio.get_running_loop(), page.plots
+            composed = threading.Event()
+
+            def compose():
+                plots.compose(curves[1])
+                composed.set()
+
+            def solved(*asked):
+                threads.append(threading.current_thread())
+                if len(threads) == 1:
+                    loop.call_soon_threadsafe(compose)
+                    assert composed.wait(20.0)
+                return states_of(*asked)
+
+            plots.compose(curves[0])
+            monkeypatch.setattr(setpoint, "states_of", solved)
+            page.view.curve = DrawnResult(page.view.document, curves[0])
+            await plots._redraw()
+            plots.beside()
+
+    asyncio.run(flow())
+    assert threads and threading.main_thread() not in threads
 
 
 @pytest.mark.parametrize("name", ["table-1-am", "figure-3-basins"])

@@ -11,6 +11,7 @@ import pytest
 from simulated import window
 
 import dforce as df
+from dforce.gui.case.values import nominal_value
 from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.document.session import Session
 from dforce.gui.files.uploads import MOST_LAST, LastFile, LastFiles
@@ -71,6 +72,9 @@ def test_a_medium_alone_is_refused_for_the_q_of_an_example_is_not_that_of_anothe
 def test_a_named_lever_stands_in_its_field():
     document = Document.of(case_for(BY_KEY["curve"], "PPP-NCHR", "", "air"))
     assert document.value(("cantilever", "name")) == "PPP-NCHR" and document.value(("medium", "name")) == "air"
+    nominal = nominal_value(document, ("cantilever", "Q"))  # of the medium
+    assert nominal == pytest.approx(document.case().problem.modes[0].Q, rel=5e-3)
+    assert nominal_value(document.put(("drive", "A0"), "-"), ("cantilever", "Q")) is None
 
 
 def test_start_opens_the_case_and_the_tab_of_its_question(tmp_path):

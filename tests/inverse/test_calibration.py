@@ -355,6 +355,13 @@ def test_a_spike_beyond_the_free_part_is_doubted(name, place):
     assert spike in doubts(df.calibrate(data).attrs)
 
 
+def test_a_jump_or_a_slope_between_missing_points_is_no_spike():
+    for seed in range(SETS):
+        data = measured_curve.dataset(points=150, seed=seed)
+        kept = np.random.default_rng(seed).random(150) > 0.35
+        assert not any("spike" in line for line in doubts(df.calibrate(data.isel(point=kept)).attrs)), seed
+
+
 def test_few_points_without_a_drift_are_left_as_they_are():
     sets = []
     for seed in range(SETS):

@@ -3,6 +3,7 @@
 import fitted_curves as fc
 import numpy as np
 import pytest
+import xarray as xr
 from fitted_curves import ETA, E, H
 
 import dforce as df
@@ -11,7 +12,7 @@ from dforce.inverse.fitting.certainty import certainty
 from dforce.inverse.fitting.curves import BESIDE_END, ModelBranches, beyond
 from dforce.inverse.fitting.minimize import jacobian
 from dforce.inverse.fitting.model import CurveModel, Prediction
-from dforce.inverse.fitting.points import BEHIND_JUMP, MeasuredPoints
+from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.selection import PointSelection, measured
 from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
@@ -301,3 +302,21 @@ def test_values_behind_a_branch_are_finite_where_a_step_at_its_end_leads_nowhere
     monkeypatch.setattr("dforce.inverse.fitting.curves.remeasured", nowhere)
     told = model.predict(off)
     assert told.lost.any() and np.isfinite(told.values).all()
+
+
+def test_a_hidden_jump_leaves_free_motion_or_attraction_and_no_gap_between_repulsive_points() -> None:
+    approach, retract = np.arange(40.0, 9.5, -0.5), np.array([*range(10, 25), 28.5, 29.5, 30.5, *range(31, 41)])
+    height = np.concatenate([approach, retract])
+    attracted = np.where(np.arange(len(height)) < len(approach), height > 22.8, height > 30.0)
+    phase = np.where(attracted, 90.0 + np.clip(4.7 * (31.0 - height), 0.0, None), 7.0 + 3.8 * (height - 10.0))
+    data = xr.Dataset(
+        {
+            "height": ("point", height * 1e-9),
+            "amplitude": ("point", np.where(attracted, np.minimum(height, 30.0), height + 0.5) * 1e-9),
+            "phase": ("point", phase),
+        },
+        {"direction": ("point", np.repeat(["approach", "retract"], [len(approach), len(retract)]))},
+        {"amplitude_error": 6e-11, "phase_error": 0.3},
+    )
+    found = measured(data, PointSelection())
+    assert (found.branch == np.where(attracted, FROM_FREE, BEHIND_JUMP)).all()

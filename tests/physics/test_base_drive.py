@@ -324,6 +324,22 @@ def test_a_sweep_over_the_lag_knows_that_only_some_cases_lag():
     assert phase[1] - phase[0] == pytest.approx(45.0, abs=1e-6)
 
 
+def test_the_error_far_below_resonance_counts_on_the_scale_of_the_base_not_of_the_small_deflection():
+    soft = {"f0": 70e3, "k": 0.4, "Q": 20.0}
+    slow = {"excitation": "base", "base_amplitude": 20e-9, "frequency": 7e3}
+    asked = case(soft, slow, experiment={"kind": "dwell", "zc": 19e-9})
+    found, exact = (df.run(asked.replace("solver.points_per_period", n)) for n in (256, 8192))
+    (tone,) = asked.problem.tones
+    work = soft["k"] * tone.A0 * 20e-9  # the force on the base over the path of the base
+    speed = 2.0 * math.pi * 7e3 * 20e-9
+    off = max(
+        abs((found.base_energy - exact.base_energy).item()) / work,
+        abs((found.peak_velocity - exact.peak_velocity).item()) / speed,
+        abs((found.max_deflection - exact.max_deflection).item()) / tone.A0,
+    )
+    assert off / 3.0 < found.error_estimate.item() < 3.0 * off
+
+
 @pytest.mark.parametrize(
     ("lever", "drive", "message"),
     [

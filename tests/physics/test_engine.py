@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
+from witness import Witness
 
 import dforce as df
 from dforce import kernel
@@ -47,12 +48,29 @@ def start_of(problem, zc, x, count=1):
     )
 
 
+class Pull(df.Force):
+    """Pulls where the tip is below a level that falls, until it is above one that rises."""
+
+    @staticmethod
+    def law(d, rate, t, latched):
+        return -8e-8 if latched > 0.5 else 0.0
+
+    @staticmethod
+    def switch(latched, d, rate, t):
+        return d + 1e-8 - 1e-2 * t if latched > 0.5 else 1.75e-8 - 1e-2 * t - d
+
+
 DMT, DRAG = df.forces.DMT(hamaker=6e-20), df.forces.KelvinVoigt(viscosity=20.0)
 TAPPING = {
     "Hertz": [df.forces.Hertz()],
     "DMT and drag": [DMT, DRAG],
     "JKR": [df.forces.JKR(surface_energy=0.02)],
     "a jump at contact": [df.forces.VanDerWaals(hamaker=1e-20, inside="off"), df.forces.Hertz()],
+    "a switch that depends on time": [df.forces.Hertz(), Pull()],
+    "a law that jumps with the sign of the velocity": [
+        df.forces.Hertz(),
+        df.forces.Custom(law="-P1*exp(-max(d, a0)/P2)*(1 if velocity < 0 else 3)", P1=5e-8, P2=1e-9),
+    ],
 }
 
 
@@ -74,6 +92,25 @@ def test_derivatives_are_those_of_the_map(name):
     assert found.columns[0] == pytest.approx(np.array(columns).T, abs=1e-3)
     taps = marcher.march(start_of(problem, zc, x), 1, TIGHT, harmonics=1).rows[0, 0, 4]
     assert taps > 0.01  # the period has a tap
+
+
+def test_a_switch_that_depends_on_time_is_met_when_scipy_meets_it():
+    problem, zc = lever(TAPPING["a switch that depends on time"]), 12e-9
+    witness, x = Witness(problem, zc), np.array([0.62 * math.cos(0.4), 0.62 * math.sin(0.4)])
+    expected = witness.march(x * witness.scale[:2], [0.0], 1.0 / problem.tones[0].frequency)[:2] / witness.scale[:2]
+    assert Marcher.of(problem).march(start_of(problem, zc, x), 1, TIGHT).path[0, -1] == pytest.approx(
+        expected, abs=1e-8
+    )
+
+
+def test_a_step_from_a_kink_has_the_slope_of_a_force_that_begins_like_a_root():
+    """So its derivatives are as exact as asked for: viscous drag over the contact area begins like a root."""
+    problem = lever([df.forces.Hertz(), DRAG])
+    start, unit = start_of(problem, 12e-9, np.array([0.57, 0.24])), np.array([problem.tones[0].A0])
+    rough, exact = (
+        Marcher.of(problem).march(start, 1, (1e-6, limit, 1.0), unit=unit).columns for limit in (1e-4, 1e-9)
+    )
+    assert rough == pytest.approx(exact, abs=3e-5)
 
 
 @pytest.mark.parametrize("Q", [0.51, 2.0, 1e5])

@@ -37,6 +37,10 @@ def over(*forces, case=CALM, **values):
     return case.replace(forces=list(forces)) if forces else case
 
 
+# far below resonance a lever follows its base: the tip moves by 100 nm, the deflection reads 0.26 nm
+SLOW_BASE = over(drive={"excitation": "base", "base_amplitude": "100 nm", "frequency": "2.54 kHz"})
+
+
 def dlvo(radius="50 nm", zc="15 nm", **given):
     """A sphere in water that stays clear of the sample."""
     case = CALM.replace(medium="water").replace("experiment.zc", zc)
@@ -160,6 +164,11 @@ SPEAKS = {
     "energy_gained": [tapping(CALM, total_dissipated_energy=-1e-19), tapping(CALM, total_dissipated_energy=-1e-19, status=1)],
     "amplitude_beyond_the_drive": [tapping(CALM, amplitude=8e-9, status=1)],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
+    "inaccurate": [
+        tapping(CALM, (5e-9, 4e-9), status=[0, 6], error_estimate=[1e-5, 3e-4]),
+        tapping(over(solver__method="transient"), status=6, error_estimate=np.nan),
+    ],
+    "unresolved": [tapping(CALM, (5e-9, 4e-9), status=[0, 5])],
     "not_repeating": [tapping(CALM, (5e-9, 4e-9), status=[0, 2])],
     "own_time": [over(OF_TIME)],
     "tabor_of_dmt": [
@@ -205,7 +214,7 @@ SPEAKS = {
     "debye_length_and_gap": [dlvo(zc="4 nm", **LOW), tapping(dlvo(**LOW), min_distance=3e-10, peak_force=1e-11, min_force=0.0)],
     "debye_length_and_radius": [dlvo("4 nm", **LOW)],
     "low_Q": [over(cantilever__Q=2)],
-    "base_in_liquid": [over(cantilever__Q=2, drive__excitation="base")],
+    "base_in_liquid": [over(cantilever__Q=2, drive__excitation="base"), SLOW_BASE],
     "apparent_dissipation": [
         tapping(
             over(cantilever__Q=2, drive__excitation="base"), apparent_dissipated_energy=1e-15, total_dissipated_energy=0.0
@@ -281,6 +290,10 @@ SILENT = {
         tapping(over(drive__frequency="48 kHz"), amplitude=8e-9), tapping(ALTERNATING, amplitude=8e-9),
     ],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 2])],
+    "inaccurate": [
+        tapping(CALM, error_estimate=1e-5), tapping(CALM, (5e-9, 4e-9), status=[0, 5], error_estimate=[1e-5, np.nan]),
+    ],
+    "unresolved": [tapping(CALM, status=6), tapping(over(*STICKY, cantilever__k=0.1), status=5)],
     "not_repeating": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
     "held_tip": [
         tapping(over(*STICKY, cantilever__k=0.1), status=0), tapping(over(*STICKY, cantilever__k=10.0), status=5),
@@ -381,7 +394,7 @@ SILENT = {
         over(case=AIR, drive__A0="12 nm", experiment__zc=RELATIVE), tapping(AIR, (12e-9, 11e-9), min_distance=[2e-9, -0.2e-9]),
         tapping(AIR, (12e-9, 11e-9), min_distance=[0.2e-9, 0.2e-9]),
     ],
-    "small_amplitude": [CALM, over(drive__A0="0.5 nm")],
+    "small_amplitude": [CALM, over(drive__A0="0.5 nm"), SLOW_BASE],
     "thermal_amplitude": [CALM, over(drive__A0="1 nm"), over(cantilever__k="0.01 N/m", medium={"temperature": "4 K"})],
     "thermal_motion_and_force": [CALM, tapping(CALM, max_indentation=0.3e-9), tapping(AIR, **KEPT)],
     "snap_in": [
@@ -433,6 +446,14 @@ def test_advice_does_not_ask_for_the_flow_of_a_mode_that_takes_no_part():
     wet = CALM.replace(medium="water", cantilever={"beam": {key: value for key, value in beam.items() if key != "Q"}})
     # mode 3 has Re = 1974 there, which no table of the flow at a wall knows
     assert "mode_left_out" not in {piece.name for piece in df.advice(wet)}
+
+
+def test_the_fluid_is_asked_about_a_shaken_base_only_where_it_damps_the_lever():
+    liquid = over(cantilever__Q=2, drive__excitation="base")
+    for case, asked in ((liquid, True), (SLOW_BASE, False)):
+        (piece,) = [one for one in df.advice(case) if one.name == "base_in_liquid"]
+        assert ("fluid_follows" in piece.text) is asked
+        assert ("base_amplitude under [drive]" in piece.text) is not asked
 
 
 def test_a_motion_that_does_not_repeat_is_blamed_on_a_force_of_time_and_on_taps_without_one():

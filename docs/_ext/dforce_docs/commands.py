@@ -1,9 +1,9 @@
 """The directive `ran`: a block of commands or Python that is run while the pages are built, with its output.
 
 All blocks of a page run in one folder of their own, in order, as a reader would type them. With the option `file` a block
-is not run but written to that file, as a reader would save it. With `hidden` it is run and not shown: it asserts what the
-text says. `exit` is the exit code that a command has to end with. `picture` with `caption` shows a picture that the blocks
-have written. A block that fails, or warns, ends the build.
+is not run but written to that file, as a reader would save it. With `hidden` it is run and not shown: it asserts the
+statements of the text. `exit` is the exit code that a command has to end with. `picture` with `caption` shows a picture that
+the blocks have written. A block that fails, or warns, ends the build.
 """
 
 from __future__ import annotations

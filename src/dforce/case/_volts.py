@@ -14,8 +14,8 @@ def without_volts(given: Mapping[str, object]) -> Mapping[str, Any]:
     """Return the tables of a case with free amplitudes in volts converted to meters.
 
     The sensitivity `readout.invols` holds for a steady force. An optical lever reads amplitudes with it: the length is the
-    detector's. Where the read-out is the deflection itself, the length is divided by the ratio of the sensitivities to the
-    tone's own mode and to a steady force: 1.09 for the first mode of a beam.
+    detector's. If the read-out is the deflection itself, the length is divided by a ratio of sensitivities: to the tone's own
+    mode over a steady force. It is 1.09 for the first mode of a beam.
 
     Raises
     ------

@@ -164,8 +164,8 @@ def check_target(
     Raises
     ------
     ResultError
-        When the ending is none of `suffixes`, the folder does not exist, or the place is taken by something
-        that may not be replaced, such as one of the files to `spare`, from which the result is made.
+        When the ending is none of `suffixes`, the folder does not exist, or the path may not be replaced, such as a
+        source of the result in `spare`.
     """
     target, name = Path(path), f"'{shorten(str(path))}'"
     if target == Path():

@@ -19,6 +19,7 @@ UTMOST = {"m": 1e-3, "rad": 2.0 * math.pi, "J": 1e-15, "J/m^2": 10.0, "N": 1e-3,
 # The largest size (SI) of any number, and the least of one that may not be zero: their products and powers are floats.
 LEAST, MOST = 1e-40, 1e40
 NO_UNIT = re.compile(r"\s*[-+.\deE]+\s*")
+LEAST_TYPED = 1e-3  # the least size of a number that people write in front of a unit
 in_si = functools.cache(units.parse)  # bounds, with which each value is compared
 
 
@@ -110,7 +111,8 @@ class ParameterQuantity:
 
     def _meant(self, given: object, value: float) -> str:
         """Return the likely value of a number that lacks its unit, as the end of a sentence."""
-        if isinstance(given, str) and not NO_UNIT.fullmatch(given):
+        with_unit = isinstance(given, str) and not NO_UNIT.fullmatch(given)
+        if with_unit or abs(value) < LEAST_TYPED:  # 1e-8 was meant in meters, not in nanometers
             return ""
         usual = "%" if self.unit == "1" else units.usual_unit(self.unit)
         try:

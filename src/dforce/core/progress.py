@@ -136,7 +136,7 @@ class _NotebookBar:
         from IPython.display import HTML, display
 
         self.start, self.shown, self.html = time.monotonic(), False, HTML
-        # made in the cell's own thread, so that it appears below this cell, whichever thread draws it later
+        # made in the cell's own thread, so that it appears below this cell, even if another thread draws it later
         self.handle = display(HTML(""), display_id=True)
         self.last = (title, 0, 0, "")
 

@@ -60,8 +60,8 @@ class Amount:
     Attributes
     ----------
     scale
-        Reference of its estimated error: length (free amplitude), force (largest of the motion), energy, power, period,
-        share (1), or work (largest force times the range of distances, over a prescribed motion).
+        Reference of its estimated error: length (free amplitude), force (largest of the motion), energy, power, period, or
+        share (1). Over a prescribed motion: work (largest force times the range of distances).
     side
         1 where only positive values count, -1 where only negative ones do; 0: both.
     """

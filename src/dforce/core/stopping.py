@@ -51,11 +51,11 @@ class Ending:
         self._reached = False
         self._unbroken = 0
         self.ends_program = False  # once it was heard nothing is compiled any more: a compilation may be broken off
-        self._imports = 0  # under way around the outermost context
+        self._imports = 0  # running imports around the outermost context
         self.forget()
 
     def forget(self, imports: int = 0) -> None:
-        """Take the next signal for a first one, inside of so many imports."""
+        """Take the next signal for a first one, inside of `imports` imports."""
         self._came, self._number, self._imports = -math.inf, 0, imports
         self.is_due = self._waits = self._tried_again = self.is_heard = False
 
@@ -189,7 +189,7 @@ def look() -> None:
     Raises
     ------
     KeyboardInterrupt
-        In the main thread, when a stop is due; elsewhere what the function given to :func:`watching` raises.
+        In the main thread, when a stop is due; elsewhere any error of the function given to :func:`watching`.
     """
     if _in_main_thread():
         _ending.look()

@@ -368,9 +368,14 @@ def show_range(low: float, high: float, unit: str, digits: int, between: str = "
     def text(end: float) -> str:
         scale, chosen = reader_unit(abs(end) if 0.0 < abs(end) < 0.999e-3 * largest else largest, unit)
         number = float(f"{end / scale + 0.0:.{digits}g}")
-        return f"{number:.15g}{f' {chosen}' if chosen != '1' else ''}"
+        return f"{number:.15g}{f' {spelled(chosen)}' if chosen != '1' else ''}"
 
     return f"{text(low)} {between} {text(high)}"
+
+
+def spelled(unit: str) -> str:
+    """Return a unit in the spelling of print: µm/s, m²/Hz."""
+    return re.sub(r"^u(?=[a-zA-Z])", "µ", unit).replace("^2", "²").replace("^3", "³")
 
 
 @functools.lru_cache(maxsize=4096)

@@ -182,7 +182,7 @@ def try_step(lane: Any, laws: Any, kind: int, h: float, left: float, f1: float, 
             continue
         d1, v1 = state[D1], state[V1]
         if aim == SWITCH:
-            value = largest_switch(lane, laws, d1, v1)
+            value = largest_switch(lane, laws, d1, v1, h)
             if value > 0.0:
                 if h == high_s or h - low_s < SWITCHED or tries > MOST_TRIES:
                     return h, kind, aim, level, error, True
@@ -222,10 +222,10 @@ def try_step(lane: Any, laws: Any, kind: int, h: float, left: float, f1: float, 
             h *= max(SHRINK, min(0.9 if aim == NOTHING else 0.7, SAFE * max(error, 1e-10) ** (-1.0 / 8.0)))
             aim, kind = NOTHING, begun
             continue
-        high_g = largest_switch(lane, laws, d1, v1) if watched else 0.0
+        high_g = largest_switch(lane, laws, d1, v1, h) if watched else 0.0
         if not high_g > 0.0:
             return h, kind, aim, level, error, True
-        low_g = largest_switch(lane, laws, state[D0], v0)
+        low_g = largest_switch(lane, laws, state[D0], v0, 0.0)
         low_s, high_s, tries, aim, kind, h = 0.0, h, 0, SWITCH, begun, 0.5 * h
     return h, kind, aim, level, error, False
 
@@ -281,12 +281,12 @@ def march(lane: Any, laws: Any, interval: float, sums: Any) -> bool:
                 change_latches(lane, laws, level + (-1e-15 if v1 < 0.0 else 1e-15), v1)
             f1 = force_now(lane, laws)
             if f1 != before:
-                salt(lane, before - f1, v1, before, 1.0, 0.0)
+                salt(lane, before - f1, v1, before, (1.0, 0.0, 0.0))
         elif aim == SWITCH:
-            by_x, by_v = slopes_of_switch(lane, laws, lane.state[D0], lane.state[V0])
+            slopes = slopes_of_switch(lane, laws, lane.state[D0], lane.state[V0])
             change_latches(lane, laws, lane.state[D0], lane.state[V0])
             f1 = force_now(lane, laws)
-            salt(lane, before - f1, v1, before, by_x, by_v)
+            salt(lane, before - f1, v1, before, slopes)
             if lane.state[T] - since > REST:
                 changes, since = 0, lane.state[T]
             changes += 1
@@ -294,6 +294,10 @@ def march(lane: Any, laws: Any, interval: float, sums: Any) -> bool:
                 rest = min(lane.state[T] + REST, interval)
         elif aim == TURN:
             lane.state[HEADING] = -lane.state[HEADING]
+            if laws.rate and lane.u.shape[2] > 1:  # a law may jump with the sign of the velocity
+                d, rate = lane.state[D0], SWITCHED * lane.state[HEADING]
+                before = force_at(lane, laws, d, -rate)
+                salt(lane, before - force_at(lane, laws, d, rate), v1, before, (0.0, 1.0, 0.0))
     if measured:
         end_sums(lane, sums)
     return True

@@ -68,14 +68,14 @@ def event_in(lane: Any, h: float, turned: bool) -> Any:
 
 
 @compiled
-def call_law(lane: Any, laws: Any, f: int, kind: int, d: float, v: float) -> float:
+def call_law(lane: Any, laws: Any, f: int, kind: int, d: float, v: float, s: float) -> float:
     """Add a law's force to the result, or write its switch there, which is positive where its latch changes; return the result.
 
-    Time, memory and branches have their values at the start of the next step.
+    The time is s after the start of the next step; memory and branches have their values at its start.
     """
     numbers, at, latch = lane.numbers, lane.at, laws.place[f, 3]
     lane.d[0], lane.rate[0] = d, v * numbers[SPEED]
-    lane.t[0] = (lane.state[BEGIN] + lane.state[T]) / numbers[OMEGA]
+    lane.t[0] = (lane.state[BEGIN] + lane.state[T] + s) / numbers[OMEGA]
     kept_at, side = at[4] + 8 * laws.place[f, 1], lane.latched[latch] if latch >= 0 else 0.0
     own = at[6] + 8 * laws.place[f, 0]
     call_over_points(laws.address[f, kind], (1, at[0], at[1], at[2], kept_at, side, numbers[ZC], own, at[3]))
@@ -83,12 +83,12 @@ def call_law(lane: Any, laws: Any, f: int, kind: int, d: float, v: float) -> flo
 
 
 @compiled
-def largest_switch(lane: Any, laws: Any, d: float, v: float) -> float:
-    """Return the largest switch of all forces at a distance and velocity."""
+def largest_switch(lane: Any, laws: Any, d: float, v: float, s: float) -> float:
+    """Return the largest switch of all forces at a distance and velocity, a time s after the start of the next step."""
     largest = -np.inf
     for f in range(laws.address.shape[0]):
         if laws.address[f, 2] != 0:
-            largest = max(largest, call_law(lane, laws, f, SWITCHING, d, v))
+            largest = max(largest, call_law(lane, laws, f, SWITCHING, d, v, s))
     return largest
 
 
@@ -97,7 +97,7 @@ def change_latches(lane: Any, laws: Any, d: float, v: float) -> bool:
     """Change the latches whose switch is positive; return whether there are any."""
     changed = False
     for f in range(laws.address.shape[0]):
-        if laws.address[f, 2] != 0 and call_law(lane, laws, f, SWITCHING, d, v) > 0.0:
+        if laws.address[f, 2] != 0 and call_law(lane, laws, f, SWITCHING, d, v, 0.0) > 0.0:
             latch = laws.place[f, 3]
             lane.latched[latch] = 1.0 - lane.latched[latch]
             changed = True
@@ -118,7 +118,7 @@ def force_at(lane: Any, laws: Any, d: float, v: float) -> float:
     for m in range(lane.memory.shape[1]):
         lane.kept[0, m] = lane.memory[0, m]
     for f in range(laws.address.shape[0]):
-        call_law(lane, laws, f, LAW, d, v)
+        call_law(lane, laws, f, LAW, d, v, 0.0)
     return float(lane.result[0])
 
 
@@ -146,33 +146,35 @@ def crest(force: Any, f1: float, lowest: float, highest: float) -> float:
 
 @compiled
 def slopes_of_switch(lane: Any, laws: Any, d: float, v: float) -> Any:
-    """Return the slopes of the largest switch by scaled deflection and velocity; one of the distance alone has (1, 0)."""
-    largest, by_x, by_v = -np.inf, 1.0, 0.0
+    """Return the slopes of the largest switch by scaled deflection, velocity and time; by distance alone (1, 0, 0)."""
+    largest, by_x, by_v, by_t = -np.inf, 1.0, 0.0, 0.0
     for f in range(laws.address.shape[0]):
         if laws.address[f, 2] != 0:
-            value = call_law(lane, laws, f, SWITCHING, d, v)
+            value = call_law(lane, laws, f, SWITCHING, d, v, 0.0)
             if value > largest:
-                largest, by_v = value, (call_law(lane, laws, f, SWITCHING, d, v + RATE_STEP) - value) / RATE_STEP
-                beside = call_law(lane, laws, f, SWITCHING, d + DISTANCE_STEP, v)
-                by_x = (beside - value) / DISTANCE_STEP * lane.numbers[LENGTH]
-    return (by_x, by_v) if by_v != 0.0 else (1.0, 0.0)
+                largest = value
+                by_x = (call_law(lane, laws, f, SWITCHING, d + DISTANCE_STEP, v, 0.0) - value) / DISTANCE_STEP
+                by_v = (call_law(lane, laws, f, SWITCHING, d, v + RATE_STEP, 0.0) - value) / RATE_STEP
+                by_t = (call_law(lane, laws, f, SWITCHING, d, v, RATE_STEP) - value) / RATE_STEP
+    by_x *= lane.numbers[LENGTH]
+    return (by_x, by_v, by_t) if by_v != 0.0 or by_t != 0.0 else (1.0, 0.0, 0.0)
 
 
 @compiled
-def salt(lane: Any, jump: float, v: float, before: float, by_x: float, by_v: float) -> None:
+def salt(lane: Any, jump: float, v: float, before: float, slopes: Any) -> None:
     """Apply the saltation matrix of a jump of the force to the derivatives of the motion, the columns of u.
 
-    A neighboring motion meets the jump earlier or later: where a function of deflection and velocity, with the slopes `by_x`
-    and `by_v`, passes zero. The force `before` (N) acts until then.
+    A neighboring motion meets the jump earlier or later: where a function of deflection, velocity and time, with these
+    slopes, passes zero. The force `before` (N) acts until then.
 
     Source: R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer (2004).
     """
-    length, mode, turn, u, a = lane.numbers[LENGTH], lane.mode, lane.turn, lane.u, 0.0
+    length, mode, turn, u, a, (by_x, by_v, by_t) = lane.numbers[LENGTH], lane.mode, lane.turn, lane.u, 0.0, slopes
     for j in range(turn.shape[0]):
         a -= turn[j, 0] * turn[j, 0] * (turn[j, 1] * turn[j, 3] - turn[j, 2] * turn[j, 4])
     for n in range(u.shape[0]):
         a += mode[n, 3] * before - mode[n, 2] * u[n, 0, 0] - 2.0 * mode[n, 0] * u[n, 1, 0]
-    rise = by_x * v + by_v * a
+    rise = by_x * v + by_v * a + by_t
     for k in range(1, u.shape[2]):
         moved, faster = lane.unit[k - 1] / length, 0.0
         for n in range(u.shape[0]):

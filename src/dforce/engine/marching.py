@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -122,12 +122,14 @@ class Marcher:
         omega = np.broadcast_to(ratios[:, None], (count, len(ratios), modes))
         free = drive_of(start.tones, modes) / stiffness_of(start.numbers[:, None], modes, late, omega)
         tip, base, part_of = free.sum(axis=2), base_of(start.tones), parts_of(start.numbers, modes, late)
-        table = np.stack(np.broadcast_arrays(ratios, tip.real, tip.imag, base.real, base.imag), axis=2)
+        table = np.empty((*tip.shape, 5))
+        for k, column in enumerate((ratios, tip.real, tip.imag, base.real, base.imag)):
+            table[..., k] = column
         fluid = fluid_amplitudes(start.numbers, example, ratios, 1j * omega * free)
         whole, part = np.divmod(np.arange(intervals + 1), per_period)
         turns = np.outer(start.period + whole, ratios)
         phases = start.tones[0, :, 1] + TAU * (turns - np.floor(turns)) + TAU / per_period * np.outer(part, ratios)
-        still = np.stack([_motion(free, fluid, ratios, phase) for phase in phases], axis=1)
+        still = _motion(free, fluid, ratios, phases)
         path: Array = np.full(still.shape, np.nan)
         path[:, 0] = start.x
         columns = 0 if unit is None else size + 1
@@ -182,49 +184,44 @@ def measured(
     The Fourier sums U of the deviation u of a part follow from the force's sums F and from its ends, with c = 2 eta:
     (K - w^2 + i w c) U = (g + (i w + c) b) F - [(v + (i w + c) u) exp(-i w t)] from start to end.
     """
-    modes, tones = free.shape[2], len(ratios)
-    eta, _, stiff, gain, lift = np.moveaxis(parts.numbers[:, None], 3, 0)
-    drag, ends = 2.0 * eta, ends @ np.swapaxes(parts.split, 1, 2)
+    modes, tones, orders = free.shape[2], len(ratios), np.arange(1.0, harmonics + 1.0)
+    eta, _, stiff, gain, lift = np.moveaxis(parts.numbers[:, None, None], 4, 0)
+    ends = ends @ np.swapaxes(parts.split, 1, 2)
     force = sums[..., FIRST_PAIR::2] + 1j * sums[..., FIRST_PAIR + 1 :: 2]
-    u, v, turned = ends[..., ::2], ends[..., 1::2], np.exp(1j * phases[:-1])
-
-    def moved(w: float, push: Any) -> Complexes:
-        """Return the Fourier sum of each mode over each period at a frequency, (motions, periods, modes)."""
-        edge = v + (1j * w + drag) * u
-        edge = edge[:, 1:] * np.exp(-1j * w * TAU) - edge[:, :-1]
-        out = ((gain + (1j * w + drag) * lift) * push[..., None] - edge) / (stiff - w * w + 1j * w * drag)
-        out = out.reshape(*out.shape[:2], modes, -1).sum(axis=3)
-        for j, ratio in enumerate(ratios):
-            swing = free[:, None, j] * turned[None, :, j, None]
-            out = out + 0.5 * swing * _window(ratio - w) + 0.5 * swing.conj() * _window(-ratio - w)
-        return np.asarray(out)
-
-    found: list[Complexes] = []
+    u, v, turned = ends[:, :, None, ::2], ends[:, :, None, 1::2], np.exp(1j * phases[:-1])
+    # at the tones, at the harmonics, and the mean
+    w = np.concatenate([ratios, orders, [0.0]])[:, None]
+    of_pairs = [*range(tones), 0, *range(tones, force.shape[2])][: tones + harmonics]
+    push = np.concatenate([force[..., of_pairs], sums[..., SUM_F, None]], axis=2)
+    turn = 1j * w + 2.0 * eta
+    edge = v + turn * u
+    edge = edge[:, 1:] * np.exp(-1j * w * TAU) - edge[:, :-1]
+    moved = ((gain + turn * lift) * push[..., None] - edge) / (stiff - w * w + 2j * w * eta)
+    moved = moved.reshape(*moved.shape[:3], modes, -1).sum(axis=4)
     for j, ratio in enumerate(ratios):
-        of_modes = moved(float(ratio), force[..., j]) / turned[:, j, None]
-        found += [*np.moveaxis(of_modes, -1, 0), of_modes.sum(axis=-1)]
-    for k in range(1, harmonics + 1):
-        total = moved(float(k), force[..., 0 if k == 1 else tones + k - 2]).sum(axis=-1)
-        found.append(total / turned[:, 0] ** k)
-    found += [force[..., j] / turned[:, j] for j in range(tones)]
-    pairs = np.stack(found, axis=-1) * (2.0 / TAU)
+        swing = 0.5 * free[:, None, None, j] * turned[:, j, None, None]
+        moved += swing * _window(ratio - w) + swing.conj() * _window(-ratio - w)
+    total = moved.sum(axis=3)
+    at_tones = np.concatenate([moved, total[..., None]], axis=3)[:, :, :tones] / turned[:, :, None]
+    at_harmonics = total[:, :, tones:-1] / turned[:, :1] ** orders
+    at_tones, of_force = at_tones.reshape(*total.shape[:2], -1), force[..., :tones] / turned
+    pairs = np.concatenate([at_tones, at_harmonics, of_force], axis=2) * (2.0 / TAU)
     rows = np.empty((*sums.shape[:2], measure.FIRST + 2 * pairs.shape[2]))
     rows[..., measure.FIRST :: 2], rows[..., measure.FIRST + 1 :: 2] = pairs.real, pairs.imag
-    rows[..., measure.Z] = moved(0.0, sums[..., SUM_F]).sum(axis=-1).real / TAU
+    rows[..., measure.Z] = total[:, :, -1].real / TAU
     rows[..., measure.F : measure.FIRST] = sums[..., :FIRST_PAIR]  # in the same order
     rows[..., measure.F : measure.Z_MIN] /= TAU  # the means; behind them are extremes
     return rows
 
 
 def _motion(free: Complexes, fluid: Complexes, ratios: Array, phases: Array) -> Array:
-    """Return the scaled free motion at phases of the tones, (motions, size)."""
-    turn = np.exp(1j * phases)[:, None]
-    x, v = (free * turn).sum(axis=1).real, (1j * ratios[:, None] * free * turn).sum(axis=1).real
-    return np.concatenate([np.stack([x, v], axis=2).reshape(len(free), -1), (fluid * turn).sum(axis=1).real], axis=1)
+    """Return the scaled free motion at phases of the tones, (motions, instants, size)."""
+    lever = np.stack([free, 1j * ratios[:, None] * free], axis=3).reshape(*free.shape[:2], -1)
+    amplitudes = np.concatenate([lever, fluid], axis=2)[:, None]
+    return np.asarray((amplitudes * np.exp(1j * phases)[:, :, None]).sum(axis=2).real)
 
 
-def _window(a: float) -> complex:
+def _window(a: Array) -> Complexes:
     """Return the integral of exp(i a t) over a period of the first tone."""
-    if abs(a) < 1e-12:
-        return TAU
-    return complex(math.sin(a * TAU) / a, (1.0 - math.cos(a * TAU)) / a)
+    turn = 1j * np.where(np.abs(a) < 1e-12, 1e-12, a)
+    return np.asarray(np.expm1(TAU * turn) / turn)

@@ -25,6 +25,7 @@ FARTHEST = 4.8  # rad: largest angle for which ``waves`` holds to the last digit
 DISTANCE_STEP, RATE_STEP = 1e-15, 1e-6  # m, and share of the unit of speed: differences of the law
 MEMORY = 1e3  # times the error allowed in the motion: that in a memory, as a share of its scale
 BESIDE = 1e-20  # m: how far beside a kink a law is asked at least
+ROOT = 3e-4  # of a step from or to a kink: where the slope of a force that begins there like a root is taken
 XX, XV, VX, VV, PUSH_X, PUSH_V = range(6)  # rows of a mode's table
 X, V, S = 0, 1, 2  # rows of the free tip: deflection, velocity, time since the start of the step
 
@@ -152,14 +153,20 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
             state[D1], state[V1] = here, v
             for m in range(states):
                 memory[1, m] = kept[0, m]
-        here, count = min(max(here, low), high), 1
-        d[0], rate[0], t[0] = here, speed * v, (begin + tip[S, i]) / omega
+        here, count, pace = min(max(here, low), high), 1, PACE[kind, i] * h
+        pace_by = pace
         if derived and not last:
             count, step = 2, DISTANCE_STEP if here + DISTANCE_STEP < high else -DISTANCE_STEP
-            d[1], rate[1], t[1] = here + step, rate[0], t[0]
+            edge = low if (v > 0.0) == (kind == LEAVING) else high
+            if pace == 0.0 and abs(edge) < math.inf:
+                # at the kink itself the slope may be infinite, but not its product with the pace
+                reach = max(ROOT * ROOT * h * abs(v) * length, BESIDE)
+                here, step, pace_by = edge, reach if edge == low else -reach, ROOT * h
+            d[1], rate[1], t[1] = here + step, speed * v, (begin + tip[S, i]) / omega
             if of_rate:
-                count = 3
-                d[2], rate[2], t[2] = here, rate[0] + rate_step, t[0]
+                count, rate_step = 3, math.copysign(rate_step, v)  # a law may jump with the sign of the velocity
+                d[2], rate[2], t[2] = here, rate[1] + rate_step, t[1]
+        d[0], rate[0], t[0] = here, speed * v, (begin + tip[S, i]) / omega
         for k in range(count):
             result[k] = 0.0
         for f in range(forces):
@@ -169,14 +176,13 @@ def attempt(lane: Any, laws: Any, kind: int, h: float, measured: bool) -> float:
         if last:
             state[F1] = result[0]
             break
-        pace = PACE[kind, i] * h
         force[i], push[0, i] = result[0], pace * result[0]
         if derived:
             by_distance = (result[1] - result[0]) / step
             by_rate = (result[2] - result[0]) / rate_step if of_rate else 0.0
             for k in range(1, q):
                 way = length * w[0, k] + unit[k - 1]
-                push[k, i] = pace * (by_distance * way + by_rate * speed * w[1, k])
+                push[k, i] = pace_by * (by_distance * way + by_rate * speed * w[1, k])
         for n in range(modes):
             for k in range(q):
                 by_x, by_v = push[k, i] * table[n, PUSH_X, i], push[k, i] * table[n, PUSH_V, i]

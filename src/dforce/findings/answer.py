@@ -127,7 +127,7 @@ def _of_fit(fit: xr.Dataset) -> str:
 
 
 def _symbol_of(path: str) -> str:
-    """Return the symbol of a value of lever or tip; with several modes it says of which one."""
+    """Return the symbol of a value of lever or tip; with several modes it names the mode."""
     if path == "tip.radius":
         return "R"
     *parts, name = path.split(".")

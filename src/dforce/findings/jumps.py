@@ -43,9 +43,9 @@ class Jump:
 def jumps(curve: xr.Dataset, direction: str = "") -> list[Jump]:
     """Return the jumps of a curve over distance or frequency in one direction.
 
-    Where orbits were followed from point to point, or jumps noted, the noted jumps count. Else a jump is a step of
-    the first tone's complex amplitude of at least a tenth of the largest amplitude, three times larger than the steps
-    before and after it and twice the median step: a coarse grid shows none.
+    Where orbits were followed from point to point, or jumps noted, the noted jumps count. Else a jump is a step of the first
+    tone's complex amplitude of at least a tenth of the largest amplitude. It is three times larger than the steps before and
+    after it, and twice the median step: a coarse grid shows none.
     """
     ((_, _, found),) = jumps_of_all(curve, goes_along(curve), direction)
     return found

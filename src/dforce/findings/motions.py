@@ -343,7 +343,7 @@ def _range(variable: xr.DataArray, name: str, label: str, way: str) -> Finding:
         return Finding(name, label, "-", None, _unit(variable), way)
     ends: list[float] = [float(values.min()), float(values.max())]
     size = max(map(abs, ends))  # both ends in one unit
-    text = " to ".join(number(end, _unit(variable), name, size=size) for end in ends)
+    text = " to ".join(dict.fromkeys(number(end, _unit(variable), name, size=size) for end in ends))
     return Finding(name, label, text, ends, _unit(variable), way)
 
 

@@ -6,8 +6,8 @@ contact of an axisymmetric tip then is the Fredholm equation
     f(x) + (1/pi h) int_0^a [m((x + t)/h) + m((x - t)/h)] f(t) dt = depth - g(x),   m(s) = int_0^inf (L(w)
     - 1) cos(w s) dw
 
-with the force 2 E_eff int_0^a f dx, where g is the one-dimensional profile of the tip (x²/R for a sphere,
-(pi/2) x cot(theta) for a cone, 0 for a punch), and f(a) = 0 where the profile is smooth.
+with the force 2 E_eff int_0^a f dx. g is the one-dimensional profile of the tip (x²/R for a sphere, (pi/2) x cot(theta) for a
+cone, 0 for a punch), and f(a) = 0 where the profile is smooth.
 
 Source: N. N. Lebedev, Y. S. Ufliand, J. Appl. Math. Mech. 22, 442 (1958); derived again here.
 """

@@ -110,7 +110,7 @@ def _parts_of(model: type[Force]) -> Iterator[bytes]:
         yield from (part if isinstance(part, bytes) else inspect.getsource(part).encode() for part in parts)
         return
     file = Path(str(module.__file__))
-    yield (_LOADED[file].digest if file in _LOADED else hashlib.sha256(file.read_bytes()).hexdigest()).encode()
+    yield (_LOADED[file].digest if file in _LOADED else hashlib.sha256(read_plugin(file)).hexdigest()).encode()
     yield from (one.tobytes() for one in vars(module).values() if one is not None and hasattr(one, "tobytes"))
 
 

@@ -11,9 +11,9 @@ So no event has to be found, and the surface recovers by the same equation,
 :math:`\dot w_k = (\max(\delta - x^2/R, u) - w_k)/\tau_k`.
 
 The elements are at :math:`x_i = x_n (i/n)^2`, so that small contacts have enough of them, too. Between two elements
-:math:`\delta - x^2/R - u` is a parabola in :math:`x^2`, with the mean curvature of u at both elements, and integrated exactly:
-an elastic sample gives Hertz' law for any number of elements. The error of the viscous part falls with the inverse cube of
-their number in contact.
+:math:`\delta - x^2/R - u` is a parabola in :math:`x^2`, with the mean curvature of u at both elements. It is integrated
+exactly: an elastic sample gives Hertz' law for any number of elements. The error of the viscous part falls with the inverse
+cube of their number in contact.
 
 Sources: E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27, 438 (1960); T. C. T. Ting, J. Appl. Mech. 33, 845
 (1966); V. L. Popov, M. Heß, Method of Dimensionality Reduction in Contact Mechanics and Friction,

@@ -2,8 +2,8 @@ r"""The fluid around a beam: the exact flow past a thin blade, free, and near a 
 
 Force per length on a blade of width b that moves across itself by :math:`W e^{-i \omega t}`:
 :math:`\tfrac{\pi}{4} \rho \omega^2 b^2 \Gamma W`, with :math:`\mathrm{Re} = \rho \omega b^2 / 4 \mu` and, near a wall, the gap
-g over the width, H. :func:`dforce.instrument.beam.hydrodynamic_function` is a fit of the free blade; tests compare it with
-this module.
+g over the width, H. The function :func:`dforce.instrument.beam.hydrodynamic_function` is a fit of the free blade; tests
+compare it with this module.
 """
 
 from __future__ import annotations

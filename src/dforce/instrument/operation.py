@@ -64,7 +64,7 @@ class Operated(Parameters):
         symbol=r"\phi_\mathrm{set}",
         above="0 deg",
         below="180 deg",
-        doc="fm, ce_fm: phase lag that the controller holds",
+        doc="phase lag that the controller holds; for fm and ce_fm",
     )
     signal: Literal["total", "mode"] = pydantic.Field(
         default="total",

@@ -58,8 +58,8 @@ def grazes(y: Any, h: float, kinks: Any, p: Any) -> bool:
 def touches_a_jump(y: Any, h: float, t: float, forces: Any, p: Any) -> bool:
     """Return whether the force jumps at a kink that a step may touch.
 
-    Where it only bends, a step that dips behind the kink and back is left whole: its error vanishes with the depth of the
-    dip, while a cut would change the error of the step at once.
+    Where the force only bends, a step that dips behind the kink and back is left whole. Its error vanishes with the depth of
+    the dip, while a cut would change the error of the step at once.
     """
     memory, latched, kinks, _ = forces
     d, middle, rate, found = distance(y, p), distance(coasted(y, 0.5 * h), p), rate_of(y, p), False

@@ -51,8 +51,8 @@ def fitted_mode(square: float, damping: float, h: float) -> Any:
 def fitted_drive(square: float, damping: float, fitted: Any, omega: float, h: float) -> Any:
     """Return the factor of a drive of angular frequency omega on a mode, for steps of length h with a fitted mode.
 
-    With the mode's matrix M for one step, of trace s and determinant q, a step is x -> R(M) x + h S(M) u; polynomials of
-    M are r0 + r1 M, for M^2 = s M - q.
+    With the mode's matrix M for one step, of trace s and determinant q, a step is x -> R(M) x + h S(M) u. Polynomials of M
+    are r0 + r1 M, because M^2 = s M - q.
     """
     s, q = -h * fitted[1], h * h * fitted[0]
     r0 = 1.0 - q / 2.0 - s * q / 6.0 - (s * s - q) * q / 24.0

@@ -66,11 +66,12 @@ def advance_lanes(samples: Any, lanes: Any, drive: Any, crossed: Any, work: Any,
     """Advance motions of different problems by one period, cut at kinks, and keep their samples.
 
     samples[i] is sample i: the motion and, behind it, the force, one column a lane. Two rows alone are used in turns. Returns
-    the row where the period ends. `lanes` are the numbers of the tip equations, the drives (real parts of each tone on each
-    mode, then imaginary parts) and the kinks, one column a lane, and the tone tables, (lanes, tones, columns).
-    `drive` is common to all lanes: the tones' phases at the start of the period, the number of the period, the number of steps,
-    and cosine and minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1). `crossed` and `work`,
-    with a column for each kink, are scratch. Of `tip` only the addresses matter: each lane has its own parameters.
+    the row where the period ends. `lanes` has the numbers of the tip equations, the drives (real parts of each tone on each
+    mode, then imaginary parts) and the kinks, one column a lane; then the tone tables, (lanes, tones, columns).
+    `drive` is common to all lanes. It has the tones' phases at the start of the period, the number of the period, and the
+    number of steps. Last are cosine and minus sine of each tone at the ends and middles of the steps, (2 tones, 2 points + 1).
+    `crossed` and `work`, with a column for each kink, are scratch. Of `tip` only the addresses matter: each lane has its own
+    parameters.
     """
     (numbers, forcing, kinks, _), (_, period, points, waves) = lanes, drive
     h = TAU / points

@@ -1,8 +1,8 @@
 """SciPy's LSODA over the compiled right-hand side: the paper's choice.
 
 Adams and BDF methods of variable order, 1 to 12 and 1 to 5 (A. C. Hindmarsh, in Scientific Computing, North-Holland
-(1983); L. Petzold, SIAM J. Sci. Stat. Comput. 4, 136 (1983)). It is read at the samples of a period, and takes its own steps:
-at most 1/60 of the period of the fastest mode, so that it cannot step over a contact.
+(1983); L. Petzold, SIAM J. Sci. Stat. Comput. 4, 136 (1983)). It is read at the samples of a period, and takes its own steps.
+They are at most 1/60 of the period of the fastest mode, so that none steps over a contact.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The classical Runge–Kutta method with fixed steps locked to the drive.
 
-Order 4 (M. W. Kutta, Z. Math. Phys. 46, 435 (1901)). A step that passes a kink of the force, or the switch of a force with
-two branches, is cut there in two: without the cut the order is lost, and a force that jumps never settles.
+Order 4 (M. W. Kutta, Z. Math. Phys. 46, 435 (1901)). A step is cut in two where it passes a kink of the force, or the switch
+of a force with two branches. Without the cut the order is lost, and a force that jumps never settles.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A force may be like a square root of the distance to a kink, or have a spike there that is narrower than a step.
 
-On the inner side of such a kink the force goes like the root of the time since the kink was passed, or until it is reached: a
+On the inner side of such a kink the force goes like the root of the time since the kink was passed, or until it is reached. A
 step of the length h leaves an error like h^1.5. So the step is also taken in parts, which end where the cube root of the time
 has grown by equal amounts: all parts have similar errors. The result is a blend of both. The weight of the parts falls to zero
 with the distance from the kink: the end of a step is a continuous function of its beginning. A spike, such as the attraction
@@ -254,7 +254,7 @@ def near_roots(y: Any, end: Any, h: float, kinks: Any, p: Any) -> Any:
 def with_parts(y: Any, whole: Any, around: Any, u: Any, h: float, t: float, forces: Any, p: Any) -> Any:
     """Return a step's end blended with the end of its parts, and blend the memory; the whole step leads to `whole`.
 
-    `around` has the distance, in steps, from a root behind to its beginning, and from its end to a root ahead; then the
+    `around` has the distance, in steps, from a root behind to its beginning, and from its end to a root ahead. Then it has the
     weights, 0 to 1, of parts that become longer from its beginning, and of parts that become shorter to its end.
     """
     (before, after, at_begin, at_end), (memory, _, _, room) = around, forces

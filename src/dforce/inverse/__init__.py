@@ -1,4 +1,4 @@
-"""From measured curves back to what they tell: forces, parameters, settings."""
+"""From measured curves back to forces, parameters and settings."""
 
 from dforce.inverse.calibration import calibrate
 from dforce.inverse.energies import energy

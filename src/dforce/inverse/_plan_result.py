@@ -38,7 +38,7 @@ TRACES = ("deflection", "velocity", "distance", "force", "indentation")
 def result_of(
     case: Case, axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judged, rest: Rest | None, unsteady: Bools
 ) -> xr.Dataset:
-    """Put a plan together; without the rest it is one that was stopped. `unsteady` is over the grid and the set points."""
+    """Put a plan together; without the rest the plan is a stopped one. `unsteady` is over the grid and the set points."""
     import xarray as xr
 
     lengths = (*(len(axis.values) for axis in axes), len(shares))
@@ -117,7 +117,7 @@ def _limits(wishes: Wishes) -> list[str]:
 
 
 def _ranks(places: Any, zc: Array) -> Any:
-    """Return the number of each point among those at the same place, the farthest from the sample first."""
+    """Return the number of each point among the points at its place, the farthest from the sample first."""
     rank = np.zeros(len(zc), dtype=np.int64)
     seen: dict[tuple[int, ...], int] = {}
     for number in np.argsort(-zc, kind="stable").tolist():
@@ -146,7 +146,7 @@ def marks_of(judged: Judged, room: Array, goals: Mapping[Goal, Array]) -> dict[s
 
 
 def _beaten(wanted: Array, usable: Any) -> Any:
-    """Say for which points another one is as good in every goal and better in one."""
+    """Return the points to which another point is equal in every goal and better in one."""
     out = np.zeros(wanted.shape[1], dtype=bool)
     others = wanted[:, usable]
     for i in np.flatnonzero(usable):

@@ -1,4 +1,4 @@
-"""The sentences of a plan: which states are meant, what is recommended, and what would help where nothing is."""
+"""The sentences of a plan: the states, the recommendation, or the remedies where no setting is allowed."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def sentences(axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judge
 
 
 def missing_damping(case: Case) -> Iterator[str]:
-    """Say which damping of sample and liquid a case leaves out: where no setting is allowed, it may decide."""
+    """Name the damping of sample and liquid that a case leaves out: where no setting is allowed, it may decide."""
     if not any(force.dissipative for force in case.problem.forces):
         yield (
             "The sample of this case dissipates no energy. Soft samples do: add a force with viscosity, such as kelvin_voigt "
@@ -61,7 +61,7 @@ def missing_damping(case: Case) -> Iterator[str]:
 
 
 def _beside(wishes: Wishes, judged: Judged, number: int) -> Iterator[str]:
-    """Say which limits another state at the recommended settings fails."""
+    """Name the limits that another state at the recommended settings fails."""
     points = judged.points
     here = (points.near == points.near[number]) & (points.set_points == points.set_points[number])
     for other in np.flatnonzero(here & (judged.hit != "")):
@@ -91,7 +91,7 @@ def _binding(axes: Sequence[Axis], shares: Array, judged: Judged, allowed: Any) 
 
 
 def _ratios(axes: Sequence[Axis], wishes: Wishes, judged: Judged) -> Iterator[str]:
-    """Say how near each limit comes to being kept, by the states of the regime and number that are asked for."""
+    """Give how near each limit comes to being kept, over states of the requested regime and number."""
     virial = judged.found.columns["virial"][:, 0] * (1.0 if wishes.regime == "attractive" else -1.0)
     usable = np.flatnonzero(((virial > 0.0) | (not wishes.regime)) & ~(judged.others & wishes.one_state))
     asked = " and ".join([wishes.regime] * bool(wishes.regime) + ["alone at its distance"] * wishes.one_state)

@@ -35,7 +35,7 @@ class PlannedPoints:
     set_points
         Shares of the free amplitudes.
     near
-        For each, the number of the grid's case whose curves tell which other states there are.
+        For each, the number of the grid's case whose curves show the other states.
     zc, motions
         Average distances (m), and motions in SI, to start from, or as found.
     """
@@ -97,7 +97,7 @@ class Solver:
         return States(*(np.concatenate([getattr(one, name) for one in each]) for name in ("x", "memory", "branch")))
 
     def has_others(self, points: PlannedPoints) -> Bools:
-        """Say whether another stable state is found at the same distance as each point, from the curves beside it."""
+        """Return whether the curves beside each point have another stable state at the same distance."""
         out = np.zeros(len(points), dtype=bool)
         pairs = [
             (i, zc, motion)
@@ -133,7 +133,7 @@ class Solver:
 
 
 def one_of_each(points: PlannedPoints, length: Array) -> Any:
-    """Return the numbers of points without those that are the same state as one before."""
+    """Return the numbers of points without repetitions of an earlier point's state."""
     order = np.lexsort((points.zc, points.set_points, points.near))
     kept: list[int] = []
     for number in order.tolist():
@@ -177,12 +177,12 @@ class Rest:
 
 @dataclass
 class Judged:
-    """Operating points and what the limits say about them.
+    """Operating points, judged by the limits.
 
     Attributes
     ----------
     points, found
-        Where they are, and their observables.
+        Their places, and their observables.
     others
         Whether another stable state is at the same distance.
     hit
@@ -190,7 +190,7 @@ class Judged:
     bounds
         The bound of each limit at each, by name.
     excess
-        By how much of their bounds all limits together are exceeded; 1 for a regime or a number of states.
+        Excess over all limits together, as a share of their bounds; 1 for a regime or a number of states.
     """
 
     points: PlannedPoints

@@ -1,4 +1,4 @@
-"""Calibration of a measured curve: free part, noise, phase, and checks without any model; each step says what it did."""
+"""Calibration of a measured curve: free part, noise, phase, and checks without any model; each step is listed."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[st
 
 
 def _take_sign(work: Work, convention: str | None) -> None:
-    """Make lags of the phases where the file did not tell how."""
+    """Turn the phases into lags where the file does not contain the convention."""
     known = str(work.data.attrs.get("phase_convention", UNKNOWN))
     if known != UNKNOWN:
         if convention is not None:

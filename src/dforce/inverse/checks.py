@@ -20,23 +20,24 @@ if TYPE_CHECKING:
 WIDE, FAR = 3.0, 5.0  # errors
 BY_CHANCE = 0.005  # of the points may be below by more, as noise makes it
 REPULSIVE = 5.0  # degrees below 90 at which a point is counted as net repulsive
-FEWEST = 5  # points of a slope
+FEWEST = 5  # points of a slope, or around a spike
 SHALLOW = 0.01  # slope of the amplitude over a sample too soft to be felt
 TURN, FALL = 4.0, 0.8  # degrees, and of the free amplitude: where it falls so far, the phase turns by more
-SHARP = 3.0  # times the largest step of the curve around it: how far off a spike is
-CLEAR = 4.0  # errors of a loss that is seen
-DOUBT = "doubt: "  # begins a sentence of the history of a curve that says what may be wrong with it
+SHARP = 3.0  # times the change of slope around it: how far off a spike is
+EVEN = 1.8  # median steps: a longer step may hide a jump
+CLEAR = 4.0  # errors of a loss that is significant
+DOUBT = "doubt: "  # begins a sentence on a possible fault in the history of a curve
 
 
 def doubts(attrs: Mapping[Any, Any]) -> list[str]:
-    """Return what reading and calibration found that may be wrong with a measured curve, a sentence each."""
+    """Return the possible faults of a measured curve that reading and calibration found, a sentence each."""
     history = attrs.get("history", [])
     lines = [history] if isinstance(history, str) else history
     return [str(line).removeprefix(DOUBT) for line in lines if str(line).startswith(DOUBT)]
 
 
 def check_passive(work: Work, case: Case | None) -> None:
-    """Hold every point against what a sample that gives no energy allows, and name the points that break it."""
+    """Compare every point with the limits of a passive sample, and name the points that break them."""
     attrs = work.data.attrs
     if "amplitude_2" in work.data:
         work.history.append("check without a model: skipped, because two tones may exchange energy")
@@ -82,23 +83,33 @@ def check_turn(work: Work) -> None:
 
 
 def check_spikes(work: Work) -> None:
-    """Doubt single points beyond the free part that are far off both neighbors, where these continue each other."""
+    """Doubt single points beyond the free part, far off a cubic through their neighbors, which are as near as elsewhere."""
     height, free = work.values("height"), work.data["free"].values
     for word in work.directions:
         rows = work.rows(word)
+        if len(rows) < FEWEST:
+            continue
+        far, near, here, nearer, nearest = (slice(k, len(rows) - 4 + k) for k in range(5))
+        place, gaps = height[rows], np.abs(np.diff(height[rows]))
+        even = np.max([gaps[k : len(rows) - 4 + k] for k in range(4)], axis=0) < EVEN * np.median(gaps)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = (place[here] - place[near]) / (place[nearer] - place[near])
+        shares = np.stack([share, np.full(len(share), 0.5)])  # uneven steps, or noise of the heights
         for name in work.channels:
-            values, inner = work.values(name)[rows], slice(2, -2)
-            off = np.abs(values[inner] - 0.5 * (values[1:-3] + values[3:-1]))
-            steps = [values[1:-3] - values[:-4], values[3:-1] - values[1:-3], values[4:] - values[3:-1]]
-            least = np.maximum(SPIKE * float(work.data.attrs[f"{name}_error"]), SHARP * np.abs(steps).max(axis=0))
-            places = rows[inner][(off > least) & ~free[rows[inner]]]
-            if len(places):
-                told = ", ".join(units.show(float(height[place]), "m", 5) for place in places)
+            v = work.values(name)[rows]
+            cubic = v[near] + shares * (v[nearer] - v[near]) + (v[near] + v[nearer] - v[far] - v[nearest]) / 6.0
+            bend = np.abs(0.5 * (v[nearer] - v[near]) - np.stack([v[near] - v[far], v[nearest] - v[nearer]])).max(
+                axis=0
+            )
+            least = np.maximum(SPIKE * float(work.data.attrs[f"{name}_error"]), SHARP * bend)
+            found = rows[here][(np.abs(v[here] - cubic).min(axis=0) > least) & even & ~free[rows[here]]]
+            if len(found):
+                told = ", ".join(units.show(float(height[point]), "m", 5) for point in found)
                 work.history.append(f"{DOUBT}the {name} of the {word} has a spike at {told}; remove this point")
 
 
 def check_slope(work: Work) -> None:
-    """Say how steep the amplitude falls over the repulsive part: over a stiff sample as the height."""
+    """Report the slope of the amplitude over the repulsive part: 1 over a stiff sample."""
     for word in work.directions:
         rows = work.rows(word)
         near = rows[work.values("phase")[rows] < 90.0 - REPULSIVE]
@@ -115,7 +126,7 @@ def check_slope(work: Work) -> None:
 
 
 def estimate_offset(work: Work) -> None:
-    """Estimate by what heights differ from the average distance: near the surface that is about the amplitude."""
+    """Estimate the offset of heights from the average distance, which near the surface is about the amplitude."""
     height, amplitude = work.values("height"), work.values("amplitude")
     touched = amplitude < 0.9 * float(work.data.attrs["free_amplitude"])
     if touched.sum() < FEWEST:
@@ -132,7 +143,7 @@ def estimate_offset(work: Work) -> None:
 
 
 def tell_energies(work: Work) -> None:
-    """Say how much energy the sample takes at most, and with which error."""
+    """Report the largest energy that the sample dissipates, and its error."""
     lost = work.values("dissipated_energy")
     noise, common = (work.values(f"dissipated_energy{end}") for end in ("_error", "_common_error"))
     clear = lost / np.hypot(noise, common)

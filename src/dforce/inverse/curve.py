@@ -1,4 +1,4 @@
-"""One curve: a table's columns become quantities in SI units, and what makes no sense is refused."""
+"""One curve: a table's columns become quantities in SI units; impossible values are refused."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ class Asked:
 
     @classmethod
     def of(cls, told: Told | Mapping[str, Any]) -> Asked:
-        """Return what was asked, after checking that the words are known.
+        """Return the settings, after a check of their words.
 
         Raises
         ------
         ParameterError
-            For an unknown one, with the nearest.
+            For an unknown word, with the nearest word.
         """
         asked = cls(**{**told, "columns": told.get("columns") or {}, "units": told.get("units") or {}})
         for name, table in (("columns", asked.columns), ("units", asked.units)):
@@ -100,7 +100,7 @@ def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
     ResultError
         For numbers that are missing or make no curve.
     ParameterError
-        Where the file does not tell what must be known.
+        Where the file lacks necessary information.
     """
     import xarray as xr
 
@@ -196,7 +196,7 @@ def _values(
 def _turn_heights(
     values: dict[str, Array], column: Column, reader: Reader, given: str | None, history: list[str]
 ) -> bool:
-    """Make larger heights the farther ones, in place, where their sign is given or known; say whether it is."""
+    """Make larger heights farther from the sample, in place, if their sign is set or known; return whether it is."""
     grows = given or reader.sign_of(column.name)
     if grows == "toward":
         values["height"] = -values["height"]
@@ -310,7 +310,7 @@ def _join(phase: Array, directions: Texts) -> None:
 
 
 def _notes(table: MeasuredTable, history: list[str]) -> dict[str, float | str]:
-    """Return the settings of lever, drive and instrument that the file notes, and say so; text may come from any maker."""
+    """Return the settings of lever, drive and instrument in the file, and list them; text may come from any maker."""
     found: dict[str, float | str] = {}
     for name, unit in NOTES.items():
         text = _noted(table, name)
@@ -328,7 +328,7 @@ def _notes(table: MeasuredTable, history: list[str]) -> dict[str, float | str]:
 
 
 def _noted(table: MeasuredTable, name: str) -> str | None:
-    """Return a setting as the file notes it, under dForce's key or that of a maker."""
+    """Return a setting in the file, under dForce's key or a maker's."""
     keys = [name, *(reader.notes[name] for reader in (table.reader, *READERS) if name in reader.notes)]
     return next((table.notes[key] for key in keys if key in table.notes), None)
 

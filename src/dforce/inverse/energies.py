@@ -84,8 +84,8 @@ def energy(data: xr.Dataset) -> xr.Dataset:
 
     missing = [name for name in NEEDED if name not in data.attrs]
     if missing or "amplitude" not in data or "phase" not in data:
-        what = f"has no {' and no '.join(missing)}" if missing else "has no amplitude and phase"
-        raise ParameterError(f"data {what}: first calibrate the curve with df.calibrate and a case or a thermal tune")
+        fault = f"has no {' and no '.join(missing)}" if missing else "has no amplitude and phase"
+        raise ParameterError(f"data {fault}: first calibrate the curve with df.calibrate and a case or a thermal tune")
     lever = lever_of(data)
     amplitude, lag = np.asarray(data["amplitude"].values, float), np.radians(data["phase"].values)
     found = xr.Dataset(coords={"direction": data["direction"]}, attrs={"k": lever.k, "Q": lever.Q})
@@ -104,7 +104,7 @@ def lever_of(data: xr.Dataset) -> Lever:
 
 
 def _errors(data: xr.Dataset, law: Law, lever: Lever, amplitude: Array, lag: Array) -> tuple[Array, Array]:
-    """Return the errors of a law by the noise of its point and by what all points share, from differences."""
+    """Return the random and the systematic error of a law, from differences."""
     known = data.attrs
 
     def change(error: float, step: Callable[[float], Array]) -> Array:

@@ -46,7 +46,7 @@ class FreeChannel(NamedTuple):
 
 
 def line_of(height: Array, values: Array) -> tuple[float, float, Array]:
-    """Return slope, the spread of the heights about their mean, and what a straight line leaves."""
+    """Return slope, the spread of the heights about their mean, and the residuals of a straight line."""
     x = height - height.mean()
     spread = float(np.sqrt((x**2).sum()))
     slope = float((x * values).sum() / spread**2) if spread > 0.0 else 0.0
@@ -54,7 +54,7 @@ def line_of(height: Array, values: Array) -> tuple[float, float, Array]:
 
 
 def stretch(height: Array, values: Array) -> FreeChannel:
-    """Return what a channel does along a stretch of three points or more."""
+    """Return mean, slope and noise of a channel along a stretch of three points or more."""
     count = len(values)
     slope, spread, rest = line_of(height, values)
     power = float((rest**2).sum())
@@ -82,7 +82,7 @@ def steady(values: Array) -> Bools:
 
 
 def steady_stretch(height: Array, values: Array) -> FreeChannel:
-    """Return what a channel does along a stretch, spikes left out."""
+    """Return the same along a stretch without its spikes."""
     kept = steady(values)
     return stretch(height[kept], values[kept])
 
@@ -93,10 +93,10 @@ def fewest(points: int) -> int:
 
 
 def free_count(height: Array, channels: Iterable[Array], allowed: Iterable[float]) -> tuple[int, bool]:
-    """Return how many points, from the far end on, are free, and whether a channel drifts along them.
+    """Return the number of free points, from the far end on, and whether a channel drifts along them.
 
-    The longest stretch in which no channel has a slope, or a point off its median by more than the noise explains, except
-    spikes; where there is none, the longest that a straight line describes. Nothing is free where the count is 0.
+    It is the longest stretch in which no channel has a slope, or a point off its median beyond the noise, except spikes.
+    Without one it is the longest stretch that a straight line describes. Nothing is free where the count is 0.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def free_count(height: Array, channels: Iterable[Array], allowed: Iterable[float
     channels
         Amplitude, phase, ... at these heights.
     allowed
-        By how much each of them may change along a stretch.
+        Allowed change of each along a stretch.
     """
     least, every = fewest(len(height)), list(zip(channels, allowed, strict=True))
     if len(height) < least:
@@ -130,7 +130,7 @@ def _is_flat(height: Array, values: Array, most: float) -> bool:
 
 
 def _is_straight(height: Array, values: Array, most: float) -> bool:
-    """Say whether a stretch is a straight line within its noise: no curvature, no point far off it."""
+    """Return whether a stretch is a straight line within its noise: no curvature, no point far off it."""
     found = stretch(height, values)
     rest = line_of(height, values)[2]
     if abs(found.slope) * float(np.ptp(height)) > most:

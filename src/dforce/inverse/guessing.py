@@ -1,4 +1,4 @@
-"""Guesses of what the columns of a file hold: by their names, their units, and the way of their numbers.
+"""Guesses of the quantities in the columns of a file: by their names, their units, and the course of their numbers.
 
 The reader takes a column by its name alone. A guess goes further, and a person confirms it.
 """
@@ -16,14 +16,14 @@ from dforce.inverse.placing import HEIGHTS, NEEDED, columns_by_name
 from dforce.inverse.table import Column, MeasuredTable
 from dforce.inverse.words import DENSITY, bare, is_of, quantity_of
 
-# how words of headings begin that a reader does not know whole; single letters are whole words
+# beginnings of words in headings that no reader has as a whole; single letters are whole words
 STEMS = {
     "height": ("z", "height", "piezo", "ramp", "dist", "sep", "ext", "stage", "scanner", "position"),
     "amplitude": ("amp", "mag", "rms", "r"),
     "phase": ("ph", "theta", "lag", "angle"),
 }
 UNITS = {"height": ("m",), "amplitude": ("m", "V"), "phase": ("degree",)}
-NAME, UNIT, WAY = 2.0, 1.0, 0.5  # what speaks for a guess
+NAME, UNIT, WAY = 2.0, 1.0, 0.5  # weights of the evidence for a guess
 WINDING = 2.2  # times its range: a height walks once to the sample and back
 
 
@@ -74,7 +74,7 @@ def _first(quantity: str, columns: Sequence[Column]) -> Guess:
 
 
 def _suits(quantity: str, unit: str | None) -> bool:
-    """Return whether a unit may be that of a quantity; a missing one may."""
+    """Return whether a unit suits a quantity; a missing unit does."""
     return not unit or quantity not in UNITS or any(is_of(unit, stored) for stored in UNITS[quantity])
 
 

@@ -1,4 +1,4 @@
-"""`df.file_head`: the columns of a file with their first rows, and a guess of what each holds."""
+"""`df.file_head`: the columns of a file with their first rows, and a guess of each quantity."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def _curves_in(table: MeasuredTable, name: str) -> int:
 
 
 def _height_grows(guesses: Mapping[str, Guess], table: MeasuredTable, name: str) -> str | None:
-    """Return where larger heights are: as the maker or the name says, else as the curve shows."""
+    """Return the direction of larger heights: from the maker or the name, else from the curve."""
     if "height" not in guesses:
         return None
     column = guesses["height"].column

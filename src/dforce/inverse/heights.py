@@ -12,8 +12,8 @@ from dforce.core.errors import ResultError
 from dforce.inverse.table import APPROACH, PAUSE, RETRACT, MeasuredTable
 from dforce.inverse.words import naming
 
-TOLERANCE = 3.0  # times the noise of the sensor: a step back by less is none
-MOST_NOISE = 0.25  # of the range of heights: what scatters by more than that within the tolerance is no walk
+TOLERANCE = 3.0  # times the noise of the sensor: a smaller step back does not count
+MOST_NOISE = 0.25  # of the range of heights: heights that scatter by more within the tolerance are no walk
 MAD = 1.4826  # from the median of absolute values to the standard deviation, for normal noise
 WAYS = {APPROACH: -1.0, RETRACT: 1.0}  # how the height changes along each
 
@@ -35,9 +35,9 @@ def sensor_noise(height: Array) -> float:
 
 
 def height_error(height: Array, directions: Texts) -> float:
-    """Return the noise (m) of heights that stand still or turn back within a direction; 0 where none do.
+    """Return the noise (m) of heights that repeat or turn back within a direction; 0 where none do.
 
-    A stop at either end is a pause. Of heights that only repeat, the steps between them are those of the sensor's numbers.
+    A stop at either end is a pause. If heights only repeat, the steps between them come from the sensor's digits.
     """
     found = 0.0
     for word, way in WAYS.items():
@@ -88,7 +88,7 @@ def walk_of(
 
 
 def is_disordered(height: Array) -> bool:
-    """Say whether heights scatter from point to point by so much of their range that they are no walk."""
+    """Return whether heights scatter from point to point by so much of their range that they are no walk."""
     return len(height) > 0 and TOLERANCE * sensor_noise(height) > MOST_NOISE * float(np.ptp(height))
 
 

@@ -1,4 +1,4 @@
-"""Measured curves: from the table in a file to a Dataset in SI units, with every step said."""
+"""Measured curves: from the table in a file to a Dataset in SI units, with a list of every step."""
 
 from __future__ import annotations
 
@@ -133,14 +133,14 @@ def read_curves(path: str | os.PathLike[str], **how: Unpack[Told]) -> list[xr.Da
 
 
 def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.Dataset | DForceError]:
-    """Return all curves of a file, and in the place of one that cannot be read why.
+    """Return all curves of a file; the error in the place of a curve that cannot be read.
 
     Parameters
     ----------
     path
         The file.
     how
-        What :func:`read_measured` is called with beside it; where it chooses a `curve`, that one alone is returned.
+        Further arguments of :func:`read_measured`; with a `curve` only this curve is returned.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.
 
 
 def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> list[Callable[[], xr.Dataset]]:
-    """Return what makes each curve of a file."""
+    """Return the functions that make the curves of a file."""
     content, name = content_of(path)
     kept = own.kept_in(content, name)
     if kept is not None:
@@ -204,8 +204,8 @@ def check_measured(data: xr.Dataset) -> None:
     """
     missing = [name for name in ("height", "amplitude", "phase") if name not in data]
     if missing or data["height"].dims != ("point",):
-        what = f"has no {' and no '.join(missing)}" if missing else "does not lie along 'point'"
-        raise ParameterError(f"data {what}, so it is not a measured curve; get a curve from df.read_measured")
+        fault = f"has no {' and no '.join(missing)}" if missing else "does not lie along 'point'"
+        raise ParameterError(f"data {fault}, so it is not a measured curve; get a curve from df.read_measured")
     if data.sizes["point"] < FEWEST:
         raise ParameterError(f"data has {data.sizes['point']} points, but a curve needs {FEWEST} or more")
     for name in ("height", *CHANNELS):
@@ -230,7 +230,7 @@ def check_directions(data: xr.Dataset) -> None:
     Raises
     ------
     ParameterError
-        When points are in no order or directions are unknown; the message tells the remedy.
+        When points are in no order or directions are unknown; the message contains the remedy.
     """
     if "direction" not in data.variables:
         raise ParameterError(

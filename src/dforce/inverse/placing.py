@@ -208,12 +208,12 @@ def refuse_gaps(quantity: str, values: Array, table: MeasuredTable, name: str) -
 
 
 def amplitude_scale(column: Column, asked: str | None, reader: Reader, name: str) -> tuple[float, str]:
-    """Return by what amplitudes are multiplied to be zero to peak, and a sentence on it.
+    """Return the factor from amplitudes to zero-to-peak amplitudes, and a sentence on it.
 
     Raises
     ------
     ParameterError
-        Where a maker's files are known to hold either, and nothing says which.
+        Where a maker's files have either kind, and nothing determines which.
     """
     told = amplitude_kind(column.name)
     if asked is not None and told is not None and asked != told:

@@ -1,4 +1,4 @@
-"""Plan files: a case, and a table `[plan]` that says what is wanted of it."""
+"""Plan files: a case, and a table `[plan]` with its limits and goals."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ class _Work:
         self.located: tuple[Any, list[tuple[Array, str]]] = None, []  # places where limits held, and their edges
 
     def check_cancelled(self) -> None:
-        """Tell how far the plan is."""
+        """Report the progress of the plan."""
         self.report_progress(self.number, STAGES + self.walks, self.stage)
 
     def next(self, stage: str) -> None:
@@ -245,7 +245,7 @@ class _Work:
         return points.take(one_of_each(points, length))
 
     def _why_no_state(self) -> str:
-        """Return why no curve has a state at any set point, and what to change."""
+        """Return why no curve has a state at any set point, and the remedy."""
         lowest, change = self.curves.lowest_ratio(), "choose other set points, or other values under vary."
         share = f"the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is {100.0 * lowest:.3g} %"
         if lowest < self.shares.max():

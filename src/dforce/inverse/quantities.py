@@ -1,4 +1,4 @@
-"""The names of what measured curves and fits have beside the quantities of a run: symbol, units and one sentence each."""
+"""The further quantities of measured curves and fits: symbol, units and one sentence each."""
 
 from __future__ import annotations
 

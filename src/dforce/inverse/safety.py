@@ -106,7 +106,7 @@ def _case(result: xr.Dataset | Case) -> Case:
 
 
 def _doubts(fit: xr.Dataset) -> Iterator[str]:
-    """Give why the forces of the best case of a fit may not be those on the sample."""
+    """Give why the forces of the best case of a fit may differ from the forces on the sample."""
     if doubt := verdict(fit):
         yield doubt
     unknown = [str(name) for name in fit["parameter"].values if not is_constrained(fit.sel(parameter=name))]
@@ -115,7 +115,7 @@ def _doubts(fit: xr.Dataset) -> Iterator[str]:
 
 
 def _sentences(found: xr.Dataset) -> Iterator[str]:
-    """Give what the tip does at the free amplitude of the case, and which amplitudes keep the limit."""
+    """Give the peak force at the free amplitude of the case, and the amplitudes that keep the limit."""
     amplitudes, force = found["A0"].values, found["peak_force"].values
     allowed = found["allowed"].values
     limit, share = show(found.attrs["limit"], "N", DIGITS), f"{100.0 * found.attrs['set_point']:.3g} %"
@@ -145,7 +145,7 @@ def _sentences(found: xr.Dataset) -> Iterator[str]:
 
 
 def _at(found: xr.Dataset, place: int, share: str) -> str:
-    """Return what the tip does at one free amplitude."""
+    """Return the words for one free amplitude."""
     one = found.isel(A0=place)
     where = f"At {share} of A0 = {show(float(one['A0']), 'm', DIGITS)}"
     force, depth = float(one["peak_force"]), float(one["max_indentation"])

@@ -1,4 +1,4 @@
-"""The steps of the calibration; each changes the curve in place and says what it did."""
+"""The steps of the calibration; each changes the curve in place and adds a sentence to its history."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ RATIOS = (
 )
 NEAR = 0.03  # of a ratio
 FAR_FORCES = "it cannot be distinguished from long-range forces"  # a drift of a short free part
-DRIFT, TURNED = 0.05, 5.0  # of the amplitude, and degrees: what changes by more along a stretch is no drift
+DRIFT, TURNED = 0.05, 5.0  # of the amplitude, and degrees: a larger change along a stretch is no drift
 LONG = 0.25  # of a direction: along a shorter stretch a straight line may as well be the tail of a force
 AT_RESONANCE = 90.0  # degrees
 
@@ -254,7 +254,7 @@ def together_noise(work: Work, name: str) -> float:
 
 
 def _compare(work: Work, found: float, wanted: float, whose: str) -> None:
-    """Say so where the free amplitude is not the one that was expected, and which mistake would make it so."""
+    """Report a free amplitude that differs from the expected one, and the mistake that would explain it."""
     ratio = wanted / found
     for factor, mistake in RATIOS:
         if abs(ratio / factor - 1.0) < NEAR:

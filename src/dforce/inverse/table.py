@@ -1,4 +1,4 @@
-"""A reader of files, and the tables that it gives: columns as they are written, before anyone says what they mean."""
+"""A reader of files, and its tables: columns as in the file, before their quantities are known."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SEGMENTS = {
 
 
 class Column(NamedTuple):
-    """A column of a file: its name, its unit where the file tells it, and its values, numbers or words."""
+    """A column of a file: its name, its unit if the file contains it, and its values, numbers or words."""
 
     name: str
     unit: str | None
@@ -28,7 +28,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Reader:
-    """A kind of file with measured curves: how it is known and read, and the conventions of its maker.
+    """A kind of file with measured curves: its test, its reader, and the conventions of its maker.
 
     Attributes
     ----------
@@ -37,16 +37,16 @@ class Reader:
     endings
         Endings of the names of such files, in small letters: ``(".nid",)``.
     is_one
-        Takes the bytes of a file, and says whether it is one of this kind.
+        Takes the bytes of a file, and returns whether it is of this kind.
     read
         Takes the bytes of such a file and its name for a sentence, and returns its curves. It raises ``ResultError``
         with one sentence for a file that is damaged or has no curve.
     maker
         Maker of the instrument; empty for a format of many programs.
     height_grows
-        Where larger numbers are, ``"away"`` from the sample or ``"toward"`` it, for each of ``"height_sensor"``,
-        ``"height_piezo"`` and ``"height"`` whose sign the maker's files are known to have. The sign of any other is
-        found from the curve, or asked for.
+        Direction of larger numbers, ``"away"`` from the sample or ``"toward"`` it, for each of ``"height_sensor"``,
+        ``"height_piezo"`` and ``"height"`` with a known sign in the maker's files. Any other sign is found from the curve,
+        or asked for.
     names
         Quantity of :data:`dforce.inverse.words.MEANINGS` by a name of a column that means another one elsewhere.
     notes
@@ -54,7 +54,7 @@ class Reader:
     amplitude_by_version
         Whether amplitudes are rms or zero to peak by the version of the maker's software, so that a user is asked.
     not_read
-        How files of this maker begin that no reader takes, and the sentence that says what to do.
+        Beginning of files of this maker that no reader takes, and the sentence with the remedy.
     how, seen, export
         For the documentation: how such a file is read, whether on a file of an instrument, and how to export a curve.
     """
@@ -87,7 +87,7 @@ class Reader:
         return [replace(table, reader=self) for table in self.read(content, name)]
 
     def sign_of(self, column: str) -> str | None:
-        """Return where larger heights are in a column of this name, where maker or name say so: "away" or "toward"."""
+        """Return the direction of larger heights, "away" or "toward", if the maker or the name of the column determines it."""
         grows = self.height_grows.get(quantity_of(column, self.names) or "")
         return "away" if grows is None and bare(column) in ABOVE_THE_SAMPLE else grows
 
@@ -97,24 +97,24 @@ OF_NOBODY = Reader("table", (), lambda content: False, lambda content, name: [])
 
 @dataclass(frozen=True)
 class MeasuredTable:
-    """A curve as a file holds it.
+    """A curve as in its file.
 
     Attributes
     ----------
     columns
         All of one length.
     notes
-        What else the file tells, as it is written there.
+        Other entries of the file, as written there.
     segments
-        Part of the curve that each row belongs to, in the words of :data:`SEGMENTS`; None where the file does not tell.
+        Part of the curve of each row, in the words of :data:`SEGMENTS`; None where the file does not contain it.
     lines
-        Line of the file that each row stands in; None where it has no lines.
+        Line of each row in the file; None where it has no lines.
     position
         Place of the curve on a map, x and y (m).
     label
-        What the file calls the curve among others; may be empty.
+        Name of the curve in the file; may be empty.
     reader
-        The reader that gave it; :meth:`Reader.tables` says so.
+        Its reader, set by :meth:`Reader.tables`.
     """
 
     columns: tuple[Column, ...]
@@ -131,7 +131,7 @@ class MeasuredTable:
         return [column for column in self.columns if column.values.dtype.kind == "f"]
 
     def place(self, row: int) -> str:
-        """Return where a row (from 0) stands, for a sentence."""
+        """Return the place of a row (from 0), for a sentence."""
         return f"row {row + 1}" if self.lines is None else f"line {self.lines[row]}"
 
     def part(self, rows: Any, position: tuple[float, float] | None = None, label: str = "") -> MeasuredTable:
@@ -147,5 +147,5 @@ class MeasuredTable:
 
 
 def segment_of(word: str) -> str | None:
-    """Return the part of a curve that a word of a maker stands for."""
+    """Return the part of a curve for a maker's word."""
     return SEGMENTS.get(word.strip().strip("\"'").lower())

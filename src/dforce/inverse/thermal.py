@@ -33,7 +33,7 @@ WIDEST = (0.5, 1.5)  # of f0: farther off is no longer this mode alone
 ABOVE = 4.0  # times the level around it that a peak reaches
 DENSITIES = {"m^2/Hz": 1.0, "m/Hz^0.5": 2.0}  # powers that make a power density of them
 VOLTS = {"V^2/Hz": 1.0, "V/Hz^0.5": 2.0}
-SMOOTH = 10.0  # spectra that a smoothed point stands for, to find the peak by
+SMOOTH = 10.0  # spectra in a smoothed point, to find the peak
 LEVERS = ("static", "mode")
 BEYOND_WINDOWS = 3  # points of a spectrum that are farther apart than Hann's window makes alike
 ARRAYS = replace(OF_NOBODY, kind="two arrays")
@@ -192,7 +192,7 @@ def thermal_tune(
 
 
 def _arrays(frequency: object, density: object, unit: str | None) -> MeasuredTable:
-    """Return a table of frequencies and densities that were given as arrays."""
+    """Return a table of frequencies and densities from arrays."""
     if density is None or isinstance(frequency, str | os.PathLike):
         raise ParameterError("pass a file, or two arrays: frequencies (Hz) and densities, with their unit")
     values = []
@@ -236,20 +236,20 @@ def _spectrum(
     s = np.asarray(density.values, dtype=float) * scale
     for column, values in ((frequency, f), (density, s)):
         if not (values > 0.0).any():
-            what = "no numbers" if not np.isfinite(values).any() else f"no value above 0 in its {len(values)} points"
-            raise ResultError(f"{name}: the column '{shorten(column.name, 30)}' contains {what}; choose another column")
+            none = "no numbers" if not np.isfinite(values).any() else f"no value above 0 in its {len(values)} points"
+            raise ResultError(f"{name}: the column '{shorten(column.name, 30)}' contains {none}; choose another column")
     keep = np.isfinite(f) & np.isfinite(s) & (s > 0.0) & (f > 0.0)
     order = np.argsort(f[keep], kind="stable")
     return f[keep][order], s[keep][order] ** power, f"density: column '{density.name}' in {said}"
 
 
-def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], what: str, name: str) -> Column:
+def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], noun: str, name: str) -> Column:
     numbers = table.numbers
     found = [one for one in numbers if (bare(one.name) in known if wanted is None else one.name == wanted)]
     if len(found) != 1:
         there = ", ".join(f"'{shorten(column.name, 30)}'" for column in numbers[:20])
         asked = f"no column '{shorten(wanted)}'" if wanted else f"{len(found)} columns" if found else "no column"
-        raise ParameterError(f"{name} has {asked} for the {what}; name it with {naming(what)}; its columns: {there}")
+        raise ParameterError(f"{name} has {asked} for the {noun}; name it with {naming(noun)}; its columns: {there}")
     return found[0]
 
 
@@ -331,10 +331,10 @@ def _about(every: tuple[Array, Array], peak: Resonance, widths: float, name: str
 
 
 def _misfit(rest: Array) -> tuple[float, tuple[str, ...]]:
-    """Return by what errors grow where neighbors are off the fit together, by a share, and the sentence that says so.
+    """Return the factor of errors where neighbors deviate from the fit together, and a sentence on it.
 
-    A window of the spectra, as Hann's, makes neighbors alike, no farther than by two points. Where they are off the fit
-    farther along, the peak is not that of one steady resonance: it drifted while spectra were averaged, or lies on another.
+    A window of the spectra, such as Hann's, correlates neighbors over at most two points. If they deviate together farther
+    along, the peak is not one steady resonance: it drifted while spectra were averaged, or overlaps another.
     """
     together, along = (_correlation(rest, points) for points in (1, BEYOND_WINDOWS))
     limit = MISFIT / math.sqrt(len(rest))
@@ -358,7 +358,7 @@ def _correlation(rest: Array, points: int) -> float:
 
 def _start(frequency: Array, power: Array, name: str) -> Resonance:
     """Return the resonance to start from: by the highest smoothed point, and the area about it."""
-    scatter = 0.5 * float(np.diff(np.log(power)).var())  # of neighbors: that of single spectra is 1.6
+    scatter = 0.5 * float(np.diff(np.log(power)).var())  # of neighbors: 1.6 for single spectra
     count = int(np.clip(round(SMOOTH * scatter), 1, max(len(power) // 20, 1)))
     smooth = np.convolve(power, np.ones(count) / count, mode="same")
     # above the low frequencies, where drift and hum are

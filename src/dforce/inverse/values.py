@@ -21,12 +21,12 @@ class ValueWithError(NamedTuple):
 
 
 def number_of(name: str, given: object, unit: str) -> float:
-    """Return the SI value of a number or a text with a unit; of phases degrees, in which plain numbers are.
+    """Return the SI value of a number or a text with a unit; degrees for phases, also for plain numbers.
 
     Raises
     ------
     UnitError
-        With the name of what was given, where it is no such number.
+        For anything else, with its name.
     """
     try:
         if unit != DEGREE:
@@ -44,7 +44,7 @@ def above_zero(name: str, given: object, unit: str) -> float:
     Raises
     ------
     ParameterError
-        With the name of what was given, where it is no such number.
+        For anything else, with its name.
     """
     value = number_of(name, given, unit)
     if not value > 0.0:
@@ -80,7 +80,7 @@ def measured(given: object, unit: str, name: str) -> ValueWithError:
 
 
 def value_and_error(name: str, given: object, unit: str) -> tuple[float, float]:
-    """Return value and error, as :func:`measured`, of what must have both.
+    """Return value and error, as :func:`measured`; both are required.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def value_and_error(name: str, given: object, unit: str) -> tuple[float, float]:
     return found.value, found.error
 
 
-def ends(given: object, unit: str, name: str, what: str) -> tuple[float, float]:
+def ends(given: object, unit: str, name: str, noun: str) -> tuple[float, float]:
     """Return the two ends of a range in SI units, the lower first.
 
     Raises
@@ -103,7 +103,7 @@ def ends(given: object, unit: str, name: str, what: str) -> tuple[float, float]:
         For anything but a pair of quantities.
     """
     if not isinstance(given, list | tuple) or len(given) != 2:
-        raise ParameterError(f"{name} = {shorten(given)} is not the lowest and the highest {what}")
+        raise ParameterError(f"{name} = {shorten(given)} is not the lowest and the highest {noun}")
     low, high = sorted(number_of(name, end, unit) for end in given)
     return low, high
 

@@ -24,19 +24,19 @@ WORDS = {"regime": ("attractive", "repulsive"), "states": ("one",)}
 MARGIN = "margin"
 SLOPE = "slope_of_phase"
 NO_LIMIT = ("multiplier_modulus", "multiplier_angle", "harmonic_amplitude", "harmonic_phase", "error_estimate", "drift")
-# the unit of distance from the boundaries along what no margin is given for
+# the unit of distance from the boundaries along parameters without a margin
 USUAL_MARGINS = {"set_point": 0.03, "": 0.05}
 
 
 def limited() -> list[str]:
-    """Return the names of the quantities that a plan may limit: the first value of those along tones or modes."""
+    """Return the names of the quantities that a plan may limit: the first value along tones or modes."""
     inner = {"tone", "mode"}
     return [name for name, one in OBSERVABLES.items() if set(one.dims) <= inner and name not in NO_LIMIT]
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A bound of a quantity: below (sign 1) or above (sign -1) a value (SI), or a share of what stands at a path."""
+    """A bound of a quantity: below (sign 1) or above (sign -1) a value (SI), or a share of the value at a path."""
 
     name: str
     text: str
@@ -93,12 +93,12 @@ class Wishes:
 
 
 def read_wishes(case: Case, paths: Sequence[str], limits: Any, goal: Any) -> Wishes:
-    """Return what tables of limits and of a goal ask for.
+    """Return the wishes from tables of limits and of a goal.
 
     Raises
     ------
     ParameterError
-        With one sentence for what cannot be read.
+        With one sentence, for an entry that cannot be read.
     """
     limits = _table("limits", limits)
     known = [*limited(), *WORDS, MARGIN]
@@ -159,7 +159,7 @@ def _example(unit: str) -> str:
 
 
 def _margins(case: Case, paths: Sequence[str], given: object) -> tuple[dict[str, Margin], frozenset[str]]:
-    """Return the margin of each path and of the set point, and those that are asked for."""
+    """Return the margin of each path and of the set point, and the requested margins."""
     out = {path: Margin(USUAL_MARGINS[""], True) for path in paths}
     out["set_point"] = Margin(USUAL_MARGINS["set_point"], False)
     asked: set[str] = set()

@@ -12,7 +12,7 @@ from dforce.core.errors import UnitError
 
 
 class Meaning(NamedTuple):
-    """A quantity of a measured curve: the unit that it is stored in (as dForce's units know it), and names for it."""
+    """A quantity of a measured curve: its stored unit (in the spelling of dForce's units), and names for it."""
 
     unit: str
     names: tuple[str, ...]
@@ -50,7 +50,7 @@ MEANINGS = {
 DENSITY = (  # names of the density in a spectrum
     "psd", "powerspectraldensity", "amplitudespectraldensity", "asd", "density", "spectraldensity", "power", "spectrum",
 )  # fmt: skip
-ABOVE_THE_SAMPLE = ("zc", "heightabovesample")  # heights whose name says that larger ones are farther away
+ABOVE_THE_SAMPLE = ("zc", "heightabovesample")  # names of heights that are larger farther away
 OF_A_NAME = {name: quantity for quantity, meaning in MEANINGS.items() for name in meaning.names}
 # units that may end a name behind an underscore or a slash; any other word there belongs to the name
 ENDINGS = (
@@ -63,12 +63,12 @@ BRACKETS = re.compile(r"^(.*?)\s*(?:\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\
 
 
 def bare(name: str) -> str:
-    """Return a name without what tells no two of them apart: capitals, spaces and signs."""
+    """Return a name without capitals, spaces and signs, which do not distinguish names."""
     return "".join(sign for sign in name.casefold() if sign.isalnum())
 
 
 def known_unit(text: str) -> str | None:
-    """Return a unit as dForce's units spell it, None for what is no unit; the empty text for "no unit"."""
+    """Return a unit in the spelling of dForce's units, None for text that is no unit; the empty text for "no unit"."""
     if len(text) > units.LONGEST_UNIT:
         return None
     text = text.strip().replace("μ", "u").replace("µ", "u")
@@ -86,7 +86,7 @@ def known_unit(text: str) -> str | None:
 def split_heading(heading: str) -> tuple[str, str | None]:
     """Return the name and the unit of a column's heading: ``Phase [deg]``, ``Amp (nm)``, ``height_nm`` or ``z / nm``.
 
-    The unit is None where the heading tells none.
+    The unit is None where the heading has none.
     """
     heading = heading.strip().strip('"').strip()
     match = BRACKETS.match(heading) if len(heading) <= LONGEST_HEADING else None
@@ -108,7 +108,7 @@ def quantity_of(name: str, names: Mapping[str, str] | None = None) -> str | None
 
 
 def amplitude_kind(name: str) -> str | None:
-    """Return "rms" or "peak" where the name of an amplitude says which it is."""
+    """Return "rms" or "peak" where the name of an amplitude contains it."""
     word = bare(name)
     if word.endswith("rms"):
         return "rms"
@@ -116,7 +116,7 @@ def amplitude_kind(name: str) -> str | None:
 
 
 def scale_to(unit: str, stored: str) -> float:
-    """Return by what numbers in `unit` are multiplied to be in `stored`; "degree" may be one.
+    """Return the factor from `unit` to `stored`; either may be "degree".
 
     Raises
     ------
@@ -129,7 +129,7 @@ def scale_to(unit: str, stored: str) -> float:
 
 
 def is_of(unit: str, stored: str) -> bool:
-    """Say whether a unit measures what is stored in another."""
+    """Return whether a unit has the dimension of another."""
     try:
         scale_to(unit, stored)
     except UnitError:

@@ -1,8 +1,8 @@
 """Code that is compiled once for any sum of forces, and calls their laws by address.
 
-Beside the motion this code receives whole numbers on the forces: the address of the first number of their laws, the distance
-of the next number (bytes), the addresses of the compiled functions, whether a law begins like a root beside a kink, and the
-column of samples before their branches. All but the first two are the last of the parameters. The text depends on the numbers
+Beside the motion this code receives whole numbers on the forces: first the address of the first number of their laws, and the
+distance of the next number (bytes). The last parameters are the addresses of the compiled functions, whether a law begins like
+a root beside a kink, and the column of samples before their branches. The text depends on the numbers
 of modes and of states of the fluid, and on whether forces have states; not on the number of states or tones.
 """
 

@@ -67,7 +67,7 @@ def cache_folder(inner: str = "") -> Path:
     Raises
     ------
     ParameterError
-        When no folder is given, and the user has none.
+        When no folder is set, and the user has none.
     """
     folder = _asked_folder()
     for place in (folder, folder / inner):
@@ -84,7 +84,7 @@ def _asked_folder() -> Path:
     Raises
     ------
     ParameterError
-        When no folder is given, and the user has none.
+        When no folder is set, and the user has none.
     """
     given = os.environ.get("DFORCE_CACHE_DIR")
     return Path(given) if given else user_folder("cache") / "kernels"
@@ -268,7 +268,7 @@ def _say_not_kept(folder: Path, why: str) -> None:
 
 
 def complaints() -> int:
-    """Return of how many folders this process has said that it keeps no compiled code there."""
+    """Return the number of folders for which this process has announced that it keeps no compiled code there."""
     return _say_not_kept.cache_info().currsize + _say_not_used.cache_info().currsize
 
 

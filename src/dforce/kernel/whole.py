@@ -1,7 +1,7 @@
 """Whole-program compilation: link all callees into each entry point, and generate code once.
 
-numba links, optimizes and translates every function by itself, then links it into its callers and does the same again: most
-of its time goes into code that is never called by itself. Here a function with callers stays intermediate code in memory. It
+numba links, optimizes and translates every function by itself, then links it into its callers and does the same again. Most of
+its time goes into code that is never called by itself. Here a function with callers stays intermediate code in memory. It
 is linked, optimized and translated to machine code in the functions that are called from outside, and where its address is
 needed. Only such wholes are kept on disk: the code of each follows from its text, independent of earlier compilations.
 """

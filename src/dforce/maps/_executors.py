@@ -84,7 +84,7 @@ class Hands(ABC):
 
     @abstractmethod
     def room(self) -> int:
-        """Return how many blocks may be under way."""
+        """Return the largest number of running blocks."""
 
     @abstractmethod
     def submit(self, axes: list[Axis]) -> Future[Arrays]:
@@ -95,7 +95,7 @@ class Hands(ABC):
         """Stop running blocks."""
 
     def points(self) -> int:
-        """Return how many points of the blocks under way are done, as far as that is known."""
+        """Return the number of finished points in running blocks, as far as it is known."""
         return 0
 
     def tries(self, error: BaseException) -> int:
@@ -115,7 +115,7 @@ class Threads(Hands):
         self._crews: dict[Future[Arrays], Alone] = {}
 
     def room(self) -> int:
-        """Return how many blocks may be under way."""
+        """Return the largest number of running blocks."""
         return self.workers + 1
 
     def submit(self, axes: list[Axis]) -> Future[Arrays]:
@@ -127,7 +127,7 @@ class Threads(Hands):
         return future
 
     def points(self) -> int:
-        """Return how many points of the blocks under way are done."""
+        """Return the number of finished points in running blocks."""
         return sum(crew.done for crew in list(self._crews.values()))
 
     def close(self) -> None:
@@ -193,7 +193,7 @@ class Cluster(Hands):
         self._sent = Sent.of(case, kept)
 
     def room(self) -> int:
-        """Return how many blocks may be under way."""
+        """Return the largest number of running blocks."""
         self.check()
         try:
             threads: dict[str, int] = self.client.nthreads()

@@ -215,7 +215,7 @@ class Map:
 
 
 class _Run:
-    """The work on the blocks that are missing; never more of them are known than are under way."""
+    """The work on the missing blocks; only as many are submitted as may run at once."""
 
     def __init__(self, of: Map, writer: Writer, hands: Hands, report_progress: Progress) -> None:
         self.map, self.writer, self.hands, self.report_progress = of, writer, hands, report_progress

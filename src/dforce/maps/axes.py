@@ -42,8 +42,8 @@ class Axis:
     values
         Its values: SI numbers, or any values that the case takes.
     quantity
-        Its declaration, where its values are plain numbers of the instrument, the sample or a force, or the one distance
-        of an experiment; None for a choice, which is validated with the whole case.
+        Its declaration, if its values are plain numbers of the instrument, the sample or a force, or the one distance of an
+        experiment. None for a choice, which is validated with the whole case.
     """
 
     path: str

@@ -1,8 +1,8 @@
 """The regime map: where attractive and repulsive states exist over two parameters, with solved boundaries.
 
 For each set point, or each value of a second parameter, the operating points are followed along the first parameter as lines,
-through folds and unstable stretches. A boundary is where a stable stretch ends, where the net force changes its sign, or
-where the tip just touches; each is located on its line, and none depends on a grid.
+through folds and unstable stretches. At a boundary a stable stretch ends, the net force changes its sign, or the tip just
+touches. Each is located on its line, and none depends on a grid.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Tones with commensurate frequencies repeat after a common period: averages over whole common periods are exact. Other
 tones never repeat. There the motion of a period depends on the phases of the tones. An average with the weight sin^6(pi s) over
-the window 0 < s < 1 approximates the average over all time: the remaining part of a beat with n turns in the window falls like
+the window 0 < s < 1 approximates the average over all time. The remaining part of a beat with n turns in the window falls like
 1/n^7, 3e-7 at n = 12 (G. Gómez, J. M. Mondelo, C. Simó, Discrete Contin. Dyn. Syst. B 14, 41 (2010)). So the window contains
 twelve turns of the slowest beat of low order.
 """

@@ -9,8 +9,8 @@ may start like the root of the distance to it, which the substitution s = u^2 (3
 
 These arguments are passed together, beside the `drive` of ``integrators.loops``:
 
-- `record`: the samples of a period, the length of a step and the time of the first sample (s), the rates of change of the
-  memory at all samples, room for the memory, and the distances (m) of the kinks;
+- `record`: the samples of a period, the length of a step, the time of the first sample (s), the memory's rates of change at
+  all samples, room for the memory, and the distances (m) of the kinks;
 - `piece`: a part of a step, see `FROM`; before the step is cut, all of it;
 - `limits`: the least and the largest distance (m) between the kinks on either side of a piece, both just inside;
 - `result`: the sums, the pieces in which the force is highest and lowest, and the row that is measured, whose last columns

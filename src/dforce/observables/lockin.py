@@ -1,7 +1,7 @@
 """Lock-in detection over one period of the first tone.
 
-The complex amplitude of a signal at a tone is c = 2 <z exp(-i (w t + theta))>, so that z = |c| cos(wt + theta - phase)
-with phase = -arg c: the lag behind the drive, never folded. Sums are trapezoidal over the samples, which is exact to
+The complex amplitude of a signal at a tone is c = 2 <z exp(-i (w t + theta))>. So z = |c| cos(wt + theta - phase) with
+phase = -arg c, the lag behind the drive, never folded. Sums are trapezoidal over the samples, which is exact to
 rounding for a resolved periodic motion.
 """
 

@@ -1,13 +1,13 @@
 """All measurements over one period of the first tone, from its samples.
 
-Deflections are summed over the samples. Forces are not smooth, so their averages are taken step by step between samples:
-by Simpson's rule where the force is flat enough, else by Gauss–Legendre quadrature on the Hermite interpolant of the motion,
-through distance, velocity and acceleration at both ends, and of the forces' memory. Where the motion turns, the force has a
-kink or a branch switches, a step is cut in pieces, see ``cuts``; these give the contact time and the extremes between
-samples, too.
+Deflections are summed over the samples. Forces are not smooth, so their averages are taken step by step between samples: by
+Simpson's rule where the force is flat enough, else by Gauss–Legendre quadrature. Its points lie on the Hermite interpolants of
+the motion (distance, velocity and acceleration at both ends) and of the forces' memory. A step is cut in pieces where the
+motion turns, the force has a kink or a branch switches, see ``cuts``. The pieces also give the contact time and the extremes
+between samples.
 
 Beside the common arguments of ``cuts`` and ``integrators.loops``, `path` has distance, velocity, force and acceleration at the
-samples, and the accelerations' part in the quintics of the steps, in SI units; `middle` has distance, velocity and force in the
+samples, and the accelerations' part in the quintics of the steps, in SI units. `middle` has distance, velocity and force in the
 middle of each step.
 """
 

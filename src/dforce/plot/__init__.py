@@ -2,8 +2,8 @@
 
 Each function draws on a new figure of pyplot. A notebook shows this figure below the cell, a script with
 ``matplotlib.pyplot.show()``. The option `figure` draws elsewhere: on your own figure, on a part of a figure
-(``figure.subfigures()``) beside other pictures, or on a :class:`Sheet` for a file alone. :func:`save` writes the picture with
-the axes to a file.
+(``figure.subfigures()``) beside other pictures, or on a :class:`Sheet` for a file alone. The function :func:`save` writes the
+picture with the axes to a file.
 
 >>> import dforce as df
 >>> axes = df.plot.overview(df.run(df.example("figure-3-air")))  # doctest: +SKIP

@@ -35,8 +35,8 @@ class InTime:
     problem
         A problem of several tones; at least one has a lock. Its frequencies are the frequencies of the free locks.
     zc, there, ratio, motion
-        The start: a distance (m), the problem with other frequencies and drives, these drives as multiples of the drives at
-        the free locks, and a motion scaled as this problem; None: the free motion.
+        The start: a distance (m), the problem with other frequencies and drives, and these drives as multiples of the drives
+        at the free locks. Last a motion scaled as this problem; None: the free motion.
 
     Attributes
     ----------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -80,9 +79,4 @@ def unit_for(size: float, unit: str, name: str = "") -> tuple[float, str]:
     if observable is not None and observable.shown == "%":
         return 0.01, "%"
     scale, chosen = units.reader_unit(size, unit)
-    return scale, spelled(chosen)
-
-
-def spelled(unit: str) -> str:
-    """Return a unit in the spelling of print: µm/s, m²/Hz."""
-    return re.sub(r"^u(?=[a-zA-Z])", "µ", unit).replace("^2", "²").replace("^3", "³")
+    return scale, units.spelled(chosen)

@@ -92,8 +92,8 @@ def located(dataset: xr.Dataset, x: str, y: str) -> Array:
 def region(dataset: xr.Dataset, x: str, y: str, inside: Bools, with_margins: bool) -> list[Array]:
     """Return polygons (SI) of the settings around the places of the grid that are inside.
 
-    Between a place inside and a place outside they end at the boundary on that line of the grid, or before it by the
-    margin; without a located boundary, at the place inside.
+    Between a place inside and a place outside they end at the boundary on that line of the grid, or before it by the margin.
+    Without a located boundary they end at the place inside.
     """
     grid = [np.asarray(dataset[name].values, dtype=float) for name in (x, y)]
     sides = _Sides(dataset, (x, y), grid, located(dataset, x, y), with_margins)

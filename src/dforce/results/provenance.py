@@ -38,7 +38,7 @@ def provenance(case: str, title: str = "") -> dict[str, str]:
 
 
 class Described(Protocol):
-    """A case, as far as a result tells of it."""
+    """The part of a case that a result contains."""
 
     @property
     def title(self) -> str:
@@ -61,7 +61,7 @@ class Described(Protocol):
 
 
 def of_case(case: Described, text: str = "", title: str = "") -> dict[str, str]:
-    """Return the attributes of a result of a case: all of :func:`provenance`, and those of its plug-ins."""
+    """Return the attributes of a result of a case: all of :func:`provenance`, and of its plug-ins."""
     return provenance(text or case.to_toml(complete=True), title or case.title) | of_plugins(case)
 
 

@@ -1,4 +1,4 @@
-"""The compiled steps of a lever that thermal motion shakes; see ``langevin``. `forces` are those of ``integrators.loops``."""
+"""The compiled steps of a lever with thermal motion; see ``langevin``. `forces` is described in ``integrators.loops``."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from dforce.solvers.philox import normals
 
 
 class NoisyLanes(NamedTuple):
-    """Motions of one problem at the start of a period, each with random numbers of its own.
+    """Motions of one problem at the start of a period, each with its own random numbers.
 
     Attributes
     ----------
     period
-        Periods of the first tone since the start, of all of them.
+        Periods of the first tone since the start, the same for all.
     y, memory, latched
         Scaled motions, memories and branches, a row each.
     keys
@@ -62,7 +62,7 @@ class NoisyLanes(NamedTuple):
 
 
 class ShakenLever(NamedTuple):
-    """The lever without forces: how it is driven, moves and is shaken.
+    """The lever without forces: drive, motion and noise.
 
     Attributes
     ----------
@@ -71,8 +71,8 @@ class ShakenLever(NamedTuple):
     free
         Complex amplitudes of the steady motion, real and imaginary parts, (2, tones, numbers).
     carry, spread
-        Of each mode: the linear step of its motion, and the root of the covariance that noise adds to it, of deflection,
-        velocity and late fluid: what each leads to stands in a row, (modes, numbers, numbers).
+        For each mode: the linear step of its deflection, velocity and late fluid, and the root of the covariance that noise
+        adds; results along rows, (modes, numbers, numbers).
     gains
         Acceleration of each mode for each newton on the tip.
     """
@@ -128,7 +128,7 @@ def march(lanes: Any, periods: int, lever: Any, reading: Any, kinks: Any, sample
 def low_pass(samples: Any, reading: Any, bases: Any, held: Any, out: Any) -> None:
     """Take a lock-in over a period; write the mean of its last pole at each tone, real and imaginary part.
 
-    What a period alone would say, once a period, is not the same: noise at twice the frequency would count as if it were slow.
+    Readings of single periods, once a period, are not the same: noise at twice the frequency would count as slow noise.
     """
     turns, weights, decay = reading
     points, kept = turns.cosine.shape[1] - 1, math.exp(-decay)
@@ -225,7 +225,7 @@ def drift(y: Any, i: int, steady: Any, lever: Any, random: Any, ahead: Any) -> N
 
 
 def own_size() -> int:
-    """Return how many numbers of a motion are those of one mode: its deflection, velocity and late fluid."""
+    """Return how many numbers of a motion belong to one mode: its deflection, velocity and late fluid."""
     return motion_size() // mode_count()
 
 

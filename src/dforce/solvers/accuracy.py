@@ -1,11 +1,11 @@
-"""The error that finite steps leave in orbits: estimated with more samples, lowered with more where it is too large.
+"""The error of orbits by finite steps: estimated with more samples, and reduced with more samples where it is too large.
 
-An orbit is measured again with twice the samples, where one Newton step from it leads: nearly all of the error goes, and so
-the change is the error. Fewer samples would be cheaper, but where steps are longer than what the force changes over, errors
-with fewer samples mean nothing. An orbit that is not accurate enough gives way to the one with twice as many samples, and
-more: to the one it was measured again on, where the Newton step led right there, else to one that is found anew. Each point
-stands by itself: what is done to it does not depend on those beside it. A motion that has settled in time is compared
-with the orbit that Newton's method finds near it with twice the samples, so that the rest of the transient counts, too.
+One Newton step from an orbit leads to the orbit with twice the samples, which is measured: nearly all of the error goes, so
+the change is the error. Fewer samples would be cheaper, but errors with fewer samples mean nothing where a step is longer than
+the range of the force. An orbit that is not accurate enough is replaced by an orbit with twice as many samples, and more. This
+is the measured orbit, if the Newton step led right there, else an orbit that is found anew. The treatment of a point does not
+depend on the points beside it. A motion that has settled in time is compared with the orbit that Newton's method finds near it
+with twice the samples: the rest of the transient counts, too.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ TWICE = 2  # times the samples of an orbit, with which it is measured again
 FINER = (2, 4, 16, 64)  # times the samples, one after the other
 SURE = 1 / 2  # of the accuracy: an estimate is seldom too low by more
 THERE = 1e-3  # of the accuracy: a Newton step so short needs not be taken
-NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the same one, if it is so near
-CHANCE = 3.0  # times the error: what breaks the tip equation by more has agreed with the finer one by chance
+NEAR = 0.05  # of the free amplitude: an orbit found with more samples is the same orbit, if it is so near
+CHANCE = 3.0  # times the error: an orbit with a larger misfit has agreed with the finer orbit by chance
 LEAST_ORDER = 0.5  # of errors that more samples lower, from four times on: beside a jump of the force it is 1
 ENOUGH = 4  # times the samples: a motion that breaks the tip equation with them hardly less is stuck
 LOOKS, LONG = 64, 2  # periods whose errors are measured; decay times over which they are spread
@@ -58,7 +58,7 @@ ORDER = 3.0  # of the errors, as random cases show it: the method's 4 where the 
 
 
 class _Orbits:
-    """Some orbits of a block: of which problems, at which values, where they start, and what was found on them."""
+    """Some orbits of a block: their problems, values, starts, and measurements."""
 
     times = 1  # the block's samples, with which the last Newton step was taken
 
@@ -76,7 +76,7 @@ class _Orbits:
         self.next, self.next_rows, self.astray = self.states.copy(), self.rows.copy(), np.full(len(self.at), np.inf)
 
     def measured(self, rows: Array, which: Indices) -> dict[str, Array]:
-        """Return the observables of some of them from what was measured."""
+        """Return the observables of some orbits from their measurements."""
         block, (numbers, tones) = self.block, (table[which] for table in self.tables)
         even = weights(block.frequencies, block.common)
         return finish_each(block.batch.example, block.harmonics, rows, even, numbers, tones)
@@ -103,7 +103,7 @@ class _Orbits:
         return rows
 
     def go_over(self, some: Indices, times: int) -> Indices:
-        """Go over to so many times the block's samples; return those whose orbits are known then."""
+        """Go over to so many times the block's samples; return the orbits that are known then."""
         known = some[:0]
         if times == self.times and self.block.is_smooth:  # a memory may not be at rest yet
             exact = THERE * (self.block.settings.accuracy or 0.0)
@@ -137,14 +137,14 @@ def _error(
 
 
 def _stays(error: Any, first: Any, times: int) -> Any:
-    """Say whether errors hardly fall from the first ones with so many times the samples: more would be of no use."""
+    """Return whether errors hardly fall from the first errors with so many times the samples: more would not help."""
     return (times > TWICE) & np.isfinite(error) & np.isfinite(first) & (error > first * times**-LEAST_ORDER)
 
 
 def assure(block: Block, values: Array, points: Points) -> None:
-    """Write the estimated error of each orbit that has none yet, and find those again that are not as accurate as asked for.
+    """Write the estimated error of each orbit that has none yet, and find orbits again that are not accurate enough.
 
-    `values` (problems, values) are those of the block's parameter, in SI. The states stay those with the block's samples.
+    `values` (problems, values) of the block's parameter are in SI. The states keep the block's samples.
     """
     cases, steps = np.nonzero(points.is_orbit & np.isnan(points.error))
     if not len(cases):
@@ -210,11 +210,11 @@ def assure_settled(block: Block, value: float, found: Steady, settles_on: bool =
 
 
 def _is_misled(block: Block, value: float, found: Steady) -> bool:
-    """Say whether errors of the steps may be why the only problem's motion does not repeat.
+    """Return whether errors of the steps may be the reason that the only problem's motion does not repeat.
 
-    They feed or damp a lever of a high Q as much as its drive does, and no balance over its record shows them. Periods that
-    are computed again from the same states with more samples do. In chaos they agree: motions diverge over many periods. A
-    few may not, where the tip just touches: then the motion goes on with more samples, and should wander as it did.
+    They drive or damp a lever of a high Q as much as its drive does, and no balance over its record shows them. Periods from
+    the same states with more samples show them. In chaos such periods agree: motions diverge over many periods. A few may not
+    agree, where the tip just touches: then the motion goes on with more samples, and should wander as before.
     """
     own, finer = (one.integrator(0, value) for one in (block, block.finer(ENOUGH * block.points)))
     periods, motion, missed = LONG * decay_periods(own.problem), found.motion, np.zeros(LOOKS)
@@ -222,7 +222,7 @@ def _is_misled(block: Block, value: float, found: Steady) -> bool:
         ends = [integrator.lock_in(motion, 1)[0].y for integrator in (own, finer)]
         missed[look] = apart(*np.array(ends)[:, None])[0]
         motion, _ = march(own, motion, math.ceil(periods / LOOKS), block.check_cancelled)
-    driven = np.pi * np.abs(kernel.drive_of(own.tones, len(own.problem.modes))).max()  # what drives change in a period
+    driven = np.pi * np.abs(kernel.drive_of(own.tones, len(own.problem.modes))).max()  # their change in a period
     wanders = found.values["drift"]
     allowed = driven * (min(GROSS, SHARE * wanders) if wanders > block.settings.settle_tolerance else GROSS)
     if np.sqrt((missed**2).mean()) <= allowed:
@@ -237,7 +237,7 @@ def _is_misled(block: Block, value: float, found: Steady) -> bool:
 def unless_stuck(block: Block, value: float, found: Steady, was_stuck: bool = False) -> Steady:
     """Return the only problem's motion, which `stays` if it breaks the tip equation and more samples do not help.
 
-    A tip that sticks by adhesion hysteresis does so. One that was stuck just before, and breaks the equation, still is.
+    A tip that sticks by adhesion hysteresis does so. A tip that was stuck just before, and breaks the equation, is still stuck.
     """
     problem, _ = block.problem(0, value)
     (first,) = misfit(problem, found.columns).tolist() if found.settled and found.repeats else (0.0,)
@@ -290,7 +290,7 @@ def _assured_alone(
 
 
 def _orbit_near(block: Block, value: float, found: Steady, cycles: int) -> Stretch | None:
-    """Return the orbit of so many common periods near a motion of the only problem; None where there is none."""
+    """Return the orbit of `cycles` common periods near a motion of the only problem; None where there is none."""
     state = States.of(found.motion)
     orbit = polished(block, np.array([0]), state, np.array([value]), cycles)
     return orbit if orbit.done[0] == 1 and apart(orbit.last_x, state.x)[0] < NEAR else None
@@ -363,6 +363,6 @@ def assure_in_grace(block: Block, values: Array, points: Points) -> int:
 
 
 def _at_once(block: Block) -> bool:
-    """Say whether errors can be estimated before anything is compiled."""
+    """Return whether errors can be estimated before anything is compiled."""
     _, solvers = load_kernels(block.batch.example)
     return all(solvers.is_ready(name) for name in ("march", "follow"))

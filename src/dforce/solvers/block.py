@@ -30,7 +30,7 @@ from dforce.solvers.transient import DECAY_TIMES, LATE, LEAST_MOST, CancelCheck,
 ABREAST = 64  # problems solved in one call: their samples stay in the cache; with memory, which takes long, one
 LONGEST = 64  # periods in one call: so that Ctrl-C and Stop answer at once
 FIRST = 500_000  # samples, times one more than numbers of memory, that the first call of `follow` marches: milliseconds
-LEAPT = 20  # times the periods after which motions are given up that leaps may lead over: each costs three or four
+LEAPT = 20  # leaps may lead over so many times the periods after which motions are given up: each costs three or four
 
 
 class Block(TipEquations):
@@ -39,7 +39,8 @@ class Block(TipEquations):
     Attributes
     ----------
     predicted, wanted
-        How near to its prediction an orbit continues the one before, and what of orbits will be read: see `Path`.
+        Largest distance from its prediction at which an orbit continues the orbit before, and the measurements to take: see
+        `Path`.
     """
 
     predicted, wanted = PREDICTED, ALL
@@ -119,7 +120,7 @@ class Block(TipEquations):
     @property
     def repeats_together(self) -> bool:
         """Whether the tones have a common period, the same at all values of the parameter."""
-        stays = self.parameter == DISTANCE or len(self.frequencies) == 1  # the first tone's frequency is what changes
+        stays = self.parameter == DISTANCE or len(self.frequencies) == 1  # only the first tone's frequency changes
         return stays and common_period(self.frequencies) is not None
 
     @property
@@ -143,8 +144,8 @@ class Block(TipEquations):
     ) -> Stretch:
         """Follow the stable orbit near each start, `at` a value of the parameter, along `values` (problems, values).
 
-        `counts` says how many of its values each has; left out: all. The orbits last `repeats` common periods. `report` is
-        called with what is found so far, now and then.
+        `counts` is the number of values of each problem; left out: all. The orbits last `repeats` common periods. `report` is
+        called with the stretch found so far, now and then.
         """
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
         found = self.empty_stretch(starts, at, values.shape, repeats)
@@ -203,7 +204,7 @@ class Block(TipEquations):
             yield slice(start, start + abreast)
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
-        """Return states so many common periods later."""
+        """Return states `periods` common periods later."""
         out = states.copy()
         if self.settings.integrator != "rk4":
             for i, case in enumerate(which.tolist()):
@@ -221,7 +222,7 @@ class Block(TipEquations):
         return out
 
     def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
-        """Advance motions by so many common periods, and measure them if asked for."""
+        """Advance motions by `repeats` common periods, and measure them if `measured`."""
         count = len(slots.case)
         if self.settings.integrator != "rk4":
             states, periods = States(slots.x, slots.memory, slots.branch), self.common * repeats
@@ -239,7 +240,7 @@ class Block(TipEquations):
     def driven(self, zc: Array, states: States, at: Array, ratio: Array, wanted: int) -> tuple[States, Array]:
         """March motions of the first problem over a common period at distances (m), frequencies (Hz) and relative drives.
 
-        With them comes what was measured, :data:`MOTION` or :data:`ALL`, (motions, periods, columns).
+        The second array has the measurements, :data:`MOTION` or :data:`ALL`, (motions, periods, columns).
         """
         out, rows = states.copy(), np.empty((len(zc), self.common, self.columns))
         march = self._solvers.entry("march")
@@ -329,7 +330,7 @@ class Block(TipEquations):
         return ends[:, 0].copy(), np.ascontiguousarray(slopes)
 
     def most_periods(self, which: Any) -> Indices:
-        """Return after how many common periods motions are given up."""
+        """Return the number of common periods after which motions are given up."""
         if self.settings.max_periods is not None:
             return np.full(len(which), max(1, self.settings.max_periods // self.common), dtype=np.int64)
         return np.asarray(np.maximum(LEAST_MOST // self.common, DECAY_TIMES * self.decay(which)), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""The blocks that solve problems: of the integrator that the settings ask for, and one for those that march together."""
+"""The blocks that solve problems: for the integrator of the settings, and for problems that march together."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Curves of periodic orbits along a parameter, stable or not, through folds: pseudo-arclength continuation.
 
-An orbit is predicted along the curve's tangent and corrected by Newton's method in the plane across it, so that a fold
-is a point like any other. Lengths along a curve are those of ``Orbit.u``, scaled. How a curve goes
-on depends on its orbits alone.
+An orbit is predicted along the curve's tangent and corrected by Newton's method in the plane across it, so that a fold is an
+ordinary point. Lengths along a curve are lengths of ``Orbit.u``, scaled. The continuation depends only on the curve's orbits.
 
 Sources: H. B. Keller, in Applications of Bifurcation Theory, Academic Press (1977), p. 359; R. Seydel, Practical
 Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.
@@ -49,7 +48,7 @@ class Curve:
 
     @classmethod
     def of_points(cls, points: list[Orbit], begun: int) -> Curve:
-        """Return the curve that has these orbits in order, found at the one that :attr:`begun` says."""
+        """Return the curve with these orbits in order, from its :attr:`begun`."""
         start = abs(begun) - 1
         curve = cls(points[start], 1 if begun > 0 else -1)
         curve.forth, curve.back = points[start:], points[start::-1]
@@ -76,12 +75,12 @@ class Curve:
         return self.way * len(self.back)
 
     def grow(self, among: ParameterRange, largest: float, most: int, check_cancelled: CancelCheck) -> None:
-        """Trace it both ways in steps of at most `largest` (scaled), up to so many points in all, on from what there is."""
+        """Extend the curve both ways in steps of at most `largest` (scaled), up to so many points in all."""
         if _is_closed(self.back):
             return
         closed = trace(among, self.forth, self.way, largest, most, check_cancelled)
         if not closed and trace(among, self.back, -self.way, largest, most - len(self.forth) + 1, check_cancelled):
-            del self.forth[1:]  # the other way led all around: what was traced before lies on it
+            del self.forth[1:]  # the other way led all around: the points traced before lie on it
 
 
 def trace(
@@ -90,8 +89,8 @@ def trace(
     """Extend a curve beyond its last point until it leaves the parameter's range; return whether it closed.
 
     `way` is 1 along the tangent and -1 against it. A curve of doubled motions ends where they repeat after half the periods,
-    at a period doubling. Any curve ends, with its last point marked ``end``, where no step however short leads on, and after
-    `most` points. What comes next depends on the points alone, so that a curve may be traced in parts.
+    at a period doubling. Any curve ends, with its last point marked ``end``, where even the shortest step fails, and after
+    `most` points. The next point depends on the points alone, so that a curve may be traced in parts.
     """
     start, last = points[0], points[-1]
     if _is_closed(points) or (len(points) > 1 and last.special):
@@ -129,7 +128,7 @@ def trace(
 
 
 def _is_closed(points: list[Orbit]) -> bool:
-    """Say whether a curve has come back to its start."""
+    """Return whether a curve has come back to its start."""
     return len(points) > LOOP and np.array_equal(points[-1].u, points[0].u)
 
 
@@ -146,7 +145,7 @@ def _next_step(points: list[Orbit], largest: float) -> float:
 
 
 def _is_next(among: ParameterRange, last: Orbit, found: Orbit, guess: Array) -> bool:
-    """Say whether an orbit is the curve's next one, and not one of a neighboring curve or outside the range."""
+    """Return whether an orbit is the curve's next orbit, and not on a neighboring curve or outside the range."""
     room = 1e-12 * (1.0 + abs(among.high))
     inside = among.low - room <= found.u[-1] <= among.high + room
     straight = float(found.tangent @ last.tangent) > STRAIGHT
@@ -155,7 +154,7 @@ def _is_next(among: ParameterRange, last: Orbit, found: Orbit, guess: Array) -> 
 
 
 def _halves(among: ParameterRange, last: Orbit, found: Orbit, step: float) -> bool:
-    """Say whether doubled motions have become motions of half the period in a step: their two periods change places there."""
+    """Return whether doubled motions have become motions of half the period in a step: their two periods change places."""
     if last.repeats % 2:
         return False
     before, after = (alternation(among, orbit) for orbit in (last, found))
@@ -169,13 +168,13 @@ def alternation(among: ParameterRange, orbit: Orbit) -> Array:
 
 
 def _ending(among: ParameterRange, last: Orbit) -> str:
-    """Say where a curve ends: where the tip grazes a kink, by less than steps in time can resolve, or anywhere else."""
+    """Return the kind of a curve's end: the tip grazes a kink, by less than steps in time can resolve, or any other end."""
     dip = 0.5 * (math.pi / among.points) ** 2 * among.problem_at(last.value).tones[0].A0
     return GRAZING if (np.abs(last.gaps) < dip).any() else END
 
 
 def passes(a: Array, b: Array, u: Array) -> bool:
-    """Say whether the step from one point to the next passes a third one."""
+    """Return whether the step from one point to the next passes a third point."""
     chord, there = b - a, u - a
     share = float(there @ chord) / float(chord @ chord)
     aside = float(np.linalg.norm(there - share * chord))

@@ -1,6 +1,6 @@
-r"""The motion under phase-locked loops and amplitude controls as they act in time, after each period or each longer window.
+r"""The motion under phase-locked loops and amplitude controls that act in time, after each period or each longer window.
 
-The oscillator of the loop sets the period. At its end the lock-in gives amplitude and phase, and two controllers with a
+The oscillator of the loop sets the period. At its end the lock-in gives amplitude and phase. Two controllers with a
 proportional and an integral part correct frequency and drive by the errors of the phase, e, and of the amplitude as a share,
 :math:`\epsilon`
 
@@ -29,7 +29,7 @@ from dforce.problem import Problem
 from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.transient import never_cancelled
 
-FILTERED = 5.0  # times the larger bandwidth of the controllers: that of the low-pass behind the lock-in
+FILTERED = 5.0  # times the larger bandwidth of the controllers: bandwidth of the low-pass behind the lock-in
 LONGEST = 60.0  # response times of the slowest controller or lever: then the loops are given up
 RESPONSE = 0.3  # of an error, which a controller corrects in a window over several tones
 WIDEST = 4096  # periods of such a window
@@ -64,7 +64,7 @@ class ToneControllers:
 
     @classmethod
     def of(cls, tone: ToneNumbers, *settings: Any) -> Self:
-        """Return those that hold what the lock of a tone says, with bandwidths and order."""
+        """Return the controllers of a tone's lock, with bandwidths and order."""
         lock, held = tone.lock, tone.lock.held if tone.lock is not None else ()
         phase = lock.phase if lock is not None and "phase" in held else None
         made = cls(phase, tone.A0 if "amplitude" in held else None, *settings)
@@ -107,13 +107,13 @@ def follow(
     loops: Sequence[ToneControllers],
     report: Callable[..., None] = never_cancelled,
 ) -> ControlledMotion:
-    """Follow a motion along average distances (m), and at the last one until all loops have settled.
+    """Follow a motion along average distances (m), and at the last distance until all loops have settled.
 
-    The controllers act after each period of one tone, or each window over several, in which their beats cancel, those of the
-    first tone more often; there is a distance for each. `report` is called with the periods done, and about how many it takes.
-    In the end errors of phase (rad) and amplitude (as a share), and their changes, are below `settle_tolerance` for a response
-    time of the slowest loop, or noise. The integrator starts from its problem, and is left with the last frequencies and
-    drives, and with the phases of the tones at the end.
+    The controllers act after each period of one tone, or after each window over several tones, in which their beats cancel; the
+    first tone's controllers act more often. Each action has a distance. `report` is called with the periods done and the
+    expected number. In the end errors of phase (rad) and amplitude (as a share), and their changes, are below
+    `settle_tolerance` for a response time of the slowest loop, or are noise. The integrator starts from its problem, and keeps
+    the last frequencies, drives and phases of the tones.
     """
     problem, settings = integrator.problem, integrator.settings
     tones, modes = problem.tones, [problem.modes[tone.mode] for tone in problem.tones]
@@ -135,7 +135,7 @@ def follow(
     periods, total, many, repeats = 0, 1, SPAN, True
 
     def correct(read: Complexes, period: float, who: Bools) -> tuple[Array, Array]:
-        """Let controllers of some tones act on what their lock-ins read, and return the errors."""
+        """Let controllers of some tones act on the readings of their lock-ins, and return the errors."""
         nonlocal middle, push, omega, ratio
         b, a = np.where(who, held * (RESPONSE / period if several else rates), 0.0)
         e = np.where(held[0], -np.angle(read) - set_phase, 0.0)

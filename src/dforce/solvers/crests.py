@@ -22,8 +22,8 @@ FINEST, NARROW = 5e-11, 4e-9  # m; spacing of the distances at which laws are tr
 GROWTH = 1.015  # farther away it grows. A force between layers of molecules of 0.25 nm is met five times a period
 SECTIONS = 40  # of the golden section: to 1e-8 of the spacing
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-SPEED = 1e-3  # m/s: a law that differs at such a speed is none of the distance alone
-Law = tuple[Callable[..., float], tuple[Any, ...]]  # and what it takes after distance, velocity and time
+SPEED = 1e-3  # m/s: a law that differs at such a speed does not depend on the distance alone
+Law = tuple[Callable[..., float], tuple[Any, ...]]  # and its arguments after distance, velocity and time
 
 
 def passed_by(example: Problem, numbers: Array, zc: Array, measured: dict[str, Array]) -> Array:
@@ -39,7 +39,7 @@ def passed_by(example: Problem, numbers: Array, zc: Array, measured: dict[str, A
     near, far, a0 = measured["min_distance"], zc + measured["mean_deflection"], numbers[:, CONTACT]
     way = np.flatnonzero(near < far)
     given = np.column_stack([a0, _reach(a0 - near), _reach(far - a0), numbers[:, first:]])[way]
-    differs = np.flatnonzero(np.any(given[1:] != given[:-1], axis=1)) + 1  # those of one case have the same numbers
+    differs = np.flatnonzero(np.any(given[1:] != given[:-1], axis=1)) + 1  # orbits of one case have the same numbers
     for place, some in zip([0, *differs], np.split(way, differs), strict=True) if len(way) else ():
         a0, inside, outside, *taken = given[place].tolist()
         crests = np.array(crests_of(_laws(example.forces, taken), a0, inside, outside))
@@ -54,7 +54,7 @@ def passed_by(example: Problem, numbers: Array, zc: Array, measured: dict[str, A
 
 
 def _laws(forces: Sequence[Force], numbers: Sequence[float]) -> tuple[Law, ...]:
-    """Return the laws of forces with what they take, from the numbers of all in one row."""
+    """Return the laws of forces with their arguments, from the numbers of all in one row."""
     left, laws = iter(numbers), []
     for force in forces:
         taken = tuple(next(left) if n is None else tuple(next(left) for _ in range(n)) for n in force.layout())
@@ -74,7 +74,7 @@ def crests_of(laws: tuple[Law, ...], a0: float, inside: float, outside: float) -
     def force(d: float, rate: float = 0.0) -> float:
         try:
             return sum(law(d, rate, 0.0, *taken) for law, taken in laws)
-        except ArithmeticError:  # beyond what the law is made for
+        except ArithmeticError:  # beyond the range of the law
             return math.nan
 
     places = [*(a0 - s for s in _spaced(inside)[::-1]), a0, *(a0 + s for s in _spaced(outside))]

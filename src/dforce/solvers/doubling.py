@@ -1,7 +1,7 @@
 r"""Doubled motions: where a multiplier of an orbit passes -1, the tip begins to alternate between two taps.
 
-Orbits that repeat only after twice the periods leave the curve there. On both sides of it they are one motion, begun
-at the one tap or at the other, and lie along the eigenvector of the multiplier, at first across the parameter.
+Orbits that repeat only after twice the periods leave the curve there. Both sides have the same motion, begun at either tap.
+They lie along the eigenvector of the multiplier, at first across the parameter.
 
 Source: Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, Springer (2004), sections 5.4 and 10.3.
 """
@@ -45,10 +45,10 @@ def doublings(
 
 
 def beside(among: ParameterRange, orbit: Orbit, largest: float) -> Curve | None:
-    """Return a doubled motion near a period doubling, as a curve that leads away from there; None where there is none.
+    """Return a doubled motion near a period doubling, as a curve that leads away from it; None where there is none.
 
-    It is sought around the single motion a little to one side of the point and to the other: at the point itself both are
-    one, and Newton's method, from there, comes to either.
+    It is sought around the single motion a little to both sides of the point: at the point itself both motions are one, and
+    Newton's method may find either.
     """
     for offset, side in product(OFFSETS, (1.0, -1.0)):
         guess = orbit.u + orbit.tangent * (side * offset * largest / orbit.tangent[-1])
@@ -62,7 +62,7 @@ def beside(among: ParameterRange, orbit: Orbit, largest: float) -> Curve | None:
 
 
 def doubled_beside(among: ParameterRange, orbit: Orbit, repeats: int) -> list[Orbit]:
-    """Return the orbits of so many common periods, a power of two, that Newton's method finds around another."""
+    """Return the orbits of `repeats` common periods, a power of two, that Newton's method finds around another."""
     if repeats == orbit.repeats:
         return [orbit]
     if repeats % (2 * orbit.repeats):
@@ -85,7 +85,7 @@ def flip_vector(orbit: Orbit) -> Array:
 
 
 def _is_left(among: ParameterRange, curves: list[Curve], orbit: Orbit, largest: float) -> bool:
-    """Say whether a curve of doubled motions comes so near to a period doubling that it begins or ends there."""
+    """Return whether a curve of doubled motions comes so near to a period doubling that it begins or ends there."""
     ends = [
         end for curve in curves if curve.repeats == 2 * orbit.repeats for end in (curve.points[0], curve.points[-1])
     ]

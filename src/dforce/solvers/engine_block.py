@@ -44,11 +44,11 @@ class NewtonOrbits(NamedTuple):
     x, memory, branch
         The state at the start of a common period.
     monodromy, by_parameter, slope
-        Derivatives of the map by the motion and by the parameter (per unit); that of the orbit by the parameter.
+        Derivatives of the map by the motion and by the parameter (per unit), and of the orbit by the parameter.
     rows
-        What was measured over each period; NaN where that was not wanted.
+        The measurements over each period; NaN where they were not wanted.
     residual, steps, good
-        How far from its start the orbit ends, Newton steps, and whether it was found.
+        Distance of the orbit's end from its start, Newton steps, and whether it was found.
     """
 
     value: Array
@@ -104,7 +104,7 @@ class EngineBlock(Block):
     def marched(
         self, which: Indices, states: States, at: Array, periods: int, *, share: float = 1.0, **wanted: Any
     ) -> Marched:
-        """March motions over so many periods of the first tone; see `Marcher.march`."""
+        """March motions over `periods` periods of the first tone; see `Marcher.march`."""
         numbers, tones = self.tables_of(which, at)
         if self.parameter == DISTANCE:
             numbers[:, 0] = at
@@ -112,7 +112,7 @@ class EngineBlock(Block):
         return self._marcher.march(start, periods, self.limits(numbers, share), **wanted)
 
     def derived(self, which: Indices, states: States, at: Array, repeats: int, harmonics: int | None = None) -> Marched:
-        """March over so many common periods, with the map's derivatives.
+        """March over `repeats` common periods, with the map's derivatives.
 
         The last of its columns is by the parameter (per unit): by differences where all numbers change with it.
         """
@@ -136,10 +136,10 @@ class EngineBlock(Block):
         normal: Array | None = None,
         at_once: bool = False,
     ) -> NewtonOrbits:
-        """Find orbits near states by Newton's method, and measure those that are wanted.
+        """Find orbits near states by Newton's method, and measure the wanted orbits.
 
-        `normal` borders the equations, see ``newton``; left out: the parameter stays. `at_once` says that the states are
-        predicted so well that the first march may be the last one, so that it is measured.
+        `normal` borders the equations, see ``newton``; left out: the parameter stays. `at_once` is for accurate predictions:
+        the first march may be the last, so it is measured.
         """
         count, size, periods = len(which), self.size, self.common * repeats
         if normal is None:
@@ -232,7 +232,7 @@ class EngineBlock(Block):
         return found
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
-        """Return states so many common periods later."""
+        """Return states `periods` common periods later."""
         out = states.copy()
         for done in range(0, periods, LONGEST):
             found = self.marched(which, out, at, self.common * min(LONGEST, periods - done))
@@ -241,7 +241,7 @@ class EngineBlock(Block):
         return out
 
     def march(self, slots: Slots, repeats: int = 1, measured: bool = False) -> None:
-        """Advance motions by so many common periods, and measure them if asked for."""
+        """Advance motions by `repeats` common periods, and measure them if `measured`."""
         states, harmonics = States(slots.x, slots.memory, slots.branch), self.harmonics if measured else None
         out = self.marched(slots.case, states, slots.value, self.common * repeats, harmonics=harmonics)
         slots.ends[:, 0], slots.memory_after[:], slots.branch_after[:] = out.path[:, -1], out.memory, out.branch

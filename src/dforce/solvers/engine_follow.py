@@ -1,8 +1,8 @@
 """Stable orbits of the engine followed while a parameter changes, see ``quasi_static``: first anchors, then all between.
 
-Anchors are the orbits that steps lead to, each as far as the last ones foretell it. The orbits at values that a step passed lie
-between two of them, and are predicted by polynomials through the nearest anchors and their slopes: so well that they
-are found side by side, and most of them by one march.
+Steps lead to anchors, each as far as the last anchors predict it. The orbits at values that a step passed lie between two
+anchors. Polynomials through the nearest anchors and their slopes predict them so well that they are found side by side, most
+of them by one march.
 """
 
 from __future__ import annotations
@@ -30,9 +30,10 @@ from dforce.solvers.states import States
 
 ANCHORS = 4  # through so many the orbits between are predicted
 ABREAST = 128  # motions in one call, so that Ctrl-C and Stop answer at once
-AIMED = 0.2  # of the largest error allowed in a prediction: that of the next one
-SHORTER = 0.7  # of a step that was refused: the next one, at most
-ONE_BY_ONE = 1  # how many values a step may lead to, where those that it passed were not found
+APART = 0.25  # of the way to a value: distance of the two anchors that predict it, at least
+AIMED = 0.2  # of the largest error allowed in a prediction: aim for the next prediction
+SHORTER = 0.7  # of a step that was refused: the next step, at most
+ONE_BY_ONE = 1  # values in a step, after the values that a step passed were not found
 
 
 class OrbitFinder(Protocol):
@@ -44,7 +45,7 @@ class OrbitFinder(Protocol):
     def newton(
         self, which: Indices, states: States, at: Array, wanted: Bools, repeats: int = 1, *, at_once: bool = False
     ) -> Any:
-        """Find orbits near states, and measure those that are wanted."""
+        """Find orbits near states, and measure the wanted orbits."""
 
     def check_cancelled(self) -> Any:
         """Raise when the run is to stop."""
@@ -81,7 +82,7 @@ class Follower:
         self.place = np.full(cases, -1)  # the last value of the path that the anchors have come to
 
     def step(self) -> bool:
-        """Go to the next anchors, or find what they have passed; say whether there was anything to do."""
+        """Go to the next anchors, or find the values that they passed; return whether there was work."""
         going = np.flatnonzero(self.going)
         if len(going):
             self._next(going)
@@ -106,7 +107,9 @@ class Follower:
         value = np.where(fresh & (place < 0), last, value)
         guess = np.array([self._foretold(*one) for one in zip(going.tolist(), value.tolist(), strict=True)])
         states = States(guess, found.last_memory[going], found.last_branch[going])
-        orbits = self.block.newton(self.which[going], states, value, place >= 0, self.repeats)
+        # the others are measured side by side with the values that they passed; near a fold that would be another orbit
+        wanted = (place >= 0) & (fresh | (self.most[going] == ONE_BY_ONE) | np.isfinite(found.fold[going]))
+        orbits = self.block.newton(self.which[going], states, value, wanted, self.repeats)
         fits = orbits.good.copy()
         for i in np.flatnonzero(fits).tolist():
             fits[i] = is_stable(orbits.monodromy[i])
@@ -115,16 +118,23 @@ class Follower:
         self._refuse(going[~fits], value[~fits], np.where(orbits.good, astray, np.inf)[~fits])
         for i in np.flatnonzero(fits).tolist():
             self._take(int(going[i]), int(place[i]), i, orbits, astray[i])
+            if wanted[i]:
+                self.keep(int(going[i]), int(place[i]), i, orbits)
         self.going[going] &= self.found.outcome[going] == FOLLOWED
         self.going[going] &= self.place[going] < self.counts[going] - 1
 
     def _foretold(self, case: int, value: float) -> Array:
-        """Return the state at a value by the cubic through the last two anchors, or by a line where only one is near."""
-        last = self.anchors[case][-2:]
-        if not last:
+        """Return the state at a value by the cubic through the last anchor and one far enough before, or by a line.
+
+        From anchors close together their small errors would be foretold, many times as large.
+        """
+        if not self.anchors[case]:
             return np.asarray(self.found.last_x[case])
-        is_far = abs(value - last[-1].value) > FARTHEST * abs(last[-1].value - last[0].value)
-        return self._through(last[-1:] if is_far else last, case, value)
+        *before, last = self.anchors[case]
+        way = abs(value - last.value)
+        far = [one for one in reversed(before) if abs(one.value - last.value) >= APART * way][:1] or before[:1]
+        is_far = not far or way > FARTHEST * abs(last.value - far[0].value)
+        return self._through([last] if is_far else [last, *far], case, value)
 
     def _through(self, anchors: list[Anchor], case: int, value: float) -> Array:
         """Return the state at a value by the polynomial through anchors and their slopes."""
@@ -132,7 +142,7 @@ class Follower:
         return hermite(away, np.array([one.x for one in anchors]), np.array([one.slope for one in anchors]))
 
     def _continues(self, going: Indices, value: Array, orbits: Any, guess: Array) -> Bools:
-        """Say which orbits continue the last ones of their problems: value, state and slope."""
+        """Return which orbits continue the last orbits of their problems in value, state and slope."""
         found = self.found
         x, slope = found.last_x[going], found.last_slope[going]
         step = ((value - found.last_value[going]) / self.unit[going])[:, None]
@@ -166,12 +176,12 @@ class Follower:
         found.last_memory[case], found.last_branch[case] = orbits.memory[i], orbits.branch[i]
         found.last_slope[case], found.last_monodromy[case] = orbits.slope[i], orbits.monodromy[i]
         if place >= 0:
-            self.keep(case, place, i, orbits)
             self.place[case] = place
         if self.anchors[case]:
             step = abs(orbits.value[i] - begun) / self.unit[case]
-            longer = step * min(GROWTH, max(1.0, self._fitting(astray)))
-            self.reach[case] = max(longer, self.reach[case]) if astray < EXACT else min(LARGEST, longer)
+            fitting = self._fitting(astray)
+            longer = step * max(1.0, fitting) if fitting < GROWTH else max(self.reach[case], GROWTH * step)
+            self.reach[case] = longer if astray < EXACT else min(LARGEST, longer)
         here = orbits.x[i], orbits.slope[i], orbits.memory[i], orbits.branch[i]
         x, slope, memory, branch = (one.copy() for one in here)
         self.anchors[case].append(Anchor(float(orbits.value[i]), x, slope, memory, branch, int(self.place[case])))
@@ -184,7 +194,7 @@ class Follower:
         found.residual[where], found.steps[where] = orbits.residual[i], orbits.steps[i]
 
     def _fill(self) -> bool:
-        """Find the orbits that steps have passed; say whether a problem goes on from an earlier anchor."""
+        """Find the orbits that steps have passed; return whether a problem goes on from an earlier anchor."""
         found = self.found
         passed = np.isnan(found.residual) & (np.arange(self.values.shape[1]) <= self.place[:, None])
         cases, places = np.nonzero(passed)

@@ -64,7 +64,7 @@ def _unstable_parts(curve: Curve, among: ParameterRange) -> Iterator[tuple[Array
 
 
 def _later(orbit: Orbit, among: ParameterRange, turns: int) -> Array:
-    """Return an orbit's motion and parameter so many common periods later."""
+    """Return an orbit's motion and parameter `turns` common periods later."""
     return np.append(among.vectors(among.later(orbit.state, orbit.u[-1], turns))[0], orbit.u[-1])
 
 

@@ -45,7 +45,7 @@ SOLVERS: dict[str, Callable[..., Any]] = {
     "take_steps": newton.take_steps,
     "take_leaps": relaxation.take_leaps,
 }
-USUAL = ("follow", "march", "take_leaps")  # what a curve compiles of them
+USUAL = ("follow", "march", "take_leaps")  # the entries that a curve compiles
 ENTRIES: dict[str, Callable[..., Any]] = OWN | {
     "derivative": lsoda.derivative,
     "sample": lsoda.sample,
@@ -79,12 +79,12 @@ class Motion:
 
 
 def sample_count(problem: Problem, settings: SolverSettings) -> int:
-    """Return the samples per period of the first tone: as asked, or more where a mode or tone needs it.
+    """Return the samples per period of the first tone: the setting, or more where a mode or tone needs them.
 
     Every tone and mode gets at least :data:`LEAST_SAMPLES` per period, and the relaxation of a force's memory a step of at
-    most :data:`RELAXED` of its time. Where the fluid has a memory the lever is not fitted to the steps (see ``fitted``):
-    RK4 turns a mode's phase at resonance by 2 Q (wh)^4 / 120, from its leading error term, and the step h is made small
-    enough for :data:`PHASE_ERROR`. A lever that changes with its height counts as far away.
+    most :data:`RELAXED` of its time. In a fluid with a memory the lever is not fitted to the steps (see ``fitted``). RK4 turns
+    a mode's phase at resonance by 2 Q (wh)^4 / 120, from its leading error term, and the step h is made small enough for
+    :data:`PHASE_ERROR`. A lever that changes with its height counts with its values far away.
 
     Raises
     ------
@@ -277,7 +277,7 @@ class Engine(Integrator):
         found = self._marched(motion, periods, harmonics=self.harmonics if every else 0)
         if every:
             out[:] = found.rows[0]
-        else:  # of the lock-ins those of the whole deflection
+        else:  # the lock-ins of the whole deflection
             modes, tones = len(self.problem.modes), len(self.tones)
             first = measure.FIRST + 2 * modes
             for j in range(tones):
@@ -306,7 +306,7 @@ class LSODA(Integrator):
     def __init__(self, problem: Problem, settings: SolverSettings, harmonics: int, points: int | None = None) -> None:
         super().__init__(problem, settings, harmonics, points)
         self._flow: lsoda.Flow | None = None
-        self._left: Motion | None = None  # the motion where the flow stands
+        self._left: Motion | None = None  # the motion at the place of the flow
         self._first = 0  # the period in which it started
 
     def place(self, zc: float) -> None:
@@ -315,7 +315,7 @@ class LSODA(Integrator):
         self._left = None
 
     def _flow_from(self, motion: Motion) -> lsoda.Flow:
-        """Return a flow that stands at a motion: the last one if it does, so that results depend on no chunk size."""
+        """Return a flow at a motion: the last flow if it is there, so that results do not depend on the chunk size."""
         if self._flow is not None and motion is self._left:
             return self._flow
         latched, bases = motion.branch.copy(), self.phases(motion.period)

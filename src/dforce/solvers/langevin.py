@@ -1,12 +1,12 @@
-r"""The lever as thermal motion shakes it: a stochastic step that is exact for the free lever at any length.
+r"""The lever with thermal motion: a stochastic step that is exact for the free lever at any length.
 
 .. math:: m_n \ddot z_n + \frac{k_n}{\omega_n Q_n} \dot z_n + k_n z_n = \dots + \xi_n, \qquad
           \langle \xi_n(t) \xi_n(t') \rangle = \frac{2 k_B T k_n}{\omega_n Q_n} \delta(t - t')
 
-A step is half a kick by the forces on the tip, the exact linear motion of the damped lever about its driven one, with the
-exact normal noise of that time, and half a kick. So frequency, quality factor, driven amplitude and equipartition of the
-free lever have no error; in contact it is of order 2. Fluid that follows late belongs to the lever, and brings its noise
-with it. Drag and memory of the forces bring no noise of their own.
+A step has half a kick by the forces on the tip, the exact motion of the damped lever about its driven motion with the exact
+noise of that time, and another half kick. So frequency, quality factor, driven amplitude and equipartition of the free
+lever have no error; in contact the error is of order 2. Late fluid belongs to the lever, and adds its noise. Drag and memory
+of the forces add no noise.
 """
 
 from __future__ import annotations
@@ -50,9 +50,10 @@ def free_motion(mode: ModeNumbers) -> tuple[Array, Array]:
               + \sum_j \sqrt{2 \epsilon W_j}\, \xi_j, \qquad
               \dot q_j = s_j (\dot z - q_j) - s_j \sqrt{2 \epsilon / W_j}\, \xi_j, \qquad \epsilon = \frac{k_B T}{m}
 
-    with white noises :math:`\langle \xi_i(t) \xi_j(t') \rangle = \delta_{ij} \delta(t - t')`: a part of the fluid is a mass
-    :math:`m W_j / s_j` on a dashpot :math:`m W_j`, whose noise pushes mass and lever apart. y holds z, :math:`\dot z` and all
-    :math:`q_j`, in units of :math:`\sqrt{k_B T / k}` and :math:`\sqrt{k_B T / m}`; :math:`\tau` is :math:`\Omega t`.
+    with white noises :math:`\langle \xi_i(t) \xi_j(t') \rangle = \delta_{ij} \delta(t - t')`. A part of the fluid is a mass
+    :math:`m W_j / s_j` on a dashpot :math:`m W_j`, whose noise pushes mass and lever apart. The vector y has z,
+    :math:`\dot z` and all :math:`q_j`, in units of :math:`\sqrt{k_B T / k}` and :math:`\sqrt{k_B T / m}`; :math:`\tau` is
+    :math:`\Omega t`.
     """
     frequency, Q = mode.oscillator
     own = 2.0 * math.pi * frequency
@@ -88,7 +89,7 @@ def noise_root(mode: ModeNumbers, h: float, kT: float) -> Array:
     .. math:: \Sigma = \int_0^h e^{A s} B B^T e^{A^T s} ds = P - M P M^T
 
     with the matrices of :func:`free_motion` and the covariance P in equilibrium, by quadrature: the difference is rounding
-    where a step is short and Q is high. The root is taken from the terms of the quadrature, not from their sum: where noises
+    where a step is short and Q is high. The root is taken from the terms of the quadrature, not from their sum. If the noises
     of a lever and its fluid are nearly one, the sum is singular by rounding.
     """
     from scipy.linalg import expm
@@ -170,7 +171,7 @@ class Langevin(Integrator):
     def run(self, lanes: NoisyLanes, periods: int) -> tuple[NoisyLanes, Complexes]:
         """Advance lanes; return them and the scaled complex amplitude of each at each tone, (lanes, periods, tones).
 
-        It is that of each period alone, of the tip; or what the detector reads of the modes by a lock-in, see `read_by`.
+        It is the tip's amplitude in each period alone; or the detector's reading of the modes by a lock-in, see `read_by`.
 
         Raises
         ------

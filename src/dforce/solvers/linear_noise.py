@@ -1,12 +1,12 @@
 r"""Noise of a periodic motion without Monte Carlo: its covariance from the tangent of each step.
 
 Small disturbances follow the tangent of the motion. Thermal noise adds to them on the way, and a lock-in, whose poles are part
-of the linear system, reads them. The covariance that comes back after a period obeys
+of the linear system, reads them. The covariance that repeats after a period obeys
 
 .. math:: P = A P A^T + D
 
-with the map A of a whole period and what noise adds in one, D. Both are products and sums over the steps; the tangent of
-each is the one of the Runge–Kutta step itself, kinks, jumps and memory of the force included. Near a fold the noise grows as
+with the map A of a whole period and the covariance D that noise adds in a period. Both are products and sums over the steps.
+The tangents belong to the Runge–Kutta steps, with kinks, jumps and memory of the force. Near a fold the noise grows as
 :math:`1 / (1 - |\lambda|)`, until it is no longer small.
 """
 
@@ -42,8 +42,8 @@ class LinearNoise:
     state
         Covariance of deflection (m) and velocity (m/s) of each mode at the start of a period, (2 modes, 2 modes).
     quadratures
-        Covariance (m^2) of real and imaginary part of what the lock-in reads at each tone, the mean over a period,
-        (tones, 2, 2).
+        Covariance (m^2) of real and imaginary part of the lock-in's reading at each tone, the mean over a period, (tones,
+        2, 2).
     """
 
     state: Array
@@ -227,7 +227,7 @@ def _augmented(problem: Problem, change: Array, bases: Array, decay: float, pole
 
 
 def _add_late_fluid(strength: Array, n: int, problem: Problem, memory: FluidMemory, unit: float) -> None:
-    r"""Add the noise of the fluid that follows a mode late, and what of the mode's own is one with it.
+    r"""Add the noise of a mode's late fluid, and its correlation with the mode's own noise.
 
     A part :math:`W, s` of :class:`dforce.instrument.history.FluidMemory` moves as a mass :math:`m W / s` that a dashpot
     :math:`m W` ties to the lever: its noise pushes both, one way and the other. `unit` is :math:`2 k_B T / m`, scaled.

@@ -1,10 +1,10 @@
 """Steady states under controllers: two of the four numbers of a tone are held, the other two are found.
 
-The equations are those of a periodic orbit, bordered by a row for each number that is held: the motion (with the forces'
-memory) repeats after a common period, and the lock-in reads the amplitude and the phase of the set points. The unknowns are the
-motion and those of frequency and drive that are not held. Unlike the orbit's own matrix, the bordered one is regular at the
-folds of amplitude modulation, so a curve passes through bistable ranges without a jump. The parameter along which states are
-followed counts to the unknowns, and each state is sought in a plane: that of a constant parameter, or one across the curve.
+The equations of a periodic orbit are bordered by a row for each number that is held. The motion (with the forces' memory)
+repeats after a common period, and the lock-in reads the amplitude and the phase of the set points. The unknowns are the motion
+and the free numbers, frequency or drive. Unlike the orbit's own matrix, the bordered matrix is regular at the folds of
+amplitude modulation, so a curve passes through bistable ranges without a jump. The parameter along which states are followed
+is another unknown, and each state is sought in a plane: of a constant parameter, or across the curve.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class LockedStates(NamedTuple):
     Attributes
     ----------
     unknowns
-        Scaled motion, the forces' memory over its scale, of frequency and drive those that are not held, and the parameter of
-        the curve; see :meth:`Locked.number`.
+        Scaled motion, the forces' memory over its scale, the free ones of frequency and drive, and the parameter of the curve;
+        see :meth:`Locked.number`.
     branch
         The forces' branches.
     matrix
@@ -75,7 +75,7 @@ class LockedStates(NamedTuple):
 
     @classmethod
     def lost(cls, like: LockedAnchor, count: int) -> LockedStates:
-        """Return so many rows without a state."""
+        """Return `count` rows without a state."""
         unknowns, branch, matrix = (np.full((count, *part.shape), np.nan) for part in like[:3])
         return cls(unknowns, branch, matrix, np.zeros(count, dtype=bool))
 
@@ -133,7 +133,7 @@ class Locked:
         self.held += ["amplitude"] if level is not None else []
         self.level = level or 1.0
         self.numbers = [*self.free, along]
-        # what each number is at 0, and its unit
+        # the value of each number at 0, and its unit
         self.scales = {"zc": (zc, tone.A0), "frequency": (tone.frequency, width * tone.frequency), "drive": (1.0, 1.0)}
         self.weights = np.array([1.0] * self.motion + [width] * len(self.free) + [1.0])
         self.found = min(FOUND, 0.01 * (settings.accuracy or 1.0))
@@ -141,11 +141,11 @@ class Locked:
         self._direction = 0.0
 
     def finer(self, times: int) -> Block:
-        """Return the block with so many times the samples."""
+        """Return the block with `times` the samples."""
         return self.block if times == 1 else self.block.finer(times * self.block.points)
 
     def number(self, unknowns: Array, name: str) -> Array:
-        """Return a number of states: "zc" (m), "frequency" (Hz), or "drive", relative to that of the free lock."""
+        """Return a number of states: "zc" (m), "frequency" (Hz), or "drive", relative to the free lock's drive."""
         offset, unit = self.scales[name]
         if name not in self.numbers:
             return np.full(len(unknowns), offset)
@@ -161,7 +161,7 @@ class Locked:
         return States(x.copy(), memory * self.block.memory_scale, branch.copy())
 
     def march(self, unknowns: Array, branch: Array, times: int = 1, wanted: int = MOTION) -> tuple[Array, Array, Array]:
-        """Return how far the equations are from being met, the branches one period later, and what was measured."""
+        """Return the residuals of the equations, the branches one period later, and the measurements."""
         block, before = self.finer(times), self.motions(unknowns, branch)
         zc, at, ratio = self.driven(unknowns)
         after, rows = block.driven(zc, before, at, ratio, wanted)
@@ -182,7 +182,7 @@ class Locked:
         return np.asarray(held_signals(self.block.batch.example, rows[:, 0], base, self.lock.of_mode)[:, 0])
 
     def derived(self, unknowns: Array, branch: Array) -> tuple[Array, Array, Array]:
-        """Return the same without what was measured, and the derivatives by the unknowns."""
+        """Return the same without the measurements, and the derivatives by the unknowns."""
         count, size = unknowns.shape
         beside = BESIDE * np.concatenate([np.zeros((1, size)), np.eye(size), -np.eye(size)])
         missed, after, _ = self.march(
@@ -205,7 +205,7 @@ class Locked:
         Parameters
         ----------
         across
-            Normal of the plane through each guess in which a state is sought; left out: that of a constant parameter.
+            Normal of the plane through each guess in which a state is sought; left out: a constant parameter.
         enough
             Newton step of a state that is found.
         """
@@ -239,7 +239,7 @@ class Locked:
         return out
 
     def left_free(self, found: LockedStates) -> Array:
-        """Return the derivative of the map over a period by what ideal controllers, which pin the tone's mode, leave free."""
+        """Return the derivative of the map over a period by the unknowns that ideal controllers, which pin the mode, leave."""
         mode, size = self.problem.tones[0].mode, self.block.size
         rest = [i for i in range(self.motion) if i // 2 != mode or i >= size]
         return found.matrix[:, rest][:, :, rest] + np.eye(len(rest))
@@ -277,7 +277,7 @@ class Locked:
         return None
 
     def begin_at(self, other: Locked, found: LockedStates) -> LockedAnchor | None:
-        """Return a state that was found along the distance as one along the frequency, at that of the case."""
+        """Return a state found along the distance as a state along the frequency, at the frequency of the case."""
         self._direction = other._direction
         guess = found.unknowns.copy()
         guess[:, -1] = 0.0
@@ -338,7 +338,7 @@ class Locked:
         return found
 
     def measured(self, found: LockedStates, times: int) -> Array:
-        """Move states to where they are with so many times the samples; return what is measured, (states, periods, columns)."""
+        """Move states to their places with so many times the samples; return the measurements, (states, periods, columns)."""
         step: Array = np.full(1, np.inf)
         for _ in range(MOST_STEPS):
             if times == 1 or not np.abs(step).max(initial=0.0) > self.near:

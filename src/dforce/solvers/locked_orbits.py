@@ -37,7 +37,7 @@ SLOWEST, FASTEST = 0.5, 2.0  # of the frequency of the free lock
 
 @dataclass(frozen=True)
 class LockedOrbit(Orbit):
-    """A locked state on a curve; it keeps its motion scaled, and its monodromy is that of what ideal controllers leave free.
+    """A locked state on a curve, with its scaled motion and the monodromy matrix of the motion that ideal controllers leave.
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ class LockedRange(ParameterRange):
 
     def restored(self, rows: Array) -> list[Orbit]:
         """Return the states with these numbers."""
-        self.locked.begin(self.high)  # what is stable is told by the free lock
+        self.locked.begin(self.high)  # the free lock decides the stability
         size, out = len(self.locked.weights), list[Orbit]()
         for row in rows:
             matrix = np.tile(row[-size:], (1, size, 1))
@@ -138,10 +138,10 @@ class LockedRange(ParameterRange):
 
 
 def follow(locked: Locked, first: LockedAnchor, at: Array) -> tuple[LockedStates, list[StateJump], LockedAnchor]:
-    """Find the stable states at values that rise or fall, from a state on, and note jumps; return the last state, too.
+    """Find the stable states from a state on at values that rise or fall, and note jumps; return the last state, too.
 
-    Where a state ends at a fold, the curve leads on to the stable state at the next value; where the curve ends, controllers do
-    so, at the next value at which there is a state for them.
+    Behind a fold the curve leads to the stable state at the next value. Where the curve ends, controllers find the state, at
+    the next value at which they have a state.
     """
     way, parts, jumps = math.copysign(1.0, at[-1] - first.at), [], []
     behind = int(np.sum(way * (at - first.at) < 0.0))

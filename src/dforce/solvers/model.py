@@ -34,14 +34,14 @@ class Model(NamedTuple):
     lever
         Number of the lever of each problem, (problems,).
     heights, levers, drives
-        Distances (m) at which levers are known that change with their height, (levers, heights), the first numbers of the
-        parameters and the tone tables there, a row for each distance; there is none where levers stay.
+        Distances (m) in the tables of levers that change with their height, (levers, heights), and the first numbers of the
+        parameters and the tone tables there, a row for each distance. None for constant levers.
     memory_scale
         Scale of each number of the forces' memory.
     gain
-        How far from rest each number of the memory is, by its rate alone, in changes over a common period, (problems, states).
+        Distance from rest of each number of the memory, by its rate alone, in changes over a common period, (problems, states).
     elements
-        Where the memory of each element of the sample begins, and the end of the last, (elements + 1,).
+        The first place in the memory of each element of the sample, and the end of the last, (elements + 1,).
     hysteresis
         Number of forces with two branches.
     tip
@@ -161,8 +161,8 @@ def retune(tone: Any, response: Any, modes: int, g: float) -> None:
     """Change the row of a tone table to g times its frequency; `response` is the tone's row of ``kernel.responses``.
 
     A driving force keeps its size, and the base moves by the piezo's response at the new frequency. In time scaled by this
-    frequency, a force drives a mode by 1/g^2 of its value before, and a base motion Y by (c0 + i c1 D / g + c2 / g^2) Y: the
-    parts of inertia, drag and spring, with the D of `drag_of`.
+    frequency, a force drives a mode by 1/g^2 of its earlier value. A base motion Y drives it by
+    (c0 + i c1 D / g + c2 / g^2) Y: the parts of inertia, drag and spring, with D from `drag_of`.
     """
     if response.shape[0] == 0:
         for n in range(2 * modes):

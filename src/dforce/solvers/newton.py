@@ -7,12 +7,12 @@ more, `normal`: it fixes the parameter, or makes the correction orthogonal to th
     (I - M) dx - dP/dv dv = P(x) - x,    normal (dx, dv) = 0.
 
 Memory and branches of the forces follow the motion: they are carried on from period to period until they repeat with it.
-So M holds how the motion answers once the memory has answered, too. Where the memory relaxes det(1 - M) is that of motion and
-memory together but for a positive factor: folds and the signs of indices are the same. Other multipliers are not, where the
-memory lasts about as long as a period, and those of the memory itself are missing. Where they count the memory belongs to
-the vector x; see ``parameter_range``.
+So M is the response of the motion after the memory has responded, too. If the memory relaxes, det(1 - M) equals the
+determinant of motion and memory together except for a positive factor: folds and the signs of indices are the same. Other
+multipliers differ if the memory lasts about as long as a period, and the memory's multipliers are missing. Where they count,
+the memory belongs to the vector x; see ``parameter_range``.
 
-`choose_next` says which slots are to be integrated, and `take_steps` uses the ends: any integrator can stand between them.
+`choose_next` chooses the slots to integrate, and `take_steps` uses their ends: any integrator can work between them.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 7.
 """
@@ -29,13 +29,13 @@ from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.period_map import FD_STEP, carry, go_on, march, unrest
 
 TOLERANCE = 1e-9  # of the free amplitude: Newton step at which an orbit is accepted
-RESIDUAL = 1e-11  # of the free amplitude: residual that is rounding, whatever the Newton step
+RESIDUAL = 1e-11  # of the free amplitude: residual that is rounding, for any Newton step
 ROUGH_RESIDUAL = 1e-9  # the same where forces that jump leave the map so rough
 NEAR = 1e-5  # of the free amplitude: a monodromy matrix taken so near to the orbit is its own
 CONTRACTS = 0.5  # each Newton step has to be shorter than the one before by this
 LARGEST = 0.3  # of the free amplitude: longer Newton steps are shortened
 MOST_STEPS, MOST_PASSES = 10, 4
-PENDING, NEARBY, CONVERGED, FAILED = 0, 1, 2, 3  # what became of a slot
+PENDING, NEARBY, CONVERGED, FAILED = 0, 1, 2, 3  # outcome of a slot
 
 
 class Orbits(NamedTuple):
@@ -154,7 +154,7 @@ def longest(vector: Any) -> float:
 
 
 def find_orbits(slots: Any, orbits: Any, marching: Any) -> None:
-    """Iterate by Newton's method. The monodromy matrix kept is that of the last full step, by forward differences."""
+    """Iterate by Newton's method. The monodromy matrix comes from the last full step, by forward differences."""
     count = slots.case.shape[0]
     which = np.empty(count, np.int64)
     for s in range(count):
@@ -172,7 +172,7 @@ def begin(orbits: Any, count: int) -> None:
 
 
 def march_once(slots: Any, count: int, measured: bool, orbits: Any, which: Any, marching: Any) -> bool:
-    """Advance those of the first `count` slots that are next, and take their Newton steps; return whether there were any."""
+    """Advance the next of the first `count` slots, and take their Newton steps; return whether there were any."""
     going, each = choose_next(slots, count, orbits, which)
     if going > 0:
         march(slots, which, going, each, measured, marching)
@@ -182,9 +182,9 @@ def march_once(slots: Any, count: int, measured: bool, orbits: Any, which: Any, 
 
 @uncounted
 def choose_next(slots: Any, count: int, orbits: Any, which: Any) -> Any:
-    """Write which of the first `count` slots are to be advanced next; return how many, and how many columns of each.
+    """Write the numbers of the next slots among the first `count`; return how many, and the columns of each.
 
-    First those that are far from their orbits, each with its neighbors, which give the derivatives; then those nearby, alone.
+    First slots far from their orbits, each with its neighbors, which give the derivatives; then slots nearby, alone.
     """
     size = slots.x.shape[1]
     for phase in range(2):
@@ -199,7 +199,7 @@ def choose_next(slots: Any, count: int, orbits: Any, which: Any) -> Any:
 
 
 def take_steps(slots: Any, which: Any, count: int, each: int, gain: Any, memory_scale: Any, orbits: Any) -> None:
-    """Take a Newton step from the states of slots that were advanced as `choose_next` has said, or accept them."""
+    """Take a Newton step from the states of the slots that `choose_next` has chosen, or accept them."""
     size = slots.x.shape[1]
     first, second, matrix = np.empty(size + 1), np.empty(size + 1), np.empty((size + 1, size + 1))
     for g in range(count):

@@ -1,4 +1,4 @@
-"""A single periodic orbit, stable or not: what is known of it follows from its state as a result keeps it, to the last bit."""
+"""A single periodic orbit, stable or not: all its numbers follow from the state in a result, to the last bit."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ class Orbit:
     state
         The same motion, with memory and branches in SI.
     value, kept
-        The parameter, and the state with its motion in m and m/s: as a result keeps them.
+        The parameter, and the state with its motion in m and m/s, as in a result.
     monodromy, by_parameter
         Derivative of the map by motion and memory, (size, size), and by the scaled parameter, (size,).
     rows
-        What was measured over each period, see ``observables``.
+        The measurements over each period, see ``observables``.
     gaps
         Least distance minus each distance at which a force is not smooth (m).
     residual, steps
-        How far from its start it ends, relative to the free amplitude; Newton steps that led to it.
+        Distance of its end from its start, relative to the free amplitude; Newton steps that led to it.
     special
-        What is special about it: ``""``, ``fold``, ``period_doubling``, ``torus``, ``grazing`` or ``end``.
+        Its kind of special point: ``""``, ``fold``, ``period_doubling``, ``torus``, ``grazing`` or ``end``.
     repeats
-        After how many common periods the motion repeats.
+        Number of common periods after which the motion repeats.
     error
         Estimated error, see `accuracy`; NaN where it is unknown.
     """
@@ -70,7 +70,7 @@ class Orbit:
 
     @property
     def equations(self) -> Array:
-        """Derivatives by the scaled unknowns of what vanishes on the curve, (size, size + 1)."""
+        """Derivatives of the residuals by the scaled unknowns, (size, size + 1)."""
         return np.column_stack([self.monodromy - np.eye(len(self.x)), self.by_parameter])
 
     @functools.cached_property

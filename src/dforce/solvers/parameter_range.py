@@ -1,9 +1,9 @@
 r"""A range of any parameter in which periodic orbits are sought, stable or not.
 
 An orbit is sought in a plane of the space of :math:`u = (x, \lambda)`, the state at the start of a common period and the
-parameter, scaled: lengths by the first tone's free amplitude, the parameter by its range; see ``newton``. The forces' memory
-counts to the state: where it lasts about as long as a period or longer, the multipliers of motion and memory together are other
-than those of the motion alone.
+parameter. Lengths are scaled by the first tone's free amplitude, the parameter by its range; see ``newton``. The forces' memory
+is part of the state. If it lasts about a period or longer, the multipliers of motion and memory together differ from the
+multipliers of the motion alone.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class ParameterRange:
         )
 
     def finer(self, times: int) -> ParameterRange:
-        """Return the same range with so many times the samples; of RK4, where an integrator chooses its own steps."""
+        """Return the same range with `times` the samples; of RK4, where an integrator chooses its own steps."""
         if times == 1:
             return self
         if times not in self._finer:
@@ -158,7 +158,7 @@ class ParameterRange:
         return states.vectors(self._memory_scale)
 
     def later(self, states: States, scaled: float, periods: int) -> States:
-        """Return states at a scaled value of the parameter so many common periods later."""
+        """Return states at a scaled value of the parameter `periods` common periods later."""
         value, count = self.value_of(scaled), len(states)
         at = np.full(count, self.distance(value))
         return self.block(value).advance(np.zeros(count, np.int64), states, at, periods)
@@ -170,7 +170,7 @@ class ParameterRange:
         return self.block(value).derivatives(which, self.states(x, np.zeros((1, 0))), at)
 
     def find(self, guess: Array, branch: Array, normal: Array | None = None, repeats: int = 1) -> Orbit | None:
-        """Return the orbit of so many common periods that Newton's method finds from a guess; None where it finds none.
+        """Return the orbit of `repeats` common periods that Newton's method finds from a guess; None where it finds none.
 
         Parameters
         ----------
@@ -191,7 +191,7 @@ class ParameterRange:
             value, state = float(slots.value[0]), self.states(slots.x, slots.branch)
             kept = States(state.x * self.scales_of(value), state.memory, state.branch)
             return self.orbit(value, kept, float(orbits.steps[0]), repeats)
-        except ParameterError:  # the parameter has left what is allowed
+        except ParameterError:  # the parameter has left its allowed range
             return None
 
     def across(self, orbit: Orbit) -> Array:
@@ -287,7 +287,7 @@ class ParameterRange:
     def _march(
         self, x: Array, value: float, branch: Array, repeats: int, measured: bool = False
     ) -> tuple[Array, Slots]:
-        """Return where motions and memories end so many common periods later, (states, size), and all about the way."""
+        """Return the ends of motions and memories `repeats` common periods later, (states, size), and the slots."""
         block = self.block(value)
         slots = block.slots(self.states(x, branch), np.full(len(x), self.distance(value)), repeats)
         slots.case[:] = 0
@@ -295,9 +295,9 @@ class ParameterRange:
         return self.vectors(States(slots.ends[:, 0], slots.memory_after, slots.branch_after)), slots
 
     def steady(self, orbit: Orbit) -> Steady:
-        """Return an orbit as what is found at a point, with as many of its largest multipliers as a motion has numbers.
+        """Return an orbit as the result at a point, with as many of its largest multipliers as a motion has numbers.
 
-        The largest is below 1 where the orbit is stable, and nowhere else: where it may be 1 it is not written as less.
+        The largest is below 1 where the orbit is stable, and nowhere else: a value that may be 1 is at least 1.
         """
         integrator = self.integrator(orbit.value / self.span)
         even = weights([tone.frequency for tone in integrator.problem.tones], len(orbit.rows))

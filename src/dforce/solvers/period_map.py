@@ -1,8 +1,8 @@
 """The map of a block of motions over one common period of all tones, and its derivative.
 
-A block holds motions of problems that differ in numbers only, each at its own value of a parameter: the average distance or
-the frequency of the first tone. Where the force is a function of the motion they are marched side by side in lanes, else,
-where it has memory or hysteresis, one after the other. Nothing above `march` knows which.
+A block has motions of problems that differ in numbers only, each at its own value of a parameter: the average distance or the
+frequency of the first tone. Motions under a force without memory and hysteresis are marched side by side in lanes, others one
+after the other. The callers of `march` do not depend on this choice.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of
 REPEATED = 1e-11  # of its scale: how far a memory that repeats is from rest
 ROUNDING = 1e-13  # of its scale: change of a memory over a period that is rounding
 MEMORY_PASSES = 200  # periods that a memory gets to repeat
-MOST_CHANGES = 4  # of these in which a branch changes: it is then a motion of several periods, or of none
-NOTHING, MOTION, ALL = 0, 1, 2  # what will be read of what is measured: of the motion alone, or of the forces, too
+MOST_CHANGES = 4  # of these in which a branch changes: the motion then has several periods, or none
+NOTHING, MOTION, ALL = 0, 1, 2  # the measurements to take: none, of the motion alone, or of the forces, too
 
 
 class Slots(NamedTuple):
-    """States that are marched together: of which problem, at which value of the parameter, and where they start and end.
+    """States that are marched together: their problems, values of the parameter, starts and ends.
 
     Attributes
     ----------
@@ -42,12 +42,11 @@ class Slots(NamedTuple):
     memory_after, branch_after
         Memory and branches then, of the state itself.
     apart
-        How far the memory of each of its neighbors is from that, as last found for its problem, (problems, 2 + size, states).
+        Difference of the memory of each neighbor, as last found for its problem, (problems, 2 + size, states).
     rows
-        What was measured over each period, (slots, periods, columns).
+        The measurements over each period, (slots, periods, columns).
     wanted
-        What of the measured will be read, (slots,): :data:`NOTHING`, :data:`MOTION` or :data:`ALL`, which costs more than
-        marching.
+        The measurements to take, (slots,): :data:`NOTHING`, :data:`MOTION` or :data:`ALL`, which costs more than marching.
     """
 
     case: Any
@@ -71,10 +70,10 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, marchin
     which, count
         Numbers of the slots that are advanced, and how many.
     each
-        Columns a slot: 1, the state; 1 + size, with its neighbors by each number of the motion; 2 + size, with that by the
-        parameter; size, the neighbors on the other side.
+        Columns a slot: 1, the state; 1 + size, with its neighbors by each number of the motion; 2 + size, also with the
+        neighbor by the parameter; size, only neighbors on the other side.
     measured
-        Whether states that are advanced alone are measured, as far as that is wanted of their slots.
+        Whether to measure states that are advanced alone, as far as their slots want it.
     """
     size, total, model = motion_size(), count * each, marching.model
     side = -1.0 if each == size else 1.0
@@ -106,7 +105,7 @@ def march(slots: Any, which: Any, count: int, each: int, measured: bool, marchin
 
 
 def is_any_wanted(slots: Any, which: Any, count: int) -> bool:
-    """Say whether any of the slots that are advanced is to be measured."""
+    """Return whether any of the advanced slots is to be measured."""
     found = False
     for j in range(count):
         found |= slots.wanted[which[j]] != NOTHING
@@ -231,8 +230,8 @@ def carry(slots: Any, s: int, change: Any) -> None:
 def foretell(memory: Any, before: Any, last: Any, known: bool, gain: Any, elements: Any) -> None:
     """Extrapolate a memory to its state of rest, from its values before and behind a period.
 
-    Each number is foretold by the geometric series of its own rate. What elements that relax otherwise miss by that is a
-    multiple of one direction each: a secant through the pass before, of which `last` holds start and step, finds it.
+    Each number is extrapolated by the geometric series of its own rate. For elements that relax differently the error is a
+    multiple of one direction each. A secant through the pass before finds it; `last` has start and step of that pass.
 
     Source: D. G. Anderson, J. ACM 12, 547 (1965), with one pass before.
     """
@@ -291,7 +290,7 @@ def take_measure(slots: Any, s: int, period: int, model: Any, drive: Any, column
 
 
 def advance_block(slots: Any, periods: int, marching: Any) -> None:
-    """Advance all slots by so many common periods."""
+    """Advance all slots by `periods` common periods."""
     count = slots.case.shape[0]
     which = np.empty(count, np.int64)
     for s in range(count):

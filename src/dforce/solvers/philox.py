@@ -1,7 +1,7 @@
 """Random numbers by counting: Philox 4x32-10, and normal ones from it by Box and Muller.
 
-What comes out is a function of key and counter alone, so that a run repeats, and goes on from any point, to the last bit,
-and lanes do not depend on each other.
+The numbers are a function of key and counter alone. A run repeats, and goes on from any point, to the last bit, and lanes do
+not depend on each other.
 
 Sources: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, Proc. SC'11 (2011), doi:10.1145/2063384.2063405; G. E. P. Box,
 M. E. Muller, Ann. Math. Stat. 29, 610 (1958).
@@ -23,7 +23,7 @@ def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> Any:
     """Return four words of 32 bits for a counter of four words and a key of two."""
     for _ in range(ROUNDS):
         p0, p1 = M0 * c0, M1 * c2
-        # the products fill 64 bits: shifted as signed numbers, and masked, they are what unsigned ones would be
+        # the products fill 64 bits: shifted as signed numbers, and masked, they equal unsigned products
         c0, c1, c2, c3 = ((p1 >> 32) & WORD) ^ c1 ^ k0, p1 & WORD, ((p0 >> 32) & WORD) ^ c3 ^ k1, p0 & WORD
         k0, k1 = (k0 + W0) & WORD, (k1 + W1) & WORD
     return c0, c1, c2, c3

@@ -67,7 +67,7 @@ class Points:
 
     @classmethod
     def empty(cls, block: Block, values: int) -> Points:
-        """Return room for so many values of each problem."""
+        """Return room for `values` values of each problem."""
         shape = (len(block.batch), values)
         inner = ((block.common, block.columns), (block.size, block.size), (), (), (), ())
         rows, monodromy, residual, steps, settling, error = (np.full((*shape, *some), np.nan) for some in inner)
@@ -181,12 +181,12 @@ def repeated(block: Block, case: int, value: float, found: Stretch, place: tuple
 
 
 def amplitude_of(block: Block, case: int, value: float, rows: Array) -> float:
-    """Return the amplitude (m) at the first tone of an orbit from what was measured over its periods."""
+    """Return the amplitude (m) at the first tone of an orbit from the measurements over its periods."""
     return first_amplitude(block.integrator(case, value).problem, rows, weights(block.frequencies, len(rows)))
 
 
 def amplitude_at(block: Block, case: int, motion: Motion, value: float, cycles: int) -> float:
-    """Return the amplitude (m) at the first tone of a motion that repeats after so many common periods, at a value."""
+    """Return the amplitude (m) at the first tone of a motion that repeats after `cycles` common periods, at a value."""
     alone = block.one(case)
     slots = alone.slots(States.of(motion), np.array([value]), cycles)
     alone.march(slots, cycles, measured=True)

@@ -1,4 +1,4 @@
-"""Many problems that differ in numbers only, as arrays: what is solved side by side."""
+"""Many problems that differ in numbers only, as arrays, to be solved side by side."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from dforce.solvers.integrator import LEAST_SAMPLES, enough_samples
 
 
 def has_own_samples(problem: Problem, settings: SolverSettings) -> bool:
-    """Say whether :meth:`ProblemBatch.samples` knows all that decides how many samples problems like this need."""
+    """Return whether :meth:`ProblemBatch.samples` suffices for the number of samples of such problems."""
     return (
         len(problem.tones) == 1
         and problem.heights is None
@@ -32,7 +32,7 @@ def has_own_samples(problem: Problem, settings: SolverSettings) -> bool:
 
 @dataclass(frozen=True)
 class Levers:
-    """Levers that change with their height, as tables of what they are at some distances.
+    """Levers that change with their height, as tables over some distances.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Levers:
 
     @classmethod
     def of(cls, problems: Sequence[Problem]) -> Levers | None:
-        """Return the levers of problems, each once; None where they stay what they are."""
+        """Return the levers of problems, each once; None for constant levers."""
         several: dict[int, Problem] = {}
         for problem in problems:
             several.setdefault(id(problem.heights), problem)
@@ -71,7 +71,7 @@ class Levers:
         )
 
     def take(self, which: Any) -> Levers:
-        """Return those of some of the problems, by their numbers."""
+        """Return the levers of some problems, by their numbers."""
         return dataclasses.replace(self, which=self.which[which])
 
     def at(self, which: Any, zc: Array) -> tuple[Array, Array]:
@@ -95,7 +95,7 @@ class ProblemBatch:
     Attributes
     ----------
     example
-        One of them; only what they have in common counts.
+        One of them; only its common properties count.
     numbers
         The kernel's parameters, with 0 in the place of zc, shape (problems, parameters).
     tones
@@ -103,7 +103,7 @@ class ProblemBatch:
     kinks, jumps
         Distances (m) at which the forces are not smooth, and not continuous, shape (problems, kinks).
     levers
-        What levers are that change with their height, of which the numbers are those far away; None where they stay.
+        The levers that change with their height, whose numbers hold far away; None for constant levers.
     """
 
     example: Problem

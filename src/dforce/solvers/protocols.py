@@ -66,7 +66,7 @@ class Stepwise:
         self.done = np.zeros(len(values), np.int64)
 
     def go_on_from(self, done: int, motion: Motion, settled: Settled | None) -> None:
-        """Go on with the motion of the only problem at the value before place `done`, and the last one that had settled."""
+        """Go on with the motion of the only problem at the value before place `done`, and the last settled motion."""
         self.done[:], self.motions, self.settled = done, [motion], [settled]
 
     def run(self) -> None:
@@ -85,7 +85,7 @@ class Stepwise:
         if block.is_periodic:
             walk = Walk(block, np.array([[value]]), States.of(motion), lambda _: None)
             walk.run()
-            assure(block, walk.values, walk.points)  # at once: a jump is told by the amplitude that its point will have
+            assure(block, walk.values, walk.points)  # at once: the amplitude of its point shows a jump
             points.put(case, place, walk.points)
             motion = walk.state.motion(0)
         else:

@@ -1,17 +1,16 @@
 """A stable orbit followed while a parameter changes so slowly that the motion stays on it.
 
-Predictor: the cubic through the last two orbits and their slopes. Corrector: ``newton``. An orbit continues the one before
-if it is stable and either agrees with the prediction, or is close to the one before with a chord that fits both slopes. These
-tests say how much longer the step might have been, too: so they choose the next one. A step that fails is shortened, so that
-the curve does not depend on the values asked for. Near a fold the state changes like the root of the distance to it:
-predictions are cubics of that root, and steps lead three quarters of the way. A step over which multipliers may have passed
-+1 or -1 is shortened, too: a narrow window of instability may lie there. Where no step is accepted the state has ended:
-at a fold, a doubling, or a force that jumps (``continuation`` locates folds on curves). Where samples of the motion pass a
-kink of the force the map has small edges, at which Newton's method may fail: a stable orbit close behind continues the state
-as well.
+Predictor: the cubic through the last two orbits and their slopes. Corrector: ``newton``. An orbit continues the orbit before
+if it is stable and either agrees with the prediction, or is close to the orbit before with a chord that fits both slopes. These
+tests also yield how much longer the step might have been, and so the next step. A step that fails is shortened, so that the
+curve does not depend on the requested values. Near a fold the state changes like the root of the distance to it: predictions
+are cubics of that root, and steps lead three quarters of the way. A step over which multipliers may have passed +1 or -1 is
+shortened, too: a narrow window of instability may lie there. If no step is accepted the state has ended: at a fold, a doubling,
+or a force that jumps (``continuation`` locates folds on curves). Where samples of the motion pass a kink of the force the map
+has small edges, at which Newton's method may fail. A stable orbit close behind continues the state as well.
 
-Several orbits ahead are sought at once, as vector lanes cost little. Each of them is held against the prediction from the
-orbits found before it, so that the same orbits count as with one at a time.
+Several orbits ahead are sought at once, as vector lanes cost little. Each is compared with the prediction from the orbits
+before it, so that the same orbits count as with one at a time.
 """
 
 from __future__ import annotations
@@ -51,16 +50,16 @@ FOLLOWED, ENDED, TOO_ROUGH = 0, 1, 2
 
 
 class Path(NamedTuple):
-    """Where each problem's state is followed to: values of the parameter one way, and how many of them count.
+    """The path of each problem's state: values of the parameter in one direction, and how many of them count.
 
     Attributes
     ----------
     values, counts
         (problems, values) and (problems,).
     predicted
-        So near to its prediction (of the free amplitude) an orbit continues the one before.
+        Largest distance from its prediction (of the free amplitude) at which an orbit continues the orbit before.
     wanted
-        What of the orbits at the values will be read, as in `Slots`.
+        The measurements to take of the orbits at the values, as in `Slots`.
     """
 
     values: Any
@@ -83,7 +82,7 @@ class Stretch(NamedTuple):
     last_value, last_x, last_memory, last_branch, last_monodromy, last_slope
         The last orbit: where a path ends, or just before the end of the state. To begin with: the start.
     fold
-        Value at which the last two orbits foretell a fold; NaN where they foretell none ahead.
+        Value at which the last two orbits predict a fold; NaN where they predict none ahead.
     """
 
     x: Any
@@ -208,9 +207,9 @@ def look_ahead(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, un
 def choose_values(
     case: int, first: int, most: int, path: Any, stretch: Any, course: Any, slots: Any, unit: float
 ) -> int:
-    """Write at which values the next orbits of a problem are sought, from a slot on; return how many.
+    """Write the values at which the next orbits of a problem are sought, from a slot on; return how many.
 
-    They are those of the path, with even steps between where these are farther apart than a step.
+    They are the values of the path, with even steps between values that are farther apart than a step.
     """
     start, at, values = stretch.last_value[case], stretch.done[case], path.values[case]
     (_, _, slope), (before, _, slope_before) = last_of(stretch, case), before_of(course, case)

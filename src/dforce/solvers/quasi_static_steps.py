@@ -1,6 +1,6 @@
-"""Where the next orbit of a state is expected that is followed along a parameter, and whether one found continues it.
+"""Predictions of the next orbit of a state along a parameter, and tests whether an orbit continues the state.
 
-An orbit is given by its value, its state and its slope (per unit of the parameter).
+An orbit has a value, a state and a slope (per unit of the parameter).
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ LARGEST = 0.1  # of the parameter's unit: step
 EXACT = 1e-8  # of the free amplitude: where predictions are so good, as far from the surface, steps may be longer
 SAFETY, GROWTH = 0.9, 3.0  # of the step that the tests allow; of the one before, at most
 SHRINK, SHORTENED = 0.25, 0.5  # of a step that failed: at least, and at most
-FOLDING, TOWARDS = 1.0, 0.75  # slope (per unit) from which a fold is foretold; share of the way there in a step
-TINY = 1e-12  # of what a test allows, or of a step
-PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction continues the one before
+FOLDING, TOWARDS = 1.0, 0.75  # slope (per unit) from which a fold is predicted; share of the way there in a step
+TINY = 1e-12  # of the limit of a test, or of a step
+PREDICTED = 1e-4  # of the free amplitude: an orbit so near to its prediction continues the orbit before
 CHORD = 0.02  # of the free amplitude: so near to the one before, another test will do as well:
 BENT = 0.1  # of a step times the slope: allowed difference of the chord and the mean slope times the step
 TURNED = 0.01  # of the free amplitude: change of the slope, times the step; with more a test may be passed by chance
-CLOSE, FORETOLD = 0.1, 2.0  # margin within which no window of instability is sought; change of it, of the one foretold
+CLOSE, FORETOLD = 0.1, 2.0  # margin within which no window is sought; its change over the predicted change
 SAME = 1e-3  # of the free amplitude: an orbit so near behind an edge continues the one before it
 FARTHEST = 10.0  # times the distance of the last two orbits: beyond, the cubic through them is worse than a line
 
@@ -135,9 +135,9 @@ def margins_of(monodromy: Any, out: Any) -> None:
 
 
 def may_have_passed(margin: Any, before: Any, closing: Any, gap: float) -> bool:
-    """Say whether multipliers may have passed +1 or -1 between two orbits, where a narrow window of instability may lie.
+    """Return whether multipliers may have passed +1 or -1 between two orbits: in a narrow window of instability.
 
-    They may if both margins together are no more than their fall on the way to the first orbit foretells.
+    They may if both margins together do not exceed the fall that the way to the first orbit predicts.
     """
     passed = False
     for side in range(2):
@@ -148,7 +148,7 @@ def may_have_passed(margin: Any, before: Any, closing: Any, gap: float) -> bool:
 def next_step(longer: float, gap: float, reach: float) -> float:
     """Return the next step behind an orbit, by how much longer the gap before it might have been."""
     longer *= SAFETY
-    return longer * gap if longer < GROWTH else max(reach, GROWTH * gap)  # from a small gap a far one is not foretold
+    return longer * gap if longer < GROWTH else max(reach, GROWTH * gap)  # a small gap does not predict a far one
 
 
 def shortened(longer: float) -> float:
@@ -157,5 +157,5 @@ def shortened(longer: float) -> float:
 
 
 def room_for(found: float, allowed: float, order: float) -> float:
-    """Return by how much a step may be longer until what grows with a power of it is no longer allowed."""
+    """Return the factor by which a step may grow until an error, which grows with a power of it, reaches its limit."""
     return float(max(found / allowed, TINY) ** (-1.0 / order)) if allowed > 0.0 else 0.0

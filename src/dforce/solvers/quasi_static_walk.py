@@ -1,10 +1,10 @@
 """The steady motions of a block of problems while a parameter changes slowly: the quasi-static protocol.
 
-A motion stays on its state as long as that exists and is stable. Where the state ends the parameter is held, and the motion
-is integrated from just beyond the end, along the unstable direction, until it settles on another state, which is followed
-from there. Where the motion does not repeat it settles in time at each value. ``quasi_static`` follows one state.
+A motion stays on its state as long as the state exists and is stable. Where the state ends the parameter is held, and the
+motion is integrated from just beyond the end, along the unstable direction, until it settles. The new state is followed from
+there. A motion that does not repeat settles in time at each value. ``quasi_static`` follows one state.
 
-A state that was followed on the way there is the same on the way back, as far as no force has a memory: it is taken over.
+A state that was followed on the way there is reused on the way back, unless a force has a memory.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from dforce.solvers.states import States
 from dforce.solvers.transient import steady
 
 CHUNK = 64  # values that are followed in one stretch: at its start only the state is known, where a run can go on
-AT_ONCE = 1e-4  # of the free amplitude: an orbit so near to the start is the one that the motion settles to
-BEYOND = 4.0 * SMALLEST  # of the parameter's unit: how far behind that the motion is sure to leave
+AT_ONCE = 1e-4  # of the free amplitude: the motion settles to an orbit so near to the start
+BEYOND = 4.0 * SMALLEST  # of the parameter's unit: distance behind the end from which the motion is sure to leave
 KICK = 0.02  # of the free amplitude: how far from its end, to the side to which it leaves, a motion starts
 DOUBLED = 1e-3  # of the parameter's unit: how far behind the period doubling the doubled state is sought
 STRIDE = 0.02  # of the parameter's unit: step between values at which motions settle in time, or a longer one:
@@ -54,7 +54,7 @@ class Walk:
     Attributes
     ----------
     points, jumps
-        What was found, and the jumps of each problem in the order in which it came to them.
+        The points found, and the jumps of each problem in the order in which it came to them.
     """
 
     def __init__(self, block: Block, values: Array, starts: States, report_done: Callable[[int], None]) -> None:
@@ -69,7 +69,7 @@ class Walk:
         self.left: list[Left | None] = [None] * cases
         self.loose = np.full(cases, np.nan)  # amplitude (m) at the value before, of motions that did not repeat there
         self.stuck = np.zeros(cases, dtype=bool)  # whether the last motion was, see `unless_stuck`
-        # on which state each point lies; one that ends and what follows it have numbers of their own
+        # number of the state of each point; the states before and behind an end have different numbers
         self.state_of, self.number = np.full(values.shape, -1), np.zeros(cases, np.int64)
 
     def go_on_from(self, done: int, cycles: int, amplitude: float) -> None:
@@ -146,7 +146,7 @@ class Walk:
         done = self.done[cases]
         turn = np.where(done < self.turn[cases], self.turn[cases], self.values.shape[1])
         stop = np.minimum((done // CHUNK + 1) * CHUNK, turn)
-        # from between two values it may be a step back to the next one, whose state the way there may know
+        # from between two values it may step back to the next value, whose state the way there may have
         counts = np.where(self.at[cases] == self.values[cases, done - 1], stop - done, 1)
         places = done[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1)
         values = self.values[cases[:, None], places]
@@ -195,7 +195,7 @@ class Walk:
                 self.state.put(case, points.states.take((case, new.stop - 1)))
 
     def _halve(self, cases: Indices, found: Stretch, i: int, values: Array, cycles: int) -> bool:
-        """Go over to half the periods where orbits repeat after them, as behind a period doubling gone back; say whether."""
+        """Halve the periods where orbits repeat after half of them, as behind a reversed period doubling; return whether."""
         case, done = int(cases[i]), int(found.done[i])
         x = np.append(found.x[i, :done], found.last_x[i : i + 1], axis=0)
         memory = np.append(found.memory[i, :done], found.last_memory[i : i + 1], axis=0)
@@ -335,7 +335,7 @@ class Walk:
         if value == target:
             found = assure_settled(block.one(case), value, found, settles_on=False)
             points.put_other(case, place, found)
-            self.done[case], self.ends[case] = self.done[case] + 1, 0  # a run that goes on from here knows of none
+            self.done[case], self.ends[case] = self.done[case] + 1, 0  # a run that goes on from here has no ends
         amplitude = float(found.values["amplitude"][0])
         self._note_change(case, before, value, amplitude, amplitude, value)
         self.loose[case] = amplitude

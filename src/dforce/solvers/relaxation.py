@@ -1,11 +1,11 @@
 """The way of motions to their states, in leaps over many periods.
 
-Where damping is weak a motion changes little from one period to the next, and the map P over a common period acts on it all
-but linearly for many periods: x_h = x + (1 + M + ... + M^(h-1)) (P(x) - x), with the derivative M at x. This is exact for
-the linear part of the map. Behind each leap the change over the next period, P(x_h) - x_h, is held against the one
-predicted, M^h (P(x) - x). This defect grows as the square of the periods, so that its sum over the leap, the defect times
-the sum of (j/h)^2 over j < h, estimates the leap's error. It corrects the leap, and its size decides whether leaps are
-refused, shortened or lengthened. A leap over one period is the map itself.
+Under weak damping a motion changes little from one period to the next. The map P over a common period is nearly linear for
+many periods: x_h = x + (1 + M + ... + M^(h-1)) (P(x) - x), with the derivative M at x. This is exact for the linear part of the
+map. After each leap the change over the next period, P(x_h) - x_h, is compared with its prediction, M^h (P(x) - x). This defect
+grows as the square of the periods: its sum over the leap, the defect times the sum of (j/h)^2 over j < h, estimates the leap's
+error. It corrects the leap, and its size decides whether leaps are refused, shortened or lengthened. A leap over one period is
+the map itself.
 
 Sources: L. R. Petzold, SIAM J. Numer. Anal. 18, 455 (1981), envelope-following; M. Hochbruck, A. Ostermann, Acta Numerica
 19, 209 (2010), exponential Rosenbrock methods.
@@ -28,9 +28,11 @@ ARRIVED = 3e-4  # of the free amplitude: Newton step from which an orbit is near
 GROWTH, SHRINK = 3.0, 0.1  # of the next leap, at most and at least
 SAFETY = 0.7  # of the cube root of the correction allowed over the correction
 LONGEST = 1 << 20  # periods in a leap
-MOST_LOOKS = 16_384  # leaps: where so many lead to no state they are so short that plain integration is quicker
-LOOKS = 64  # leaps after which motions are asked whether they still leap
-GOING, SETTLED, LOST = 0, 1, 2  # what became of a motion
+MOST_LOOKS = (
+    16_384  # leaps: motions that have no state after so many have short leaps, and plain integration is quicker
+)
+LOOKS = 64  # leaps after which the motions that still leap are checked
+GOING, SETTLED, LOST = 0, 1, 2  # outcome of a motion
 
 
 class Leaps(NamedTuple):
@@ -39,13 +41,13 @@ class Leaps(NamedTuple):
     Attributes
     ----------
     x, change, monodromy
-        Where each stands, its change over the next common period, and the map's derivative there; (motions, size, ...).
+        State of each, its change over the next common period, and the map's derivative there; (motions, size, ...).
     tried
-        Where the leap under way leads.
+        End of the current leap.
     span
-        Common periods of the leap under way; 0 where there is none yet.
+        Common periods of the current leap; 0 before the first.
     periods, most
-        Common periods gone, and how many may be gone at most.
+        Common periods so far, and their largest number.
     outcome
         GOING, SETTLED or LOST.
     """
@@ -99,7 +101,7 @@ def leap(change: Any, monodromy: Any, span: int, way: Any, change_after: Any) ->
 
 
 def take_leaps(going: Any, ends: Any, slopes: Any, leaps: Any) -> None:
-    """Judge the leaps under way of some motions by where they end one common period later, and begin the next ones.
+    """Judge the current leaps of some motions by their ends one common period later, and begin the next leaps.
 
     `slopes` are the map's derivatives where the leaps have led, (motions, size, size).
     """

@@ -1,7 +1,7 @@
-"""Curves that are found again with more samples where the first ones were too few.
+"""Curves that are found again with more samples where the first number was too small.
 
-A steep wall that is passed within a step may throw the tip out or let it through: whatever comes of that is no motion of
-the problem. What is measured on it breaks the tip equation, see ``observables.misfit``.
+A steep wall that is passed within a step may throw the tip out or let it through. The result is not a motion of the problem,
+and its measurements violate the tip equation, see ``observables.misfit``.
 """
 
 from __future__ import annotations

@@ -1,17 +1,17 @@
 r"""The search for all periodic orbits at one value of a parameter, and a check that none is missing.
 
-Orbits are fixed points of the map P over a common period. Transients lead to the stable ones, the edge between two basins to
-a saddle, and Newton's method from many starts to any; deflation keeps it from what is known. In a plane, that of one mode
-without memory, squares are quartered whose edge tells of an orbit inside that is not known.
+Orbits are fixed points of the map P over a common period. Transients lead to stable orbits, the edge between two basins to a
+saddle, and Newton's method from many starts to any orbit; deflation keeps it from known orbits. In a plane (one mode without
+memory) squares are quartered if the winding number along their edge shows an unknown orbit inside.
 
-The check: where the map is continuous and all motions end in a bounded region, the indices of its fixed points,
-:math:`\mathrm{sign} \det(1 - M)` with the monodromy matrix M, add up to one. Turn the tip–sample force down by a factor
-s from 1 to 0. No fixed point comes from or goes to infinity on the way, as the damped lever holds all of them in a bounded
-region, so the degree of 1 - P there stays what it is at s = 0: that of the free lever, whose one orbit has its multipliers
-in complex pairs within the unit circle, and so the index +1. Stable states and saddles with one multiplier below -1 count
-+1, saddles with one above +1 count -1. A sum other than one says that a state is missing. It is one, too, where two of
-opposite index are missing. In a plane the indices inside a square add up to the winding number of P(x) - x along its edge.
-A force that jumps or has branches leaves the map discontinuous, and proves nothing.
+The check: if the map is continuous and all motions end in a bounded region, the indices of its fixed points add up to one:
+:math:`\mathrm{sign} \det(1 - M)` with the monodromy matrix M. Turn the tip–sample force down by a factor s from
+1 to 0. No fixed point comes from or goes to infinity on the way, because damping keeps all of them in a bounded region. So the
+degree of 1 - P keeps its value at s = 0. The free lever's one orbit has its multipliers in complex pairs within the unit
+circle, and so the index +1. Stable states and saddles with one multiplier below -1 count +1, saddles with one above +1 count
+-1. With a sum other than one a state is missing. The sum is also one if two states of opposite index are missing. In a plane
+the indices inside a square add up to the winding number of P(x) - x along its edge. With a force that jumps or has branches the
+map is discontinuous, and nothing is proven.
 
 Sources: N. Levinson, Ann. Math. 45, 723 (1944), for one mode; M. A. Krasnosel'skii, The Operator of Translation along the
 Trajectories of Differential Equations, AMS (1968), for any number; P. E. Farrell, Á. Birkisson, S. W. Funke, SIAM J. Sci.
@@ -71,7 +71,7 @@ class Crossing:
 def crossings(curve: Curve, value: float) -> list[Crossing]:
     r"""Return where a curve crosses a scaled value of the parameter.
 
-    The index follows from the direction of travel, so that it needs no derivative near a fold: the tangent's last component
+    The index follows from the direction of travel, so that it needs no derivative near a fold. The tangent's last component
     is :math:`\det(M - 1)` over the determinant of the equations bordered by the tangent, which is positive.
     """
     points = curve.points
@@ -92,7 +92,7 @@ def crossings(curve: Curve, value: float) -> list[Crossing]:
 
 
 def index_sum(curves: list[Curve], value: float) -> int:
-    """Return the sum of the indices of the known orbits at a scaled value of the parameter, those of one common period."""
+    """Return the sum of the indices of the known orbits of one common period at a scaled value of the parameter."""
     return sum(crossing.index for curve in curves if curve.repeats == 1 for crossing in crossings(curve, value))
 
 
@@ -135,7 +135,7 @@ class Known:
         return [orbit for exact in self._exact for orbit in exact]
 
     def single(self) -> list[Orbit]:
-        """Return those that repeat after one common period."""
+        """Return the orbits that repeat after one common period."""
         return [orbit for orbit in self.orbits() if orbit.repeats == 1]
 
     def _corrected(self, near: Orbit) -> Orbit:
@@ -143,7 +143,7 @@ class Known:
         return near if found is None or np.abs(found.u - near.u).max() > ALIKE else found
 
     def hold(self, orbit: Orbit) -> bool:
-        """Say whether an orbit is one of them, begun in any of its periods."""
+        """Return whether an orbit is known, begun in any of its periods."""
         alike = [known for known in self.orbits() if known.repeats == orbit.repeats]
         x, state = orbit.x, orbit.state
         for turn in range(orbit.repeats):
@@ -155,7 +155,7 @@ class Known:
         return False
 
     def _is(self, known: Orbit, x: Array, orbit: Orbit) -> bool:
-        """Say whether a known orbit, that may be interpolated, passes a state of another one."""
+        """Return whether a known orbit, which may be interpolated, passes a state of another orbit."""
         apart = float(np.abs(known.x - x).max())
         if not SAME <= apart < NEAR:
             return apart < SAME
@@ -285,7 +285,7 @@ def _on_the_edge(
         to_a, to_b = (np.abs(ends - end.x).max(axis=1) for end in (a, b))
         first = int(np.argmax(np.append(to_a >= to_b, True)))
         near_a, near_b = way[first], way[first + 1]
-    # until the time at which the ends were told apart, the motion on the edge stays near a saddle, where it moves least
+    # until the time at which the ends differ, the motion on the edge stays near a saddle, where it moves least
     path, state = [near_a], among.states(near_a[None], a.kept.branch)
     for _ in range(_periods(among)):
         state = among.later(state, value, 1)
@@ -321,7 +321,7 @@ def _of_squares(known: Known, check_cancelled: CancelCheck) -> Iterator[Orbit]:
 
 
 def _of_newton(known: Known, starts: Iterator[Array], check_cancelled: CancelCheck) -> Iterator[Orbit]:
-    """Give orbits that Newton's method finds from the next starts, deflated by those known."""
+    """Give orbits that Newton's method finds from the next starts, deflated by the known orbits."""
     check_cancelled()
     among = known.among
     x = _deflated(among, known.value, np.array(list(islice(starts, STARTS))), [one.x for one in known.single()])
@@ -332,7 +332,7 @@ def _of_newton(known: Known, starts: Iterator[Array], check_cancelled: CancelChe
 
 
 def _starts(known: Known) -> Iterator[Array]:
-    """Give starts of Newton's method: between known orbits, then all over a box around them and one that reaches the sample.
+    """Give starts of Newton's method: between known orbits, then over a box around them and a box that reaches the sample.
 
     The points are frac(i sqrt(p)), with a prime p for each number of the state: H. Niederreiter, Random Number Generation and
     Quasi-Monte Carlo Methods, SIAM (1992), chapter 3.
@@ -346,7 +346,7 @@ def _starts(known: Known) -> Iterator[Array]:
 
 
 def _size(known: Known) -> Array:
-    """Return half the sides of a box that holds the known orbits with room around, and of one that reaches the sample."""
+    """Return half the sides of a box around the known orbits with room, and of a box that reaches the sample."""
     integrator = known.among.integrator(known.value)
     problem = integrator.problem
     speeds = np.array([mode.f0 for mode in problem.modes]) / problem.tones[0].frequency
@@ -370,10 +370,10 @@ def _primes(count: int) -> list[int]:
 
 
 def _deflated(among: ParameterRange, value: float, starts: Array, known: list[Array]) -> Array:
-    r"""Return motions near fixed points of the map that are none of those known, of those starts that lead to any.
+    r"""Return motions near unknown fixed points of the map, from the starts that lead to any.
 
-    Newton's method solves :math:`m(x) (P(x) - x) = 0` with :math:`m = \prod_i (1 + |x - x_i|^{-2})`. Its step is that of
-    :math:`P(x) - x`, called s, over :math:`1 - s \cdot \nabla \ln m`.
+    Newton's method solves :math:`m(x) (P(x) - x) = 0` with :math:`m = \prod_i (1 + |x - x_i|^{-2})`. Its step is the step s
+    for :math:`P(x) - x` over :math:`1 - s \cdot \nabla \ln m`.
     """
     x, going = starts.copy(), np.arange(len(starts))
     close: list[int] = []

@@ -98,7 +98,7 @@ class SolverSettings(Parameters):
     @pydantic.model_validator(mode="before")
     @classmethod
     def _samples_as_given(cls, given: Any) -> Any:
-        """Promise no accuracy where only the samples are given."""
+        """Promise no accuracy where only the samples are set."""
         if isinstance(given, dict) and "points_per_period" in given and "accuracy" not in given:
             return given | {"accuracy": None}
         return given

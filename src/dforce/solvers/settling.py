@@ -16,14 +16,14 @@ from dforce.solvers.relaxation import ARRIVED
 from dforce.solvers.states import States
 
 ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
-SAME_STATE = 10.0  # times what is still to come: an orbit farther from the rough state is another one
+SAME_STATE = 10.0  # times the rest of the way: an orbit farther from the rough state is another one
 AWAY, MOST_AWAY = 0.1, 60  # of the free amplitude: so far a motion has left; decay times for that, at most
 AT_REST, STAYS = (
     1e-9,
     20,
-)  # of the free amplitude, and quarters of a decay time: what gets no farther so long does not leave
+)  # of the free amplitude, and quarters of a decay time: a motion that gets no farther so long does not leave
 MEMORY_STEPS = 8  # periods in which a memory comes to rest with other samples, at most
-NEARLY = 0.35  # of its distance from rest in the first of them: what is left changes an error little
+NEARLY = 0.35  # of its distance from rest in the first of them: the remainder changes an error little
 MOST_GHOSTS = 20  # retries behind the ghost of a saddle-node: a slow passage that looks settled
 
 
@@ -37,9 +37,9 @@ def remeasured(
 ) -> tuple[Array, States, Array]:
     """Return the measurement, (problems, periods, columns), of the orbits that one Newton step from some states leads to.
 
-    With it come the states there, and how far the next step would lead, (problems,). `monodromy` are matrices known from
-    elsewhere: of the same orbits with other samples. A memory comes nearly to rest, with as many Newton steps: else what it
-    is off by with the other samples would not count.
+    Also returned: the states there, and the length of the next step, (problems,). `monodromy` are matrices of the same orbits
+    with other samples. A memory comes nearly to rest, with as many Newton steps: else its error with the other samples would
+    not count.
     """
     rows, out, steps = np.empty((len(which), block.common, block.columns)), states.copy(), np.empty(len(which))
     for part in block.parts(len(which)):
@@ -129,10 +129,10 @@ def _settled_in_time(block: Block, cases: Indices, start: States, at: Array) -> 
 
 
 def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: float) -> tuple[States, Array, Array]:
-    """Integrate until motions stop moving; return them, what is still to come, and the periods it took.
+    """Integrate until motions stop moving; return them, the estimated rest of the way, and the periods.
 
-    Each is compared over spans of one decay time of the slowest mode. From two changes in a row, c1 and c2, what is
-    still to come is taken as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
+    Each is compared over spans of one decay time of the slowest mode. The rest follows from two changes in a row, c1 and c2,
+    as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
     """
     count = len(cases)
     state, decay = start.copy(), block.decay(cases)
@@ -158,7 +158,7 @@ def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: f
 
 
 def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -> States:
-    """Integrate motions away from the states that ended, until they are far away or get no farther; return them."""
+    """Integrate motions away from ended states, until they are far away or get no farther; return the motions."""
     state, going = start.copy(), np.arange(len(cases))
     spans = np.maximum(1, block.decay(cases) // 4)
     farthest, nearer = np.zeros(len(cases)), np.zeros(len(cases), np.int64)
@@ -175,7 +175,7 @@ def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -
 
 
 def later(block: Block, cases: Indices, start: States, at: Array, spans: Indices) -> States:
-    """Return states so many common periods later, each by its own number: it must not depend on its neighbors."""
+    """Return states `spans` common periods later, each by its own number: it must not depend on its neighbors."""
     state = start.copy()
     for span in np.unique(spans):
         alike = np.flatnonzero(spans == span)

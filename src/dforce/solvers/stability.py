@@ -1,9 +1,9 @@
-r"""Whether small disturbances of a periodic motion die out: the one decision, with a margin for the error of the derivative.
+r"""The decision whether small disturbances of a periodic motion die out, with a margin for the error of the derivative.
 
-Differences of motions give the derivative M of the map over a common period with an error E. What a disturbance moves in all
-later periods together is at most :math:`S = \sum_k \|M^k\|` times as long. As long as :math:`S \|E\| < 1` no matrix as near to
-M has a multiplier on the unit circle, for :math:`\|(z - M)^{-1}\| \le S` there; else the last bits of a sum would decide. A
-state beside a fold is such a state: its multipliers are the less certain the nearer they are to each other, as at high Q.
+Differences of motions give the derivative M of the map over a common period with an error E. In all later periods together a
+disturbance moves the state by at most :math:`S = \sum_k \|M^k\|` times its size. If :math:`S \|E\| < 1` no matrix as near to
+M has a multiplier on the unit circle, because :math:`\|(z - M)^{-1}\| \le S` there. Otherwise the last bits of a sum would
+decide, as beside a fold: multipliers are the less certain the nearer they are to each other, as at high Q.
 
 Sources: L. N. Trefethen, M. Embree, Spectra and Pseudospectra, Princeton University Press (2005), chapters 14 and 16;
 C. F. Van Loan, Contemp. Math. 47, 465 (1985), distance to instability.
@@ -22,11 +22,11 @@ from dforce.solvers.period_map import FD_STEP
 STABLE, CRITICAL, UNSTABLE = 1, 0, -1
 # of the largest entry of M: its error, from the rounding of a motion over a period (some 10 ulps) between neighbors so near
 ERROR = 10.0 * float(np.finfo(float).eps) / FD_STEP
-SMALL = 0.1  # a power of M, times its size, so small: those beyond it add nothing to speak of
+SMALL = 0.1  # a power of M, times its size, so small: later powers are negligible
 
 
 def is_stable(monodromy: Any) -> bool:
-    """Say whether small disturbances die out, whatever the error of M is; compiled, as :func:`stability` in Python."""
+    """Return whether small disturbances die out for any error of M; compiled, as :func:`stability` in Python."""
     size = monodromy.shape[0]
     power, product = monodromy.copy(), np.empty((size, size))
     error, total, periods = 0.0, 1.0, 1.0
@@ -51,9 +51,9 @@ def is_stable(monodromy: Any) -> bool:
 
 
 def stability(monodromy: Array) -> int:
-    """Say whether disturbances die out (STABLE), grow (UNSTABLE), or do so as the error of M falls (CRITICAL).
+    """Return whether disturbances die out (STABLE), grow (UNSTABLE), or either within the error of M (CRITICAL).
 
-    They grow by more than the error where they die out as clearly with the largest multiplier mirrored at the unit circle.
+    They grow by more than the error if they die out as clearly with the largest multiplier mirrored at the unit circle.
     """
     if not np.isfinite(monodromy).all():
         return UNSTABLE

@@ -17,7 +17,7 @@ from dforce.solvers.settling import apart, polished
 from dforce.solvers.states import States
 
 NEARER = 0.2  # of the next multiplier's distance from the unit circle: beside a fold the largest is nearer
-FORETOLD = 1e-4  # of the parameter's unit: how far behind its last orbit a fold that this one foretells may lie
+FORETOLD = 1e-4  # of the parameter's unit: largest distance of a predicted fold behind the last orbit
 ALIKE = 1e-3  # of the parameter's unit: an end found with more samples is the same one, if it is so near
 KICKS = np.geomspace(0.002, 0.3, 17)  # of the free amplitude: guesses of how far a doubled state is from the single one
 JUMP = 1e-3  # of the free amplitude: states that differ by less are one
@@ -50,7 +50,7 @@ class End(NamedTuple):
 class Left(NamedTuple):
     """A state that ended, while its motion is on the way.
 
-    `amplitude` (m) is that of the state; the motion went from the value `at`.
+    `amplitude` (m) belongs to the state; the motion left at the value `at`.
     """
 
     end: End
@@ -84,7 +84,7 @@ def directions(ends: Stretch, way: Array) -> tuple[Any, Any, Array]:
 
 
 def ahead_of(ends: Stretch, way: Array, folding: Bools, unit: Array) -> Array:
-    """Return how far (SI) the foretold folds lie behind the last orbits of states; zero where there is none."""
+    """Return the distances (SI) of the predicted folds behind the last orbits of states; zero where there is none."""
     ahead = np.where(folding, way * (ends.fold - ends.last_value), np.nan)
     return np.where((ahead > 0.0) & (ahead < FORETOLD * unit), ahead, 0.0)
 
@@ -175,7 +175,7 @@ def assured_places(block: Block, ended: Ended) -> tuple[Array, Array]:
 def doubled(block: Block, case: int, at: float, single: States, aside: Array, cycles: int) -> States | None:
     """Return the doubled state behind a period doubling of a state that repeats after `cycles`; None if there is none.
 
-    It stands on both sides of the single state, which has lost its stability, along the unit vector `aside`.
+    It lies on both sides of the single state, which has lost its stability, along the unit vector `aside`.
     """
     guesses = single.take(np.zeros(len(KICKS), dtype=int))
     guesses.x[:] += KICKS[:, None] * aside

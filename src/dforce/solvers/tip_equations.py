@@ -87,7 +87,7 @@ class TipEquations:
         return np.cumsum([0, *np.repeat(sizes, counts)])
 
     def drive(self, repeats: int) -> SharedDrive:
-        """Return the drive over so many common periods."""
+        """Return the drive over `repeats` common periods."""
         if repeats not in self._drives:
             self._drives[repeats] = self._new_drive(repeats)
         return self._drives[repeats]
@@ -139,7 +139,7 @@ class TipEquations:
 
     @functools.cached_property
     def _levers(self) -> Levers:
-        """The levers that change with their height; where they stay, one that is known nowhere."""
+        """The levers that change with their height; for constant levers a lever without distances."""
         count, tones = len(self.batch), self.batch.tones.shape[1:]
         nowhere = Levers(np.zeros(count, np.int64), np.empty((1, 0)), np.empty((1, 0, 0)), np.empty((1, 0, *tones)))
         return self.batch.levers or nowhere

@@ -1,9 +1,10 @@
 """The steady motion under two tones that never repeat together, where two of four numbers of each tone are held.
 
 The motion is a function of two phases, the sum of z_pq exp(i (p theta_1 + q theta_2)): a torus. The force is computed on a grid
-of both phases, and the lever answers each of its Fourier coefficients alone. Phases count from what the lock-ins read, not from
-the drives: a drive then balances a force without turning the motion, which makes the equations nearly linear. Newton's method
-solves them, each step by GMRES; it is conditioned by the exact matrix of the coefficients with the largest answers.
+of both phases, and the lever responds to each of its Fourier coefficients alone. Phases count from the readings of the
+lock-ins, not from the drives: a drive then balances a force without turning the motion, and the equations are nearly linear.
+Newton's method solves them, each step by GMRES, preconditioned by the exact matrix of the coefficients with the largest
+responses.
 
 Source: D. A. Knoll, D. E. Keyes, J. Comput. Phys. 193, 357 (2004), for Newton–Krylov methods.
 """
@@ -196,9 +197,9 @@ class TorusBalance:
     Attributes
     ----------
     lever, held
-        The lever, and what is held of each tone.
+        The lever, and the held numbers of each tone.
     force
-        Returns the scaled force at scaled deflections and velocities.
+        Function that returns the scaled force at scaled deflections and velocities.
     has_rate
         Whether the force depends on the velocity.
     """
@@ -310,7 +311,7 @@ class _Linear:
         return self._conditioned(found)
 
     def _matrix(self) -> Array:
-        """Return the matrix of the coefficients chosen, by their real and imaginary parts, and of what is held."""
+        """Return the matrix of the chosen coefficients, by their real and imaginary parts, and of the held numbers."""
         (p, q), torus = self.exact, self.now.torus
         omega, count = p * torus.omega[0] + q * torus.omega[1], len(p)
         less, more = (p[:, None] - p, q[:, None] - q), (p[:, None] + p, q[:, None] + q)

@@ -21,10 +21,10 @@ DECAY_TIMES = 40  # of the slowest mode before giving up, unless max_periods say
 LEAST_MOST = 400  # periods allowed at least
 LEAST_SPANS = 5  # windows allowed at least, where they are longer than the decay
 CHUNK_SECONDS = 0.1  # between checks for a stop, so that Ctrl-C and Stop answer at once
-LATE = 10  # decay times after which the rest of a transient is below what counts as a change
-LONG, LEAST_LONG = 256, 16  # periods, and common periods at least: what has no steady state is measured so long
+LATE = 10  # decay times after which the rest of a transient is below the smallest change that counts
+LONG, LEAST_LONG = 256, 16  # periods, and common periods at least, to measure a motion without a steady state
 WANDERS = 4.0  # times its whole range: a motion whose way from period to period is longer does not come to rest
-CALMS = 0.7  # share of the range of the first half: what moves less in the second one does come to rest
+CALMS = 0.7  # share of the range of the first half: a motion with less in the second half does come to rest
 REPEATS = 100.0  # times the settling tolerance: more change than this between windows is no settled motion
 
 CancelCheck = Callable[[], None]  # called now and then; stops the run by raising
@@ -88,7 +88,7 @@ def march(
 
 
 def observe(integrator: Integrator, motion: Motion, periods: int, check_cancelled: CancelCheck) -> tuple[Motion, Array]:
-    """Advance and check for a stop now and then; return the motion and what was measured over each period."""
+    """Advance with checks for a stop; return the motion and the measurements over each period."""
     parts = []
     for count in chunks(periods, check_cancelled):
         motion, rows = integrator.observe(motion, count)
@@ -97,7 +97,7 @@ def observe(integrator: Integrator, motion: Motion, periods: int, check_cancelle
 
 
 def chunks(periods: float, check_cancelled: CancelCheck, chunk: int = 16) -> Iterator[int]:
-    """Give how many of some periods, or of what else takes as long each, to compute next, so that a stop is heard in time.
+    """Give the number of periods, or of work as long as a period, to compute next, so that a stop is noticed in time.
 
     `chunk` is the first number.
     """
@@ -115,15 +115,15 @@ def chunks(periods: float, check_cancelled: CancelCheck, chunk: int = 16) -> Ite
 def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> tuple[Motion, bool, float]:
     """Integrate until the tones' complex amplitudes stop moving.
 
-    Each is compared over a span of one decay time of the slowest mode. From two changes in a row, c1 and c2, what is
-    still to come is taken as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
+    Each is compared over a span of one decay time of the slowest mode. The rest follows from two changes in a row, c1 and c2,
+    as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
 
     Returns
     -------
     motion, settled, drift
-        The state; whether the estimated rest of the way is within the tolerance; this estimate, relative to the free
-        amplitude, infinite for a motion that wanders. One that wanders by less than counts as a change of a settled motion
-        does so by errors of its steps: it has settled, within this range.
+        The state; whether the estimated rest of the way is within the tolerance; this estimate, relative to the free amplitude,
+        infinite for a motion that wanders. A motion that wanders by less than a change that counts does so by errors of its
+        steps: it has settled, within this range.
     """
     problem, settings = integrator.problem, integrator.settings
     frequencies = [tone.frequency for tone in problem.tones]
@@ -188,14 +188,14 @@ def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
 
 
 def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift: float) -> tuple[bool, Array, float]:
-    """Look for a motion that stays although it is no steady state: subharmonic, or without any period.
+    """Look for a lasting motion that is no steady state: subharmonic, or without any period.
 
-    Whole decay times have shown already that one of infinite drift wanders; the rows are often fewer.
+    With an infinite drift, whole decay times have shown that the motion wanders; the rows are often fewer.
 
     Returns
     -------
-    Whether it is one; the rows that it is to be measured by, whole periods of a subharmonic motion, all of one without
-    period, and `count` where it only has not settled yet; and by how much it misses its period, or wanders, or the drift.
+    Whether it is one; the rows for its measurement; and its deviation from its period, or its range, or the drift. The rows are
+    whole periods of a subharmonic motion, all of a motion without period, and `count` of a motion that has not settled yet.
     """
     tolerance = integrator.settings.settle_tolerance
     c = _means(integrator, rows, window)
@@ -214,7 +214,7 @@ def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift
 
 
 def _wanders(c: AnyArray) -> bool:
-    """Say whether complex amplitudes, one after the other, move to and fro and do not come to rest."""
+    """Return whether successive complex amplitudes move to and fro and do not come to rest."""
     if len(c) < LATE:
         return False
     calms = _range(c[len(c) // 2 :]) < CALMS * _range(c[: len(c) // 2])
@@ -234,7 +234,7 @@ def _means(integrator: Integrator, rows: Array, size: int) -> Array:
 
 
 def _repeats(integrator: Integrator, rows: Array, frequencies: list[float]) -> bool:
-    """Say whether the amplitude at the first tone is the same in all windows measured.
+    """Return whether the amplitude at the first tone is the same in all windows measured.
 
     Tones that never repeat are measured over one window; there its halves are compared.
     """

@@ -11,7 +11,7 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.solvers.parameter_range import ParameterRange
 
-SAMPLES, FINER, TURN = 64, 12, 0.7  # of a side, how often those are halved, and between neighbors the largest turn
+SAMPLES, FINER, TURN = 64, 12, 0.7  # samples of a side, number of halvings, and the largest turn between neighbors
 CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])
 
 
@@ -30,11 +30,11 @@ class Square:
         ]
 
     def holds(self, x: Array) -> bool:
-        """Say whether a state lies in it."""
+        """Return whether a state lies in the square."""
         return bool(np.abs(x - self.center).max() < self.half)
 
     def winding_number(self, among: ParameterRange, value: float) -> int | None:
-        """Return the winding number of P(x) - x along its edge; None where samples cannot tell."""
+        """Return the winding number of P(x) - x along its edge; None where samples do not resolve it."""
         none = np.zeros((1, 0))
         places = np.linspace(0.0, 4.0, 4 * SAMPLES + 1)
         for _ in range(FINER):

@@ -44,13 +44,19 @@ def base_in_liquid(seen: Evidence) -> Advice | None:
     if problem.shaken is None or shares[number] <= VISIBLE:
         return None
     base = shown(float(abs(problem.base[number])), "m")
+    in_liquid = problem.modes[problem.tones[number].mode].Q < LOW_Q
     return Advice(
         "base_in_liquid",
         shares[number],
         VISIBLE,
         f"The base moves by {base}, {percent(shares[number])} of the free amplitude: tip motion and deflection differ "
-        "(tip_amplitude, tip_phase). The drive depends strongly on the share of the fluid that moves with the base. "
-        "Run drive.fluid_follows = 0 and 1 before you compare with an experiment.",
+        "(tip_amplitude, tip_phase). "
+        + (
+            "The drive depends strongly on the share of the fluid that moves with the base. "
+            "Run drive.fluid_follows = 0 and 1 before you compare with an experiment."
+            if in_liquid
+            else "A0 is the amplitude of the deflection; to set the motion of the base, give base_amplitude under [drive]."
+        ),
         XU_RAMAN,
         ("drive.excitation", "drive.fluid_follows"),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import functools
 import math
 
@@ -34,7 +35,7 @@ def _next_of_a_beam(given: Beam, medium: Medium) -> ModeNumbers:
 
 @functools.lru_cache(maxsize=16)
 def _ratio(n: int) -> float:
-    """Return the frequency of mode n + 1 of a uniform beam over that of mode n."""
+    """Return the ratio of the frequencies of modes n + 1 and n of a uniform beam."""
     return (beam.wavenumber(n + 1) / beam.wavenumber(n)) ** 2
 
 
@@ -141,8 +142,10 @@ def drive_off_resonance(seen: Evidence) -> Advice | None:
 
 
 def small_amplitude(seen: Evidence) -> Advice | None:
-    """Compare the free amplitude of the first tone with the size of an atom."""
-    A0, limit = seen.problem.tones[0].A0, ATOMIC * seen.problem.a0
+    """Compare the free motion of the tip at the first tone with the size of an atom."""
+    problem = seen.problem
+    tone, limit = problem.tones[0], ATOMIC * problem.a0
+    A0 = abs(problem.free[0].sum() + problem.base[0] * cmath.exp(1j * tone.phase))
     if limit <= A0:
         return None
     return Advice(
@@ -185,7 +188,7 @@ def thermal_motion_and_force(seen: Evidence) -> Advice | None:
     r"""Compare the thermal motion with the indentation, or with the closest distance where there is no contact.
 
     At an amplitude far above both, the mean force goes as :math:`\delta^2` in Hertz' contact and as
-    :math:`d^{-3/2}` in van der Waals attraction; fluctuations of variance :math:`s^2` change these means by
+    :math:`d^{-3/2}` in van der Waals attraction. Fluctuations of variance :math:`s^2` change these means by
     :math:`s^2/\delta^2` and :math:`\tfrac{15}{8} s^2/d^2`.
     """
     if not seen.computed or not seen.problem.forces:

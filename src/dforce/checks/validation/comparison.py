@@ -1,7 +1,7 @@
 """A steady motion found twice: by the usual solver, and as the engine's periodic orbit.
 
-The reference shares only the start: steps of order 8 with error control that end on every kink, in the frame of the free
-lever, and Newton's method on the map of a period.
+The reference shares only the start. It takes steps of order 8 with error control that end on every kink, in the frame of the
+free lever. Newton's method solves for the orbit on the map of a period.
 """
 
 from __future__ import annotations

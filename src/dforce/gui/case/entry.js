@@ -1,4 +1,4 @@
-// One field of a form: label with symbol, text and unit, what is wrong with it, and advice about it.
+// One field of a form: label with symbol, text and unit, its error, and advice on it.
 const ROOM = 14; // letters beside a unit
 export default {
   template: `
@@ -62,7 +62,7 @@ export default {
     this.uid = "entry-" + Math.random().toString(36).slice(2);
   },
   watch: {
-    // what is being typed is not taken out of the hands; when the field is left it shows what was understood
+    // current input is not replaced; when the field is left it shows the value that was read
     now(now, before) {
       if (!this.focused || (now.unit !== before.unit && this.timer === null)) this.draft = now.text;
     },

@@ -28,7 +28,7 @@ TO_NEW_FORCE = "dforceFocus.go('.df-card:nth-last-child(1 of .df-card) :is(texta
 
 
 class QuietElement(ui.element):
-    """An element that is sent only what changed."""
+    """An element that receives only changes."""
 
     def show(self, **changed: Any) -> None:
         """Show other values of its properties."""
@@ -77,7 +77,7 @@ class Entry(ui.element, component="entry.js"):
         on_slider: Callable[[], None] | None = None,
     ) -> None:
         super().__init__()
-        self._ahead = False  # the browser was told a text that the page's own list of properties does not hold yet
+        self._ahead = False  # the browser has a text that the page's own list of properties does not contain yet
         self.props.update(
             path=path,
             **caption._asdict(),
@@ -111,7 +111,7 @@ class Entry(ui.element, component="entry.js"):
             self.props.update(different)
 
     def settle(self) -> None:
-        """Let the page know the text for good: a field that is not on show now takes it from there when it is."""
+        """Write the text to the page: a hidden field takes it from there when it is shown."""
         if self._ahead:
             self._ahead = False
             self.update()
@@ -172,7 +172,7 @@ class Companion(Protocol):
         """Forget all fields: they are made anew."""
 
     def place(self, path: Path, field: Field) -> None:
-        """Make what stands at a field, in the container that is open."""
+        """Make the elements at a field, in the open container."""
 
     def show(self) -> None:
         """Show the document."""

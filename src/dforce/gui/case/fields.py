@@ -1,4 +1,4 @@
-"""Parameters in words: what a form shows for a class, read from its declarations alone, and sentences with these labels."""
+"""Parameters in words: the form of a class, read from its declarations alone, and sentences with these labels."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Shape:
         "quantity", "numbers" (several quantities), "whole", "number", "text", "switch", "choice" (one of `words`),
         "word" (this word alone), "table" (of `model`) or "tables" (a list of them).
     label
-        What this form is called where there are several.
+        Name of this form among several.
     """
 
     kind: str
@@ -63,7 +63,7 @@ class Field:
 
     @property
     def unit(self) -> str:
-        """SI unit of the quantity; empty for what is none."""
+        """SI unit of the quantity; empty for any other kind."""
         return self.quantity.unit if self.quantity is not None else ""
 
     def shape_of(self, value: object) -> Shape:
@@ -91,7 +91,7 @@ def _fits(shape: Shape, value: object) -> bool:
 
 @functools.cache  # asked for at each edit
 def fields(model: type[Parameters]) -> tuple[Field, ...]:
-    """Return the fields of a class that a person may give, in order; what can only have one value is left out."""
+    """Return the fields of a class that a person may set, in order, without fields that have only one value."""
     found = [_field(model, key) for key in model.keys()]  # noqa: SIM118 a method of Parameters
     return tuple(field for field in found if field.shapes)
 
@@ -192,7 +192,7 @@ def _is_parameters(part: object) -> bool:
 
 
 def start_of(model: type[Parameters], typed: object) -> dict[str, Any]:
-    """Return a table to start a form with: typical values, and of what was typed elsewhere what the model knows by name."""
+    """Return a table to start a form with: typical values, and earlier input for parameters of the same name."""
     known = typed if isinstance(typed, Mapping) else {}
     return {**model.example, **{key: known[key] for key in model.keys() if key in known}}  # noqa: SIM118
 
@@ -209,7 +209,7 @@ def first_line(model: type[Parameters]) -> str:
 
 
 def carried(given: Mapping[str, object], model: type[Parameters], keys: tuple[str, ...]) -> dict[str, Any]:
-    """Return what another way can take over: single values as the first item of a list, or the first item as values."""
+    """Return the values that another way takes over: single values as the first item of a list, or the first item."""
     found: dict[str, Any] = {}
     listed = [
         value[0] for value in given.values() if isinstance(value, list) and value and isinstance(value[0], Mapping)
@@ -228,7 +228,7 @@ def carried(given: Mapping[str, object], model: type[Parameters], keys: tuple[st
     return found
 
 
-# what a force says that lacks a value, of its own or of the instrument
+# the error of a force that lacks a value, of its own or of the instrument
 NEEDS = re.compile(r"(\w+) needs ([\w.]+), which is missing(?:; write .* under \[\w+\])?")
 ABOUT = re.compile(r"(\w+(?:\.\w+)+)(?: \([^)]*\))? (?:= )?(.*)", re.DOTALL)
 
@@ -260,7 +260,7 @@ def _about_field(document: Document, text: str) -> str:
     if about is not None and label:
         if about[2] == "is missing":
             return f"{label}: a value is missing"
-        rest = about[2] if "'" in about[2] else plain(about[2])  # what a person typed is quoted, and stays
+        rest = about[2] if "'" in about[2] else plain(about[2])  # input is quoted, and stays
         return f"{label} {rest}" if rest.startswith(("is ", "has ")) else f"{label}: {rest}"
     first, _, rest = text.partition(" ")
     named = df.forces.REGISTRY.get(first)
@@ -271,7 +271,7 @@ def _about_field(document: Document, text: str) -> str:
 
 
 def with_labels(document: Document, text: str) -> str:
-    """Return a piece of advice in the words of the window: labels, and names of models and quantities, for those of a file."""
+    """Return a piece of advice in the words of the window: labels, and names of models and quantities, instead of keys."""
 
     def label(path: re.Match[str]) -> str:
         found = label_of(document, path_of(document, path[0]))

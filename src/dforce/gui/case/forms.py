@@ -36,18 +36,17 @@ TEXTUAL = ("quantity", "numbers", "whole", "number", "text")
 class Forms:
     """The forms of one page.
 
-    The sections and fields that a case uses come first, the others stand behind "More". The fields register themselves by
-    path, so that values, errors and advice find them. A shape that has no field here is a place to add one: see
-    :meth:`_shape`.
+    The sections and fields that a case uses come first, the others are behind "More". The fields register themselves by path,
+    so that values, errors and advice find them. To add a field for a new shape see :meth:`_shape`.
     """
 
     def __init__(self, view: View, companions: Sequence[Companion] = ()) -> None:
         self.view, self.companions = view, companions
         self.shown: dict[Path, tuple[Field, Shape, Entry | OwnLaw]] = {}
         self._fresh: dict[Path, tuple[Any, ...]] = {}  # the values that each field shows, and whether it has a slider
-        self._looked_at: dict[Path, tuple[Any, str]] = {}  # the value last seen at a path, and what is wrong with it
+        self._looked_at: dict[Path, tuple[Any, str]] = {}  # the value last seen at a path, and its error
         self.frame = ui.element("div").classes("df-form")
-        self._folds: list[ui.element] = []  # those that are open around what is being made
+        self._folds: list[ui.element] = []  # the open folds around the element that is being made
         self._hidden: dict[Path, tuple[ui.element, ...]] = {}  # the folds around each field
         self._unfolding: set[Path] = set()  # fields that others appear with
         self._build()
@@ -92,7 +91,7 @@ class Forms:
         changed = [path for path in self.shown if self._refresh(path) or anew]
         for companion in self.companions:
             companion.show()
-        self._mark(changed)  # a field's own mistake is seen at once, that of the case when it has been looked at
+        self._mark(changed)  # a field's own mistake is shown at once, a mistake of the case after its check
 
     def said(self, said: Said) -> None:
         """Show errors and advice at the fields that they are about; nothing newer waits then."""
@@ -102,7 +101,7 @@ class Forms:
             entry.settle()
 
     def _mark(self, paths: Iterable[Path]) -> None:
-        """Show at fields what is wrong and what is advised; a field's own error comes first."""
+        """Show errors and advice at fields; a field's own error comes first."""
         said = self.last
         advice: dict[Path, list[str]] = {}
         for path, text in said.advice:
@@ -119,7 +118,7 @@ class Forms:
                 fold.run_method("setAttribute", "open", "")  # a person may have shut it since it was opened
 
     def _wrong(self, path: Path, field: Field, shape: Shape) -> str:
-        """Return what is wrong with the value at a path by itself; looked at once for each value."""
+        """Return the error of the value at a path by itself; checked once for each value."""
         value = self.view.document.value(path)
         seen = self._looked_at.get(path)
         if seen is None or seen[0] != value:
@@ -149,7 +148,7 @@ class Forms:
             self._table((name,), model)
 
     def _table(self, path: Path, model: type[Parameters]) -> None:
-        """Show the fields of a class at a path; of its ways only the one that is chosen."""
+        """Show the fields of a class at a path; of its ways only the chosen one."""
         hidden = set()
         if model.ways:
             way = self._way(path, model)
@@ -174,7 +173,7 @@ class Forms:
                     self._field((*path, field.key), field)
 
     def _unused(self, path: Path, model: type[Parameters]) -> list[Field]:
-        """Return the empty fields that need no value, but those that are always shown."""
+        """Return the empty fields that need no value, without fields that are always shown."""
         given, shown = self.view.document.value(path) or {}, {*model.unfolded}
         shown |= {key for first, others in model.unfolded.items() if first in given for key in others}
         return [field for field in fields(model) if not field.required and field.key not in shown.union(given)]
@@ -185,7 +184,7 @@ class Forms:
         return next(fits, next(iter(model.ways)))
 
     def _take_way(self, path: Path, model: type[Parameters], old: str, new: str) -> None:
-        """Change to another way of saying the same; what both know by the same name is carried over."""
+        """Change to another way of the same input; values with the same name are carried over."""
         document = self.view.document
         given = document.value(path) or {}
         earlier = [document.aside[key] for key in document.aside if key.rpartition("/")[0] == ".".join(map(str, path))]
@@ -274,7 +273,7 @@ class Forms:
         self._hidden[path] = tuple(self._folds)
 
     def _refresh(self, path: Path) -> bool:
-        """Show what the document holds at a path; say whether that is new."""
+        """Show the document's value at a path; return whether it is new."""
         field, shape, entry = self.shown[path]
         value, nominal = self.view.document.value(path), nominal_value(self.view.document, path)
         sliding = any(slider.path == path for slider in self.view.document.sliders)
@@ -311,7 +310,7 @@ class Forms:
         self._put(path, parts if self.shown[path][1].kind == "numbers" else parts[0])
 
     def typed_elsewhere(self, name: str, text: str, unit: str) -> None:
-        """Take what was typed into the field of a name in a page that could not send it."""
+        """Take the input of a named field in a page that could not send it."""
         for path, (field, shape, entry) in list(self.shown.items()):
             if entry.props["path"] == name:
                 self._typed(path, field, shape, text, unit)
@@ -330,18 +329,18 @@ class Forms:
     def _tables(self, path: Path, field: Field, model: type[Parameters]) -> None:
         """Show a list of tables, such as modes: each with its number, a way to remove it, and one to add another."""
         items = self.view.document.value(path) or []
-        what = name_of(model).lower()
+        noun = name_of(model).lower()
         for place in range(len(items)):
             with ui.element("div").classes("df-card"):
                 with ui.element("div").classes("df-card-head"):
-                    ui.label(f"{what.capitalize()} {place + 1}").classes("df-card-title")
-                    self._remove((*path, place), f"{what} {place + 1}")
+                    ui.label(f"{noun.capitalize()} {place + 1}").classes("df-card-title")
+                    self._remove((*path, place), f"{noun} {place + 1}")
                 self._table((*path, place), model)
         last = dict(items[-1]) if items else {}
-        button(f"Add a {what}", "add", lambda: self.view.edit(self.view.document.add(path, last), anew=True))
+        button(f"Add a {noun}", "add", lambda: self.view.edit(self.view.document.add(path, last), anew=True))
 
-    def _remove(self, path: Path, what: str) -> None:
-        button("", "close", lambda: self.view.edit(self.view.document.remove(path), anew=True), f"remove {what}")
+    def _remove(self, path: Path, noun: str) -> None:
+        button("", "close", lambda: self.view.edit(self.view.document.remove(path), anew=True), f"remove {noun}")
 
     def _forces(self) -> None:
         """Show the forces, each with its switch, and a menu of all models that there are."""

@@ -1,5 +1,5 @@
 // A law that is typed: a wide field, its names as chips that are put in where the caret stands, errors while one types.
-const DRAFTS = "dforce-laws"; // what is typed and not entered, by case and place, for when the field is made anew
+const DRAFTS = "dforce-laws"; // input that is not entered, by case and place, for a field that is made anew
 const drafts = () => JSON.parse(sessionStorage.getItem(DRAFTS)) ?? {};
 
 export default {
@@ -23,7 +23,7 @@ export default {
     </div>`,
   props: {
     path: { default: "" }, place: { default: "" }, label: { default: "" }, help: { default: "" }, text: { default: "" }, error: { default: "" },
-    mistake: { default: "" }, // in what is being typed
+    mistake: { default: "" }, // in the current input
     names: { default: () => [] }, longest: { default: 2000 },
   },
   data() {
@@ -50,7 +50,7 @@ export default {
     clearTimeout(this.timer);
   },
   methods: {
-    // what is typed is kept in the browser until it is entered
+    // input is kept in the browser until it is entered
     typed() {
       sessionStorage.setItem(DRAFTS, JSON.stringify({ ...drafts(), [this.place]: { from: this.text, draft: this.draft } }));
       clearTimeout(this.timer);

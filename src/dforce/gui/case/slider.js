@@ -43,7 +43,7 @@ export default {
     this.send();
   },
   methods: {
-    tidy: (end) => (end === undefined ? "" : Number(end.toPrecision(4))), // the room of an end; none is known of what is typed halfway
+    tidy: (end) => (end === undefined ? "" : Number(end.toPrecision(4))), // the room of an end; incomplete input has none
     // while it is dragged the hand is ahead of the server
     ahead() {
       return performance.now() - this.sliding < 600;

@@ -1,4 +1,4 @@
-"""Parameters on sliders: which ones, their ranges, and what happens while one is dragged."""
+"""Parameters on sliders: the choice, their ranges, and the updates while a slider is dragged."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def number_at(view: View, path: Path, field: Field) -> tuple[float | None, str]:
 
 
 def _number(text: str) -> float:
-    """Return a typed number; one that no slider can hold is a ValueError."""
+    """Return a typed number; a number beyond any slider is a ValueError."""
     number = float(values.with_point(text))
     if not abs(number) <= LARGEST:
         raise ValueError("a number out of bounds")
@@ -98,8 +98,8 @@ class SliderElement(ui.element, component="slider.js"):
     ) -> None:
         super().__init__()
         self.props.update(path=path, label=label)
-        self._there: float | None = None  # what the browser shows
-        self._ahead = False  # the browser was told a value that the page's own list of properties does not hold yet
+        self._there: float | None = None  # the value in the browser
+        self._ahead = False  # the browser has a value that the page's own list of properties does not contain yet
 
         def slide(event: GenericEventArguments) -> None:
             self._there = float(event.args)
@@ -123,7 +123,7 @@ class SliderElement(ui.element, component="slider.js"):
         self._there = given
 
     def settle(self) -> None:
-        """Let the page know the value for good: a slider that is not on show now takes it from there when it is."""
+        """Write the value to the page: a hidden slider takes it from there when it is shown."""
         if self._ahead:
             self._ahead = False
             self.update()
@@ -166,7 +166,7 @@ class Sliders:
                 self.made[path].show(unit, low, high, step, value)
 
     def settle(self) -> None:
-        """Let the page know the values for good: a slider that is not on show now takes them from there when it is."""
+        """Write the values to the page: a hidden slider takes them from there when it is shown."""
         for element in self.made.values():
             element.settle()
 
@@ -179,7 +179,7 @@ class Sliders:
         )
 
     def _label(self, path: Path, field: Field) -> str:
-        """Return the label of a slider; with several modes, tones or forces it says of which one."""
+        """Return the label of a slider; with several modes, tones or forces it names the one."""
         places = [n for n, step in enumerate(path) if isinstance(step, int)]
         if not places:
             return field.label
@@ -187,8 +187,8 @@ class Sliders:
         if len(self.view.document.value(listed) or ()) < 2:
             return field.label
         model = df.forces.REGISTRY.get(str(self.view.document.value((*listed, place, "model"))))
-        what = name_of(model) if model is not None else f"{str(listed[-1]).removesuffix('s').capitalize()} {place + 1}"
-        return f"{what}: {within_sentence(field.label)}"
+        owner = name_of(model) if model is not None else f"{str(listed[-1]).removesuffix('s').capitalize()} {place + 1}"
+        return f"{owner}: {within_sentence(field.label)}"
 
     def _slide(self, path: Path, field: Field, value: float) -> None:
         unit = number_at(self.view, path, field)[1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,7 +19,7 @@ from dforce.gui.document.document import WHOLE, Document, Path
 from dforce.instrument.shared import values_used
 
 NEEDED = "this needs a value"
-# numbers that stay texts, as :func:`read` says
+# numbers that stay texts, see :func:`read`
 TOO_LARGE = re.compile(r"[+-]?\d{19,}|[+-]?\d+(\.\d*)?[eE]\+?\d+")
 COMMA = re.compile(r"\s*([+-]?)(\d*),(\d+)((?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
 
@@ -99,9 +100,9 @@ def shown(field: Field, value: object) -> tuple[str, str]:
 
 
 def nominal_value(document: Document, path: Path) -> float | None:
-    """Return the value (SI) that a field has from the library where it is empty; None where the library has none.
+    """Return the value (SI) of an empty field of a cantilever by name; None where it has none.
 
-    It is that of a cantilever by name, unless the name is of a file of your own.
+    It is from the library, unless the name is from the user's own file. A missing Q is from the medium.
     """
     section, *key = path
     if section != "cantilever" or key not in (["f0"], ["k"], ["Q"], ["tip_radius"]):
@@ -109,11 +110,14 @@ def nominal_value(document: Document, path: Path) -> float | None:
     given = document.value(("cantilever",)) or {}
     probe = df.cantilevers().get(str(given.get("name"))) if given.get("library") is None else None
     value: float | None = getattr(probe, str(key[0]), None)
+    if value is None and probe is not None and key == ["Q"]:
+        with contextlib.suppress(df.DForceError, TypeError):  # the case is typed halfway
+            return float(f"{document.case().problem.modes[0].Q:.3g}")
     return value
 
 
 def usual_unit(field: Field) -> str:
-    """Return the unit that an empty field shows: that of its default or bounds, where they do not stand in plain SI."""
+    """Return the unit that an empty field shows: the unit of its default or bounds, unless they are in plain SI."""
     declared = [field.default, *((field.quantity.low, field.quantity.above) if field.quantity is not None else ())]
     written = [parts[1] for text in declared if isinstance(text, str) and (parts := split_unit(text))]
     return next((unit for unit in written if unit not in ("", field.unit)), units.usual_unit(field.unit))
@@ -126,7 +130,7 @@ def units_of(field: Field, unit: str) -> list[str]:
 
 
 def read(field: Field, shape: Shape, text: str, unit: str) -> Any:
-    """Return what a typed text means as a value of the document; text that means nothing yet stays as it is."""
+    """Return the value of a typed text for the document; text without a value yet stays as it is."""
     text = text.strip() if shape.kind != "text" else text
     if text == "":
         return None
@@ -141,15 +145,15 @@ def read(field: Field, shape: Shape, text: str, unit: str) -> Any:
             return [composed(part, unit) for part in text.split(";") if part.strip()]
         number = with_point(text)
         meant = int(number) if shape.kind == "whole" else float(number)
-        return meant if abs(meant) < WHOLE else text  # what cannot be kept as a number stays as it was typed
+        return meant if abs(meant) < WHOLE else text  # input that cannot be kept as a number stays text
     except (ValueError, df.ParameterError):
         return text
 
 
 def check(field: Field, shape: Shape, value: Any) -> str:
-    """Return what is wrong with a value by itself, as a sentence; empty when nothing is.
+    """Return the error of a value by itself, as a sentence; empty without one.
 
-    Whether the values make sense together is for the case as a whole to say.
+    The check of the case as a whole covers the values together.
     """
     if value in (None, ""):
         return NEEDED if field.required else ""
@@ -181,7 +185,7 @@ SHARED = ("sample", "contact", "tip", "medium")  # sections whose values count w
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """A parameter: its name as a path of the case, where it stands in the document, label, symbol, and value as text."""
+    """A parameter: its name as a path of the case, its path in the document, label, symbol, and value as text."""
 
     name: str
     path: Path
@@ -191,12 +195,12 @@ class ParameterRow:
 
 
 def rows_of(document: Document, sections: Sequence[str]) -> list[ParameterRow]:
-    """Return the parameters of a document that hold one number with a unit, those of the forces first."""
+    """Return the parameters of a document that are one number with a unit, the forces' parameters first."""
     return [*_of_forces(document), *(row for name in sections for row in _of_section(document, name))]
 
 
 def _of_forces(document: Document) -> Iterator[ParameterRow]:
-    """Give the parameters of the forces that take part, by their models, or by their numbers where those are alike."""
+    """Give the parameters of the forces that take part, by their models, or by their numbers where models are alike."""
     forces = document.value(("forces",)) or []
     on = [place for place in range(len(forces)) if place not in document.off]
     names = [str(forces[place].get("model")) for place in on]
@@ -208,7 +212,7 @@ def _of_forces(document: Document) -> Iterator[ParameterRow]:
 
 
 def _of_section(document: Document, section: str) -> Iterator[ParameterRow]:
-    """Give the parameters of a section; those that only forces need, where one uses them."""
+    """Give the parameters of a section; parameters for forces only if a force uses them."""
     models = [df.forces.REGISTRY.get(str(force.get("model"))) for force in document.value(("forces",)) or []]
     used = values_used(model for model in models if model is not None)
     for field in fields(df.Case.model_fields[section].annotation):  # type: ignore[arg-type]

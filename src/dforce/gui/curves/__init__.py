@@ -1,1 +1,1 @@
-"""Curves of results: figures, the chart, the results kept, and what is read off them."""
+"""Curves of results: figures, the chart, the results kept, and the values read from them."""

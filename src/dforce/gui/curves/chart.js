@@ -5,10 +5,10 @@ const MOST = 6; // numbers at an upright axis of a frame
 const POWER = 22; // px, the room of a power of ten
 const DECADES = 7; // of a logarithmic axis
 const OTHER = 20; // px, another height, for which the numbers of frames are chosen anew
-const MEASURED = /^(fit|measured|residual) /, STATES = /^states /; // what is drawn beside the curves of results
+const MEASURED = /^(fit|measured|residual) /, STATES = /^states /; // the traces beside the curves of results
 const FREE = 600, GHOST = 6000; // ms after the hand is off until the axes follow again, and until the ghost goes
 const WALKED = (meta) => !["jump", "ghost"].includes(meta) && !MEASURED.test(meta ?? "") && !STATES.test(meta ?? "");
-// of a figure: what a slider moves is left out, the numbers of lines and the places of rings
+// of a figure: values that a slider moves are left out, the numbers of lines and the places of rings
 const moving = (key, value) => ((/^[xy]$/.test(key) && value?.bdata) || (/^[xy]anchor$/.test(key) && Number.isFinite(value)) ? 0 : value);
 const known = (trace) => [...trace.x.keys()].filter((n) => Number.isFinite(trace.x[n]) && Number.isFinite(trace.y[n]));
 let plotly = null;

@@ -19,8 +19,8 @@ import dforce as df
 from dforce.core.errors import shorten
 from dforce.core.notation import html_symbol
 from dforce.core.quantities import OBSERVABLES
-from dforce.core.units import parse, usual_unit
-from dforce.results.dataset import spelled, unit_for
+from dforce.core.units import parse, spelled, usual_unit
+from dforce.results.dataset import unit_for
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,7 +81,7 @@ def label_of(variable: xr.DataArray) -> str:
 
 
 def hover_of(variable: xr.DataArray, letter: str, unit: str) -> str:
-    """Return what is shown under the pointer: the name of a quantity, its value on the axis `letter`, and its unit."""
+    """Return the text at the pointer: the name of a quantity, its value on the axis `letter`, and its unit."""
     return f"{label_of(variable)} %{{{letter}:.4g}}{'' if unit == '1' else f' {plain(unit)}'}"
 
 
@@ -120,14 +120,14 @@ class Chart(ui.element, component="chart.js"):
     Parameters
     ----------
     label
-        What it shows, for screen readers.
+        Its content, for screen readers.
     on_point
-        Called when a curve is clicked, or a point of it chosen with arrow keys and Enter, with `curve` and `index` (counted
-        from 0), `x`, `y`, and the curve's `id`; and with the figure that it is of, which may be the one before the last.
+        Called when a curve is clicked, or a point of it chosen with arrow keys and Enter. Its arguments are `curve` and `index`
+        (counted from 0), `x`, `y`, the curve's `id`, and its figure, which may be the figure before the last.
     on_limit
         Called when the first shape of a figure with `drag` was dragged, with its place upward.
     holds
-        Whether its axes stand still while a slider is dragged, with a ghost of the curves before.
+        Whether its axes stay while a slider is dragged, with a ghost of the curves before.
     """
 
     def __init__(
@@ -166,7 +166,7 @@ class Chart(ui.element, component="chart.js"):
         self._drawing = asyncio.get_running_loop().create_task(self._send(figure))
 
     async def drawn(self) -> None:
-        """Wait until the browser has drawn what was sent."""
+        """Wait until the browser has drawn the last figure."""
         if self._drawing is not None:
             await self._drawing
 
@@ -180,5 +180,5 @@ class Chart(ui.element, component="chart.js"):
             self._there = figure
 
     def dim(self, stale: bool) -> None:
-        """Show that the chart does not follow what was last typed."""
+        """Show that the chart does not follow the last input."""
         self.run_method("dim", stale)

@@ -1,7 +1,7 @@
 """Figures of results as plain data for Plotly.
 
-A color is a name that chart.js looks up in the theme, "ink" or "soft" say, or the number of a series. What can be drawn, and
-which lines that makes, :mod:`dforce` says; here they get colors, dashes and axes.
+A color is a name that chart.js looks up in the theme, such as "ink" or "soft", or the number of a series. :mod:`dforce` chooses
+the pictures and their lines; here they get colors, dashes and axes.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ SIDE = 62  # px, for each further axis on a side
 MOST_AXES = 4  # in one frame
 MOST_FRAMES = 6
 DEPTH = 1e-7  # of the largest value on a logarithmic axis: below it there is rounding only
-FAINT = 1e-5  # of the largest value: what lies farther out on a logarithmic picture is not shown at first
+FAINT = 1e-5  # of the largest value: a logarithmic picture does not show smaller values at first
 WIDTH = 2.5  # px, of a curve
 LIGHT = {"retract": 0.45, "down": 0.45}  # opacity of the way back
 UNSTABLE = "dash"
-JUMPING = ("zc", "zc_ratio", "frequency")  # what a curve may jump along
+JUMPING = ("zc", "zc_ratio", "frequency")  # the parameters along which a curve may jump
 DOTTED = {"dash": "dot", "width": 1.5}
 JUMP: Figure = {"type": "scatter", "mode": "lines", "meta": "jump", "name": "jump", "hoverinfo": "skip"}
 OTHERS = ("solid", "dashdot", "longdash", "longdashdot")  # of quantities that share a frame and a color
@@ -91,9 +91,9 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure, and what each of its traces shows: its layer and line; None for marks.
+    """A figure, and the layer and line of each of its traces; None for marks.
 
-    Of curves, also the place of each quantity, scale and unit across, and by the numbers of their traces the lines of all
+    For curves, also the place of each quantity, scale and unit across, and by the numbers of their traces the lines of all
     states behind the curves.
     """
 
@@ -131,7 +131,7 @@ class _FigureBuilder:
             self.frames = [[[name]] for name in wanted.y[:MOST_FRAMES]]
         self.x_scale, self.x_unit = self._scale([wanted.x])
         self.across = hover_of(self.quantities[wanted.x], "x", self.x_unit)
-        self.scales: dict[str, tuple[float, str]] = {}  # of each quantity, that of its axis
+        self.scales: dict[str, tuple[float, str]] = {}  # scale of each quantity's axis
         self.data: list[Figure] = []
         self.traces: list[tuple[Layer, Line] | None] = []
         self.named: set[str] = set()
@@ -284,12 +284,12 @@ class _FigureBuilder:
             place.hover(*words) if self.unified else "<br>".join([self.across, place.words, *words]) + "<extra></extra>"
         )
 
-    def _add(self, what: tuple[Layer, Line] | None, trace: Figure) -> None:
-        words = "" if self.several and what is not None else str(trace["name"])
+    def _add(self, shown: tuple[Layer, Line] | None, trace: Figure) -> None:
+        words = "" if self.several and shown is not None else str(trace["name"])
         trace["showlegend"] = bool(words) and words not in self.named
         self.named |= {words} - {""}
         self.data.append(trace)
-        self.traces.append(what)
+        self.traces.append(shown)
 
     def _look(self, layer: Layer, line: Line, name: str) -> Figure:
         """Return name, color and dash of a line."""
@@ -311,7 +311,7 @@ class _FigureBuilder:
         return {"name": plain(text), "line": look, "opacity": LIGHT.get(line.direction, 1.0)}
 
     def _legend_of_dashes(self) -> None:
-        """Say which dash is which direction, and which a jump; the colors of several results stand in their list."""
+        """Explain the dashes of directions and of jumps; the list of results shows their colors."""
         found = {
             line.direction or ("stable" if line.stable else "unstable"): line for _, line in filter(None, self.traces)
         }
@@ -371,7 +371,7 @@ def _rings(across: AnyArray, upward: AnyArray) -> Iterator[Figure]:
 
 
 def empty(text: str) -> Figure:
-    """Return a figure that says in a sentence why it is empty."""
+    """Return an empty figure with a sentence on the reason."""
     note = {"text": plain(text), "x": 0.5, "y": 0.5, "xref": "paper", "yref": "paper", "showarrow": False}
     hidden = {"visible": False}
     return {"data": [], "layout": {"annotations": [note], "xaxis": hidden, "yaxis": hidden, "margin": MARGIN}}

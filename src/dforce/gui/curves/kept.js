@@ -1,4 +1,4 @@
-// The results that are kept, as a row of names with colors: hide, rename, remove, and ask what differs.
+// The results that are kept, as a row of names with colors: hide, rename, remove, and show the differences.
 export default {
   template: `
     <div class="df-kept" role="group" aria-label="results kept">

@@ -1,4 +1,4 @@
-"""The results that are kept: a row of names with colors, what is drawn of them, and what differs."""
+"""The results that are kept: a row of names with colors, the shown results, and their differences."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from dforce.gui.window.view import View
 if TYPE_CHECKING:
     import xarray as xr
 
-NOW = "now"  # what the curve that follows the fields is called among others
+NOW = "now"  # name of the curve that follows the fields among others
 
 
 class Strip(ui.element, component="kept.js"):
@@ -42,7 +42,7 @@ class KeptResults:
         self.strip.on("remove", self._remove)
 
     def layers(self, result: xr.Dataset | None) -> list[Layer]:
-        """Return what is drawn: the results kept that are shown, and on top the one that follows the fields."""
+        """Return the layers to draw: the shown results, and on top the result that follows the fields."""
         session = self.view.session
         own = session.kept_as(result)
         found = [
@@ -55,7 +55,7 @@ class KeptResults:
         return found
 
     def names(self, result: xr.Dataset | None) -> dict[str, str]:
-        """Return the names of all results by identifier, the one that is on top first."""
+        """Return the names of all results by identifier, the top one first."""
         session = self.view.session
         own = session.kept_as(result)
         found = {"": NOW} if result is not None and own is None else {}
@@ -124,7 +124,7 @@ class Differences(Panel):
         self.element = DifferencesTable()
 
     def show(self, scene: Scene | None = None) -> None:
-        """Show what differs between the results of a scene."""
+        """Show the differences between the results of a scene."""
         if scene is None:
             return
         rows = [

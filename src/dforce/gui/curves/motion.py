@@ -51,7 +51,7 @@ class Spot:
 
 
 class MotionPanel(Panel):
-    """Shows the motion at a point that was clicked; while it is behind, the motion stands still."""
+    """Shows the motion at a point that was clicked; while it is behind, the animation stops."""
 
     title = "Motion"
 
@@ -82,7 +82,7 @@ class MotionPanel(Panel):
             self._latest.ask(self.spot)
 
     def close(self) -> None:
-        """Stand still: a motion that is out of sight need not move."""
+        """Stop the animation: the motion is out of sight."""
         self.element.props.update(motion=None, state="")
         self.shown.show(PagePart.MOTION, None)
 
@@ -185,7 +185,7 @@ def _text(variable: xr.DataArray) -> str:
 
 
 def _plain(motion: xr.Dataset) -> dict[str, Any]:
-    """Return what the drawing needs, as plain numbers in the units shown."""
+    """Return the data of the drawing, as plain numbers in the units shown."""
     stride = -(-motion.sizes["time"] // MOST_SAMPLES)
     seen = motion.isel(time=slice(None, None, stride))
     length, length_unit = unit_of(motion["distance"])

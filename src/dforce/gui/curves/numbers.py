@@ -35,14 +35,14 @@ class NumbersTable(ui.element, component="numbers.js"):
 
 @dataclass
 class RowGroup:
-    """Rows that share their values across: those of one result in one direction, stable or not; cells are texts."""
+    """Rows that share their values across: one result in one direction, stable or not; cells are texts."""
 
     x: AnyArray
     columns: dict[str, list[str]] = field(default_factory=dict)
 
 
 class Numbers(Panel):
-    """The table of what is drawn."""
+    """The table of the drawn values."""
 
     title = "Numbers"
 
@@ -60,7 +60,7 @@ class Numbers(Panel):
             return
         drawn, wanted = scene.drawn, scene.picture
         pairs = zip(drawn.figure["data"], drawn.traces, strict=False)  # an empty figure has none
-        lines = [(str(data["meta"]), *what) for data, what in pairs if what is not None]
+        lines = [(str(data["meta"]), *shown) for data, shown in pairs if shown is not None]
         layers = list({id(layer.result): layer for _, layer, _ in lines}.values())
         blocks, heads = _blocks(lines, layers, wanted.x)
         rows = [row for words, block in blocks.items() for row in _rows(words, block, heads[1:])]
@@ -76,11 +76,11 @@ class Numbers(Panel):
 def _blocks(
     lines: Sequence[tuple[str, Layer, Line]], layers: Sequence[Layer], x: str
 ) -> tuple[dict[str, RowGroup], list[str]]:
-    """Return the rows by the words that tell them apart, and the headings of their columns, that of the axis across first."""
+    """Return the rows by their words, and the headings of their columns, the axis across first."""
     across, first = _head(layers, x)
     heads, blocks = {first: None}, dict[str, RowGroup]()
     for name, layer, line in lines:
-        # of a quantity for each tone across, each tone has rows of its own
+        # with a quantity for each tone across, each tone has its own rows
         whose = any(dim in layer.result[x].dims for dim in ("tone", "mode", "harmonic", "multiplier"))
         words = line.name.split(", ") if line.name else []
         apart = [word for word in words if whose or word in (line.direction, "stable", "unstable")]
@@ -117,7 +117,7 @@ def _text(value: float) -> str:
 
 
 class FitNumbers(Panel):
-    """The table of what thermal spectra say, a column for each that is drawn."""
+    """The table of resonances from thermal spectra, a column for each drawn spectrum."""
 
     title = "Thermal tune"
     name = "numbers of the fit"
@@ -132,7 +132,7 @@ class FitNumbers(Panel):
         self.sheet.props["label"] = self.name
 
     def show(self, scene: Scene | None = None) -> None:
-        """Show what is found in the results that are drawn."""
+        """Show the findings in the drawn results."""
         drawn = [] if scene is None else self._drawn(scene)
         if not drawn:
             return
@@ -167,7 +167,7 @@ class MaterialNumbers(FitNumbers):
         return is_kind(result, "approach") and "mean_stiffness" in result and result.sizes["tone"] == 2
 
     def found(self, result: xr.Dataset) -> dict[str, str]:
-        """Return what the formulas find, and what they neglect."""
+        """Return the results of the formulas, and the terms that they neglect."""
         try:
             found = df.material(result)
         except df.ParameterError as error:  # a tip without a radius

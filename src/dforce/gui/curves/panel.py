@@ -78,7 +78,7 @@ class Panel:
         """Make the elements, in the container that is open."""
 
     def show(self, scene: Scene | None = None) -> None:
-        """Show what belongs to a scene; without one, what else has changed."""
+        """Show the content for a scene; without one, other changes."""
 
     def close(self) -> None:
         """Take note that the tab is no longer in sight."""
@@ -92,7 +92,7 @@ class Pieces(QuietElement, component="pieces.js"):
 
 
 class AdvicePanel(Panel):
-    """The list; each piece stands at its field, too."""
+    """The list; each piece is also at its field."""
 
     title = "Advice"
 
@@ -148,7 +148,7 @@ class Pane:
         panel.show(self.scene)
 
     def show(self, scene: Scene) -> None:
-        """Show what belongs to a scene; the tab that was chosen last comes back once it suits again."""
+        """Show the tabs for a scene; the tab that was chosen last comes back once it suits again."""
         self.scene = scene
         self._turn(self.wanted if self.wanted.suits(scene) else next(one for one in self.panels if one.suits(scene)))
         self._heads()

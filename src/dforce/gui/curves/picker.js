@@ -1,4 +1,4 @@
-// What is drawn: one of the usual pictures, or any quantities against any other.
+// The choice of the picture: one of the usual pictures, or any quantities against any other.
 export default {
   template: `
     <div class="df-picker" @keydown.esc="close" ref="all">

@@ -1,4 +1,4 @@
-"""The plots of a page: which quantities are drawn, of which results, and what a click on a curve does."""
+"""The plots of a page: the drawn quantities and results, and the response to a click on a curve."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ UNDRAWN = "An error inside dForce: these results cannot be drawn. Please report 
 
 
 class Picker(ui.element, component="picker.js"):
-    """Chooses what is drawn: one of the usual pictures, or any quantities against any other."""
+    """Chooses the picture: one of the usual pictures, or any quantities against any other."""
 
 
 class Answer(ui.element, component="answer.js"):
@@ -70,7 +70,7 @@ class WaitingWords:
         self.shown: Waiting | None = None
 
     def show(self, waiting: Waiting) -> None:
-        """Show the sentence, with a bar where something is under way."""
+        """Show the sentence, with a bar during a computation."""
         if waiting == self.shown:
             return
         self.shown = waiting
@@ -161,14 +161,18 @@ class Plots:
         view.on_said.append(lambda said: self.wait())
         self.wait()
 
-    async def prepare(self, result: xr.Dataset | None) -> None:
-        """Solve, in a thread, the states at the set point, which are remembered until table and words are made."""
-        layers = self.kept.layers(result)
-        if layers and (usual := pictures_of(layers[-1].result)):
-            await asyncio.to_thread(self.set_point.marked, layers, self.wanted(layers[-1].result, usual))
+    async def prepare(self) -> None:
+        """Solve, in a thread, the states at the set point, which are remembered until table and words are made.
+
+        Where another figure is composed meanwhile, its states are solved, too.
+        """
+        layers: Sequence[figures.Layer] = ()
+        while self.shown is not None and layers is not self.layers:
+            layers = self.layers
+            await asyncio.to_thread(self.set_point.marked, layers, self.shown)
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
-        """Return the figure of a result with those kept that are drawn beside it."""
+        """Return the figure of a result with the kept results drawn beside it."""
         self.result, self.shown = result, None
         self.layers = self.kept.layers(result)
         first = self.layers[-1].result if self.layers else None
@@ -194,7 +198,7 @@ class Plots:
         return self.drawn.figure
 
     def beside(self) -> None:
-        """Show what stands beside the figure composed last."""
+        """Show the elements beside the figure composed last."""
         self.kept.show(self.result)
         self._set_stage()
         if self.shown is not None:
@@ -206,7 +210,7 @@ class Plots:
         self.pane.show(Scene(self.layers, self.shown, self.drawn))
 
     def _all_states(self) -> xr.Dataset | None:
-        """Return all states of what is drawn on top: a result of branches has them, those of a curve are behind it."""
+        """Return all states of the top result: a result of branches has them, a curve has its states behind it."""
         if self.layers and "branch" in self.layers[-1].result:
             return self.layers[-1].result
         return self.states.of(self.view.curve)
@@ -217,7 +221,7 @@ class Plots:
         return [] if states is None else [figures.Layer(states)]
 
     def _answer(self) -> str:
-        """Return in words what is drawn on top, after what a fit of this case found."""
+        """Return words for the top result, after the results of a fit of this case."""
         if not self.layers:
             return ""
         document, fit = self.view.document, self.view.session.measured.fit
@@ -254,14 +258,14 @@ class Plots:
                 self._choose(usual)
 
     def wait(self) -> None:
-        """Say what is waited for: above the curves, or in the middle of a plot that is still empty."""
+        """Show the reason for waiting: above the curves, or in the middle of an empty plot."""
         empty = not self.layers
         self.line.set_text("" if empty else self.view.status)
         self.line.set_visibility(bool(self.line.text))
         self.waiting.show(self.view.waiting if empty else Waiting())
 
     def wanted(self, result: xr.Dataset, usual: Sequence[Picture]) -> Picture:
-        """Return the picture that was last chosen for such a result, else the usual one that says most."""
+        """Return the picture that was last chosen for such a result, else the most useful picture."""
         plots = self.view.document.plots
         known = set(drawable(result)) if plots else set()
         return next((picture for picture in reversed(plots) if {picture.x, *picture.y} <= known), usual[0])
@@ -273,14 +277,14 @@ class Plots:
     async def _redraw(self) -> None:
         try:
             await self.view.draw()
-            await self.prepare(self.result)
+            await self.prepare()
             self.view.show_beside()
-        except Exception:  # a plot that stays as it was would show what nobody asked for
+        except Exception:  # an unchanged plot would show another choice
             log.exception("the results could not be drawn")
             await self.view.main.draw(figures.empty(UNDRAWN))
 
     def _offer(self, result: xr.Dataset, wanted: Picture) -> None:
-        """Show in the picker what can be drawn, and what is."""
+        """Show in the picker the possible pictures, and the drawn one."""
         names = tuple(drawable(result))
         if names != self.names:
             self.names = names
@@ -303,7 +307,7 @@ class Plots:
             self._choose(self.usual[number])
 
     def _own(self, event: GenericEventArguments) -> None:
-        """Take what was chosen; quantities that do not go along with a new axis make room for one that does."""
+        """Take a choice; a quantity that fits a new axis replaces others that do not."""
         given: dict[str, Any] = event.args
         result, x = self._first(), str(given["x"])
         if result is None or x not in self.names:
@@ -315,7 +319,7 @@ class Plots:
             self._choose(Picture(x, y, bool(given["together"]), bool(given["logarithmic"])))
 
     def _beside(self, x: str) -> tuple[str, ...]:
-        """Return what is usually drawn against a quantity."""
+        """Return the quantities that are usually drawn against a quantity."""
         return next((picture.y for picture in self.usual if picture.x == x), ())
 
     def _choose(self, picture: Picture) -> None:
@@ -374,12 +378,12 @@ def clicked(drawn: figures.Drawn, wanted: Picture, points: Sequence[xr.Dataset |
 
 
 def dim(element: ui.element, behind: bool) -> None:
-    """Dim what is behind."""
+    """Dim an element that is behind."""
     element.classes(add="df-behind" if behind else "", remove="" if behind else "df-behind")
 
 
 def _words(result: xr.Dataset, name: str) -> dict[str, str]:
-    """Return what the picker says about a quantity."""
+    """Return the picker's words for a quantity."""
     variable = result[name]
     label, symbol = str(variable.attrs.get("long_name", name)), str(variable.attrs.get("symbol", ""))
     unit = unit_of(variable)[1]

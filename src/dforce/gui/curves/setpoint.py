@@ -54,7 +54,7 @@ class SetPoint(Panel):
 
     def __init__(self, view: View) -> None:
         super().__init__(view)
-        self._marked: tuple[Any, list[Layer]] = (None, [])  # the layers marked last, and for what
+        self._marked: tuple[Any, list[Layer]] = (None, [])  # the layers marked last, and their input
 
     def make(self) -> None:
         """Make the field and the table, in the container that is open."""
@@ -95,7 +95,7 @@ class SetPoint(Panel):
         self.element.show(changed)
 
     def _why(self, layers: Sequence[Layer]) -> str:
-        """Say why there is no row."""
+        """Return why there is no row."""
         most = max(float(np.nanmax(layer.result["amplitude_ratio"].values, initial=0.0)) for layer in layers)
         return TOO_NEAR if most < self.view.document.set_point else NO_STATE
 
@@ -133,7 +133,7 @@ def table_of(layers: Sequence[Layer], wanted: Picture) -> tuple[list[ReadoutColu
 
 @dataclasses.dataclass(frozen=True)
 class ReadoutColumn:
-    """A column of the table: a quantity, of which tone or mode, and what stands above it."""
+    """A column of the table: a quantity, its tone or mode, and its heading."""
 
     name: str
     index: tuple[int, ...]
@@ -165,7 +165,7 @@ def nones_of(states: xr.Dataset, columns: Sequence[ReadoutColumn]) -> dict[str, 
 
 
 def cell_of(states: xr.Dataset, none: Mapping[str, Any], column: ReadoutColumn, crossing: int) -> str:
-    """Return a value with three digits and the unit in which it reads best, as it would stand in a text."""
+    """Return a value with three digits and the unit in which it reads best, as in a text."""
     if column.name not in states:
         return "–"
     variable = states.variables[column.name]

@@ -1,1 +1,1 @@
-"""The document that a person is working on: the case as typed, its history, the results kept, and what is computed."""
+"""The document that a person is working on: the case as typed, its history, the results kept, and computations."""

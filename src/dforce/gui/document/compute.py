@@ -26,25 +26,25 @@ T = TypeVar("T")
 R = TypeVar("R")
 Key = tuple[str, str]  # of a curve, by :func:`key_of`
 
-PATIENCE = 1.0  # s of computing that a curve may take to follow what is typed; longer ones are for Run
+PATIENCE = 1.0  # s of computing that a curve may take to follow the input; longer ones are for Run
 LATEST = 5.0  # s that it may take on a machine that computes for others, too
-STOPPED_WITHIN = 0.6  # s; what does not stop by then counts as stopped, and is left to end by itself
+STOPPED_WITHIN = 0.6  # s; work that does not stop by then counts as stopped, and ends by itself
 
-LULL = 0.15  # s without a live curve of any page, after which there is time for what stands behind them
-GIVING_WAY = 0.02  # s between two looks at whether there is
+LULL = 0.15  # s without a live curve of any page, after which there is time for the states behind them
+GIVING_WAY = 0.02  # s between two checks for a live curve
 
 TURN = 1.0  # s that a run computes while others wait
 MOST_RUNS = 64  # begun at a time; later ones wait until one has ended
 
 # compiled solvers release Python's lock, so that threads use the cores
 LIVE = ThreadPoolExecutor(max(2, os.cpu_count() or 2), thread_name_prefix="live")
-BEHIND = ThreadPoolExecutor(1, thread_name_prefix="behind")  # what stands behind the curves, of one page at a time
+BEHIND = ThreadPoolExecutor(1, thread_name_prefix="behind")  # for the states behind the curves, of one page at a time
 DRAFTS = ThreadPoolExecutor(1, thread_name_prefix="draft")  # a typed law does not wait for a curve that compiles
 RUNS = ThreadPoolExecutor(MOST_RUNS, thread_name_prefix="run")
 
 
 class ComputeQueue:
-    """Lets a few runs compute at a time; those that wait come in the order in which they began to wait."""
+    """Lets a few runs compute at a time; waiting runs come in the order in which they began to wait."""
 
     def __init__(self, at_once: int) -> None:
         self._free = at_once
@@ -62,7 +62,7 @@ class ComputeQueue:
         mine.wait()
 
     def give(self) -> None:
-        """End a turn: the one that has waited longest has the next."""
+        """End a turn: the run that has waited longest has the next."""
         with self._lock:
             if self._waiting:
                 self._waiting.popleft().set()
@@ -70,7 +70,7 @@ class ComputeQueue:
                 self._free += 1
 
     def pass_on(self) -> None:
-        """Let those that wait have a turn first."""
+        """Let waiting runs have a turn first."""
         if self._waiting:
             self.give()
             self.take()
@@ -80,7 +80,7 @@ TURNS = ComputeQueue(max(1, (os.cpu_count() or 2) - 1))
 
 
 class Latest(Generic[T]):
-    """Does the newest of the things asked for, one at a time; those overtaken are never begun."""
+    """Does the newest of the things asked for, one at a time; overtaken things are never begun."""
 
     def __init__(self, work: Callable[[T], Awaitable[None]]) -> None:
         self.work = work
@@ -89,7 +89,7 @@ class Latest(Generic[T]):
         self.ended = False
 
     def ask(self, thing: T) -> None:
-        """Ask for a thing; it is begun when what is under way is done."""
+        """Ask for a thing; it is begun when the current work is done."""
         if self.ended:
             return
         self.wanted = thing
@@ -103,11 +103,11 @@ class Latest(Generic[T]):
 
     @property
     def busy(self) -> bool:
-        """Whether something is under way or waits."""
+        """Whether anything runs or waits."""
         return self.task is not None and not self.task.done()
 
     async def rest(self, seconds: float) -> None:
-        """Wait until nothing is under way, so long at most."""
+        """Wait until nothing runs, so long at most."""
         if self.task is not None and not self.task.done() and seconds > 0.0:
             await asyncio.wait({self.task}, timeout=seconds)
 
@@ -129,12 +129,12 @@ async def in_thread(pool: ThreadPoolExecutor, work: Callable[[], R]) -> R:
 
 
 class RecentCurves:
-    """The last curves, or states behind them, that pages computed, for whoever asks for the same: in a class many people do.
+    """The last curves, or states behind them, that pages computed, for pages that ask for the same: in a class many do.
 
     Parameters
     ----------
     most_bytes
-        Of all curves; the ones that nobody has asked for the longest go.
+        Of all curves; the least recently used go first.
     """
 
     def __init__(self, most_bytes: int) -> None:
@@ -144,7 +144,7 @@ class RecentCurves:
         self._lock = threading.Lock()
 
     def take(self, key: Key) -> xr.Dataset | None:
-        """Return the curve of a case, a Dataset of its own; None where it is not known."""
+        """Return the curve of a case, as its own Dataset; None where it is not known."""
         with self._lock:
             curve = self._curves.get(key)
             if curve is None:
@@ -174,11 +174,11 @@ RECENT = RecentCurves(25_000_000)
 
 
 class Overtaken(Exception):  # no error: something newer is computed
-    """A newer request gives up the computation under way, with all its results."""
+    """A newer request gives up the current computation, with all its results."""
 
 
 class LiveCurves:
-    """The live curves of all pages that are computed: what stands behind curves gives way to them."""
+    """The live curves of all pages that are computed: the states behind curves give way to them."""
 
     def __init__(self) -> None:
         self._threads: set[int] = set()
@@ -186,7 +186,7 @@ class LiveCurves:
 
     @contextlib.contextmanager
     def one_more(self) -> Iterator[None]:
-        """Count the thread as one that computes a live curve."""
+        """Count the thread among those with a live curve."""
         self._threads.add(threading.get_ident())
         try:
             yield
@@ -236,11 +236,11 @@ def live_curve(
     Parameters
     ----------
     case
-        What is computed.
+        The case to compute.
     overtaken
-        Says whether something newer waits, so that this one may be given up.
+        Returns whether newer work waits, so that this may be given up.
     say
-        Called, in this thread, with what dForce says, such as that it compiles; the time that takes is not counted.
+        Called, in this thread, with messages of dForce, such as on compiling; the time for that is not counted.
     patience, latest
         It is given up after computing for so long, or after waiting for so long (s).
     """
@@ -261,7 +261,7 @@ def live_curve(
 
 @dataclass
 class Job:
-    """A run under way, as threads and views see it."""
+    """A current run, for threads and views."""
 
     case: df.Case
     seconds: float = float("inf")  # allowed
@@ -287,7 +287,7 @@ class Job:
         return self.done / self.total if self.total else 0.0
 
     def time_left(self) -> float | None:
-        """Return the seconds that are left, as far as the pace so far tells; None before the first point."""
+        """Return the seconds that are left, by the pace so far; None before the first point."""
         if not 0 < self.done < self.total:
             return None
         return (time.monotonic() - self.began) * (self.total - self.done) / self.done
@@ -297,7 +297,7 @@ class Job:
         return self.document is not None and self.document.same_case(document)
 
     def words(self) -> str:
-        """Say in words how far it is."""
+        """Return the progress in words."""
         if self.state == "queued":
             return "waiting"
         if self.state == "failed":
@@ -345,7 +345,7 @@ class Job:
         self.state = "stopped" if result.attrs.get("interrupted") else "done"
 
     def compute(self) -> xr.Dataset:
-        """Return what the case gives; when it is stopped, what there is of it."""
+        """Return the result of the case; after a stop its finished part."""
         return df.run(self.case, progress=self._watch)
 
     def _hear(self, text: str) -> None:
@@ -359,14 +359,14 @@ class Job:
             paused = time.monotonic()
             TURNS.pass_on()
             self.turn = time.monotonic()
-            self.began += self.turn - paused  # what others compute is no part of its time
+            self.began += self.turn - paused  # the time of other runs does not count
         if done < total and (self.stopping.is_set() or time.monotonic() - self.began > self.seconds):
             raise KeyboardInterrupt
 
     async def go(self, look: Callable[[], None], every: float = 0.1) -> None:
         """Do the run in the queue's turn; `look` is called now and then, and at the end.
 
-        What does not stop in time, such as a compilation, counts as stopped, and still gives what it has when it ends.
+        Work that does not stop in time, such as a compilation, counts as stopped, and still gives its result when it ends.
         """
         future = asyncio.ensure_future(in_thread(RUNS, self.work))
         since: float | None = None

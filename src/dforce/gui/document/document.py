@@ -18,26 +18,26 @@ import dforce as df
 from dforce.core.units import split_unit
 from dforce.results.curves import Picture
 
-FIRST = "hysteresis"  # what a new window shows
+FIRST = "hysteresis"  # the example in a new window
 MOST_SLIDERS = 12
 MOST_PLOTS = 10
 MOST_RESULTS = 50
 MOST_QUANTITIES = 100  # of a picture
 LONGEST_NAME = 120
 LONGEST_FILE = 255  # characters of the name of a file, as file systems have it
-NAMED = ("cantilever", "medium")  # sections that a name alone may stand for
+NAMED = ("cantilever", "medium")  # sections that a name alone may replace
 PLUGINS = "plugins are Python files, not run here; install them as a package"
 COLORS = 6  # that the theme has for series
 DATA = 1  # the color of measured points, which no result has
 RESULT_COLORS = tuple(number for number in range(COLORS) if number != DATA)
-NAMING = ("title", "about", "data", "fit", "sweep")  # sections that change no curve: names, and what is done beside it
+NAMING = ("title", "about", "data", "fit", "sweep")  # sections that change no curve: names, and work beside it
 LOOKS = ("results", "plots", "set_point", "measured")  # attributes that are not typed: no step of undo changes them
 FARTHEST = 1.0  # m, by which measured heights may be shifted
 EDITED = ", edited"  # after the title of an example in which something was changed
 LOWEST_SET_POINT, HIGHEST_SET_POINT = 0.01, 0.999
 LARGEST = 1e100  # of a number on a slider, so that no step of one overflows
 WHOLE = 2**63  # whole numbers are below, as in TOML
-LONGEST_TEXT = 4000  # characters; those of a case are no longer
+LONGEST_TEXT = 4000  # characters; texts of a case are no longer
 MOST_ITEMS = 100  # of a list of tables: modes, tones, forces
 MOST_VALUES = 600_000  # of a table with all that is in it; the text of a case has room for fewer
 DEEPEST = 12  # tables in tables
@@ -87,7 +87,7 @@ def _of_quantities(picture: Picture) -> Picture:
     return dataclasses.replace(picture, title="")
 
 
-# what a document that comes from a file may hold: values of a size that forms can show and files can keep
+# allowed values in a document from a file: of a size that forms can show and files can keep
 Name = Annotated[str, Bounded(max_length=LONGEST_NAME)]
 Place = Annotated[int, Bounded(strict=True, ge=0, le=MOST_ITEMS)]
 Path = Annotated[tuple[Annotated[str, Bounded(max_length=100)] | Place, ...], Bounded(max_length=DEEPEST)]
@@ -123,15 +123,15 @@ class MeasuredData:
     Attributes
     ----------
     id, name
-        Its identifier among the session's files, and the name of the file that it came from.
+        Its identifier among the session's files, and the name of its file.
     settings
-        How that file is read and calibrated, as the table `[data]` of a case says it.
+        Settings for reading and calibrating the file, as in the table `[data]` of a case.
     shift
-        What is added to its heights to give average tip-surface distances (m).
+        Offset from its heights to average tip-surface distances (m).
     turn
-        What is taken off its phases (degrees).
+        Offset that is subtracted from its phases (degrees).
     fit
-        The identifier of the last fit of it; empty where there is none.
+        The identifier of its last fit; empty where there is none.
     confirmed
         The lever and the tip that a person confirmed for it, of :func:`dforce.gui.measured.fitting.lever_and_tip`.
     """
@@ -147,7 +147,7 @@ class MeasuredData:
 
 @dataclass(frozen=True)
 class Document:
-    """The case as plain tables with the texts that were typed, and how it is looked at.
+    """The case as plain tables with the typed texts, and the settings of its display.
 
     Nothing in it changes: every edit gives a new document.
 
@@ -158,17 +158,17 @@ class Document:
     off
         Places of the forces that are switched off for comparison.
     aside
-        What was typed under choices that are not chosen now, by path and choice.
+        Input under choices that are not chosen now, by path and choice.
     sliders
         The parameters on sliders.
     plots
-        The pictures chosen, each for the results that have its quantities; others are drawn as suits them.
+        The pictures chosen, each for the results that have its quantities; other results have their usual pictures.
     results
-        The results kept, the newest last; :mod:`dforce.gui.document.store` holds them.
+        The results kept, the newest last; they are in :mod:`dforce.gui.document.store`.
     set_point
-        The share of the free amplitude at which quantities are read off the curves.
+        The share of the free amplitude at which quantities are read from the curves.
     opened
-        The tables as they were opened: what a description in them is about.
+        The tables as they were opened: a description in them belongs to this case.
     measured
         The measured curve, None while there is none.
     """
@@ -202,14 +202,14 @@ class Document:
         return cls.of(df.example(FIRST))
 
     def case(self) -> df.Case:
-        """Return the case without the forces that are switched off; its description stays with what it is about.
+        """Return the case without the forces that are switched off; its description stays while it is true.
 
-        Once the case is edited, the description goes, and a title that it belonged to says so.
+        Once the case is edited, the description goes, and its title shows the change.
 
         Raises
         ------
         ParameterError
-            When what is typed is not a case; :func:`path_of` says which value is at fault.
+            When the input is not a case; :func:`path_of` returns the path of the wrong value.
         """
         table = dict(self.table)
         if table.pop("plugins", None):
@@ -226,22 +226,22 @@ class Document:
 
     @property
     def title(self) -> str:
-        """The title; that of a described case, such as an example, says when the case is no longer that one."""
+        """The title; the title of a described case, such as an example, shows when the case has been edited."""
         title = str(self.table.get("title") or "")
         described = "about" in self.opened and title == str(self.opened.get("title") or "")
         return f"{title}{EDITED}" if title and described and self.edited else title
 
     @property
     def edited(self) -> bool:
-        """Whether more than the title differs from what was opened, so that its description may no longer be true."""
+        """Whether more than the title differs from the opened case, so that its description may no longer be true."""
         return bool(self.off) or _unnamed(self.table) != _unnamed(self.opened)
 
     def same_case(self, other: Document) -> bool:
-        """Return whether another document holds the same case, whatever its name and how it is looked at."""
+        """Return whether another document has the same case, under any name and display."""
         return self.off == other.off and _unnamed(self.table) == _unnamed(other.table)
 
     def value(self, path: Path) -> Any:
-        """Return what stands at a path, None where nothing does."""
+        """Return the value at a path, None where there is none."""
         found: Any = self.table
         for step in path:
             if isinstance(found, Mapping):
@@ -253,7 +253,7 @@ class Document:
         return found
 
     def put(self, path: Path, value: object) -> Self:
-        """Return the document with a value at a path; None takes away what stands there."""
+        """Return the document with a value at a path; None removes the value."""
         return dataclasses.replace(self, table=_put(self.table, path, value))
 
     def add(self, path: Path, item: object) -> Self:
@@ -261,7 +261,7 @@ class Document:
         return self.put(path, [*(self.value(path) or []), item])
 
     def remove(self, path: Path) -> Self:
-        """Return the document without an item of a list; sliders on it go, those behind it move up."""
+        """Return the document without an item of a list; sliders on it go, sliders behind it move up."""
         *above, place = path
         items = [item for n, item in enumerate(self.value(tuple(above)) or []) if n != place]
         changed = self.put(tuple(above), items)
@@ -281,9 +281,9 @@ class Document:
         return dataclasses.replace(self, off=tuple(sorted(off)))
 
     def choose(self, path: Path, old: str, new: str, value: object) -> Self:
-        """Return the document with another choice at a path; what the old one held is put aside and comes back with it.
+        """Return the document with another choice at a path; the old choice's values are put aside and come back with it.
 
-        `value` is what the new choice starts with when it was never typed in.
+        `value` is the start of the new choice if it has no earlier input.
         """
         name = ".".join(map(str, path))
         aside = {**self.aside, f"{name}/{old}": self.value(path)}
@@ -295,12 +295,12 @@ class Document:
 
     @classmethod
     def from_plain(cls, plain: Any) -> Self:
-        """Return a document from what :meth:`to_plain` gave.
+        """Return a document from the result of :meth:`to_plain`.
 
         Raises
         ------
         CaseError
-            When the data are none.
+            When the data are not a document.
         """
         try:
             return cls._reader().validate_python(plain)
@@ -360,8 +360,8 @@ def written(path: Path) -> str:
 def path_of(document: Document, words: str) -> Path:
     """Return the path that a sentence of dForce starts with, as far as the document has it; () when it has none.
 
-    Sentences count lists from 1, name a force by its model where it is the only one, and know nothing of forces that
-    are switched off.
+    Sentences count lists from 1, name a force by its model where it is the only one, and do not count forces that are
+    switched off.
     """
     path: list[str | int] = []
     on = [n for n in range(len(document.value(("forces",)) or [])) if n not in document.off]
@@ -388,7 +388,7 @@ def path_of(document: Document, words: str) -> Path:
 def _words(sentence: str) -> Iterator[str]:
     """Give the parts of the value that a sentence is about: its first word, or else the first value of a case in it."""
     first, *others = (word.rstrip(":,;") for word in sentence.split(" "))
-    if "." in first and first.split(".")[0] in df.forces.REGISTRY:  # a force that only knows its own name
+    if "." in first and first.split(".")[0] in df.forces.REGISTRY:  # a sentence of a force starts with its own name
         first = f"forces.{first}"
     if first.split(".")[0] not in df.Case.model_fields:
         first = next((word for word in others if "." in word and word.split(".")[0] in df.Case.model_fields), first)

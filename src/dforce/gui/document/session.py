@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 MOST_STEPS = 200  # of undo
 TOGETHER = 1.5  # s; edits of one field that follow each other faster are one step of undo
-UNREAD = "unread"  # name in the store of what could not be read
+UNREAD = "unread"  # name in the store of unreadable data
 LOOKED_EVERY = 0.1  # s between two looks at a run
 
 
@@ -39,10 +39,10 @@ class PageView(Protocol):
         """Show how far the session's run is."""
 
     def show_anew(self) -> None:
-        """Draw what is shown in another way; nothing is computed."""
+        """Draw the same results in another way; nothing is computed."""
 
     def show_unkept(self) -> None:
-        """Show whether what is typed is kept."""
+        """Show whether the input is kept."""
 
     def show_result(self, result: xr.Dataset) -> None:
         """Show a result of the document's case."""
@@ -54,11 +54,11 @@ class Session:
     Parameters
     ----------
     store
-        A dict that is kept over a restart; it raises :class:`dforce.ResultError` where it cannot keep what it is given.
+        A dict that is kept over a restart; it raises :class:`dforce.ResultError` where it cannot keep a value.
     folder
         The folder for this session's results alone.
     limits
-        What may be asked for.
+        Limits of the computations.
     """
 
     def __init__(self, store: MutableMapping[str, object], folder: Path, limits: Limits = ALONE) -> None:
@@ -68,7 +68,7 @@ class Session:
         self.fresh = KEY not in store  # nothing was typed or opened so far
         self.document = self._kept()
         self._known: dict[str, weakref.ref[xr.Dataset]] = {}
-        self.results_of: dict[str, xr.Dataset] = {}  # those that are drawn, by identifier
+        self.results_of: dict[str, xr.Dataset] = {}  # the drawn results, by identifier
         self.undone: list[Document] = []
         self.steps: list[Document] = []
         self.views: list[PageView] = []
@@ -83,10 +83,10 @@ class Session:
 
     def edit(self, document: Document, *, name: str = "", anew: bool = False) -> None:
         """Take a new document as one step of undo; quick edits of one `name` are one step together."""
-        # an edit changes what is typed; results and how they are drawn stay
+        # an edit changes the input; results and their display stay
         document = self._with_looks(document)
         if document == self.document:
-            if anew:  # what is opened is shown, and what was typed halfway goes
+            if anew:  # the opened document is shown, and incomplete input goes
                 self._take(document, anew)
             return
         together = name and self._last[0] == name and time.monotonic() - self._last[1] < TOGETHER
@@ -97,7 +97,7 @@ class Session:
         self._take(document, anew)
 
     def look(self, document: Document) -> None:
-        """Take a document whose case is the same: what is drawn, and how. Nothing is computed, and it is no step of undo."""
+        """Take a document with the same case and another display. Nothing is computed, and it is no step of undo."""
         self.document = document
         self.saving.soon()
         for view in tuple(self.views):
@@ -110,7 +110,7 @@ class Session:
             self.look(dataclasses.replace(self.document, results=hidden))
 
     def show_kept(self, result: xr.Dataset) -> None:
-        """Draw a result that was hidden among those kept."""
+        """Draw a kept result that was hidden."""
         own = self.kept_as(result)
         if own is not None and not own.shown:
             results = tuple(
@@ -146,7 +146,7 @@ class Session:
             view.show(anew)
 
     async def run(self, document: Document) -> None:
-        """Run a document's case once no other run of the session is under way, and keep its result; partial ones too.
+        """Run a document's case once the session has no other run, and keep its result; partial ones too.
 
         A run that had to wait is not begun when it has been done, or another case is typed by then. A result is shown
         where the document still holds its case; else it is in the list, and not drawn.
@@ -154,7 +154,7 @@ class Session:
         Raises
         ------
         ParameterError
-            When what is typed is not a case, or asks for more than the limits allow.
+            When the input is not a case, or exceeds the limits.
         """
         case = self.limits.check(document.case())
         while self.job is not None and self.job.busy:
@@ -177,7 +177,7 @@ class Session:
 
     async def keep(self, result: xr.Dataset, shown: bool = True) -> None:
         """Keep a result in the store and in the list; the oldest ones go where the store is full."""
-        async with self._keeping:  # else the list of the later one leaves out what is still being written
+        async with self._keeping:  # else the later list leaves out a result that is still being written
             await self._keep(result, shown)
 
     async def _keep(self, result: xr.Dataset, shown: bool) -> None:
@@ -197,7 +197,7 @@ class Session:
         self.look(dataclasses.replace(self.document, results=(*others, entry)))
 
     async def take_result(self, document: Document, result: xr.Dataset) -> None:
-        """Take a result and the document of its case in place of what is shown.
+        """Replace the shown document by a result and the document of its case.
 
         Raises
         ------
@@ -208,7 +208,7 @@ class Session:
         self.edit(document, anew=True)
 
     async def take_project(self, document: Document, results: dict[str, xr.Dataset]) -> None:
-        """Take a project in place of what is shown; results kept before stay in the list, hidden.
+        """Replace the shown document by a project; results kept before stay in the list, hidden.
 
         Raises
         ------
@@ -252,7 +252,7 @@ class Session:
         await self.measured.tidy(self.document)
 
     def kept_as(self, result: xr.Dataset | None) -> KeptResult | None:
-        """Return the entry of a result in the list; None for one that is not kept."""
+        """Return the entry of a result in the list; None if it is not kept."""
         same = (identifier for identifier, known in self._known.items() if known() is result and result is not None)
         identifier = next(same, "")
         return next((kept for kept in self.document.results if kept.id == identifier), None)
@@ -277,7 +277,7 @@ class Session:
         for identifier in set(self.results_of) - wanted:
             del self.results_of[identifier]
         for identifier in wanted - set(self.results_of):
-            with contextlib.suppress(df.ResultError):  # its file has gone; the list says so by drawing nothing
+            with contextlib.suppress(df.ResultError):  # its file has gone: nothing is drawn
                 known = self._known.get(identifier, lambda: None)()
                 result = known if known is not None else await asyncio.to_thread(self.results.take, identifier)
                 self.results_of[identifier] = result
@@ -313,7 +313,7 @@ class Session:
         """Keep a fit of a measured curve while that is there."""
         async with self._keeping:
             identifier = await asyncio.to_thread(self.measured.results.keep, fit)
-            now = self.document.measured  # with what was typed and moved while the file was written
+            now = self.document.measured  # with the input during the writing of the file
             if measured is not None and now is not None and now.id == measured.id:
                 self.look(dataclasses.replace(self.document, measured=dataclasses.replace(now, fit=identifier)))
             await self.measured.tidy(self.document)
@@ -331,7 +331,7 @@ class Session:
         Raises
         ------
         ParameterError
-            When what is typed is not a case, or asks for more than the limits allow; and where lever and tip are not
+            When the input is not a case, or exceeds the limits; and where lever and tip are not
             confirmed for the curve.
         """
         curve = await self.measured.load(document)  # as it is for this instrument: a curve that is drawn may be behind
@@ -350,17 +350,17 @@ class Session:
         self.look_at_jobs()
 
     def stop_fit(self) -> None:
-        """Stop the fit under way; the best so far is kept."""
+        """Stop the current fit; the best so far is kept."""
         if self.fitting is not None:
             self.fitting.stopping.set()
 
     def _leave_fit(self) -> None:
-        """Stop the fit under way, and forget it: another curve comes."""
+        """Stop the current fit, and forget it: another curve comes."""
         self.stop_fit()
         self.fitting = None
 
     def stop(self) -> None:
-        """Stop the run under way; what it has computed is kept."""
+        """Stop the current run; its finished points are kept."""
         if self.job is not None:
             self.job.stopping.set()
 
@@ -378,7 +378,7 @@ class Session:
         return time.monotonic() - self._seen > seconds
 
     def close(self) -> None:
-        """Stop what runs and keep the document; the server ends."""
+        """Stop the run and keep the document; the server ends."""
         self.stop()
         self.stop_fit()
         self.study.stop()
@@ -392,6 +392,6 @@ class Session:
         try:
             return Document.from_plain(self.store[KEY]) if KEY in self.store else Document.first()
         except df.CaseError:
-            with contextlib.suppress(df.ResultError):  # said as soon as something is typed
-                self.store[UNREAD] = self.store[KEY]  # what is typed from now on must not write over it
+            with contextlib.suppress(df.ResultError):  # reported at the next input
+                self.store[UNREAD] = self.store[KEY]  # later input must not write over it
             return Document.first()

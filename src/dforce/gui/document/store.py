@@ -1,4 +1,4 @@
-"""The files of a session: its document, written whole at each change, and its results, with what tells them apart."""
+"""The files of a session: its document, written whole at each change, and its results with their names."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ log = logging.getLogger("dforce.gui")
 
 KEY = "document"
 SAVED_AFTER = 0.5  # s
-TRIED_AGAIN = 5.0  # s after which what could not be kept is written once more
+TRIED_AGAIN = 5.0  # s after which a failed write is tried again
 
-ASIDE = ".unread"  # ending of what could not be read; it is kept, for nothing typed is thrown away
+ASIDE = ".unread"  # ending of an unreadable file; it is kept, because no input is thrown away
 
 
 class Store(dict[str, Any]):
@@ -39,7 +39,7 @@ class Store(dict[str, Any]):
     Parameters
     ----------
     file
-        Where it is kept; it need not be there yet. One that cannot be read is put aside.
+        Its file; it need not exist yet. An unreadable file is put aside.
     """
 
     def __init__(self, file: Path) -> None:
@@ -93,7 +93,7 @@ class Saving:
     Parameters
     ----------
     store
-        Where it is kept, under :data:`KEY`.
+        The store, with the document under :data:`KEY`.
     current
         Returns the document.
     tell
@@ -127,11 +127,11 @@ class Saving:
         """Write the document as it is now. Blocking."""
         with self._writing:
             plain = self._current().to_plain()
-            Document.from_plain(plain)  # what cannot be read again must not replace what can
+            Document.from_plain(plain)  # an unreadable document must not replace a readable one
             self._store[KEY] = plain
 
     def end(self) -> None:
-        """Write what waits, and nothing more: the server ends. Blocking."""
+        """Write a waiting document, and nothing more: the server ends. Blocking."""
         if self._timer is not None:
             self._timer.cancel()
             try:
@@ -144,7 +144,7 @@ class Saving:
         asyncio.get_running_loop().run_in_executor(None, self.write).add_done_callback(self._saved)
 
     def _saved(self, written: asyncio.Future[None]) -> None:
-        """Say whether the document was written, and try again where it was not."""
+        """Note whether the document was written, and try again if not."""
         if written.cancelled():
             return
         error = written.exception()
@@ -159,12 +159,12 @@ class Saving:
 
 
 class ResultStore:
-    """The results of one session, in a folder of its own.
+    """The results of one session, in its own folder.
 
     Parameters
     ----------
     folder
-        Where they lie; it is made when the first one comes.
+        Their folder; it is made for the first result.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -259,7 +259,7 @@ def differences(results: Sequence[xr.Dataset]) -> list[Difference]:
 
 
 def name_of(result: xr.Dataset, last: xr.Dataset | None, taken: Sequence[str]) -> str:
-    """Return a name for a result that tells it from the last one: what differs, or the title with a number."""
+    """Return a name for a result that distinguishes it from the last: the difference, or the title with a number."""
     title = str(result.attrs.get("title", "")) or "Result"
     if last is not None and _original(last) == _original(result):
         rows = differences([last, result])

@@ -62,7 +62,7 @@ class FileMenu:
     Attributes
     ----------
     plots
-        What the page draws; set once the page has it.
+        The plots of the page; set once the page has them.
     """
 
     plots: Plots
@@ -70,7 +70,7 @@ class FileMenu:
     def __init__(self, view: View, new: Callable[[], None]) -> None:
         self.view = view
         self.last = uploads.LastFiles(view.session.results.folder / uploads.LAST)
-        self._turn = asyncio.Lock()  # the file that comes last is the one that stays open, however long another takes
+        self._turn = asyncio.Lock()  # the file that comes last stays open, even if another takes longer
         with ui.button("File", icon="expand_more", color=None).props("flat dense no-caps").classes("df-menu-button"):
             made = menu(
                 (
@@ -86,7 +86,7 @@ class FileMenu:
         _, first, *_ = (item for item in made.descendants() if isinstance(item, ui.menu_item))
         # a browser opens its dialog only where a person pressed, so the press must not go to the server and back
         first.on("click", js_handler="() => window.dforceFiles.pick()")
-        # the web framework keeps the element's route, and what it holds, after the page has gone
+        # the web framework keeps the element's route, and its contents, after the page has gone
         uploaded = weakref.WeakMethod(self._uploaded)
 
         async def take(event: events.UploadEventArguments) -> None:
@@ -184,7 +184,7 @@ class FileMenu:
             self.view.show_result(result)
 
     async def open_measured(self, data: bytes, name: str, settings: Mapping[str, object]) -> None:
-        """Show a measured curve under that of the model; what its file does not tell is asked for.
+        """Show a measured curve under the model's curve; ask for information that its file lacks.
 
         Raises
         ------
@@ -203,7 +203,7 @@ class FileMenu:
         except reading.MissingAnswer as question:
             self._ask(question, str(question), data, name, settings)
             return
-        if view.session.fresh:  # the first case of a window is that of the curve, and no longer the example
+        if view.session.fresh:  # the first case of a window becomes the curve's, and is no longer the example
             titled = view.document.put(("about",), None).put(("title",), Path(name).stem)
             view.open(dataclasses.replace(titled, opened=titled.table))
         await view.session.take_measured(raw, name, settings)
@@ -212,7 +212,7 @@ class FileMenu:
     def _ask(
         self, question: reading.MissingAnswer, sentence: str, data: bytes, name: str, settings: Mapping[str, object]
     ) -> None:
-        """Ask what a file does not tell, and once more, with what is wrong, where an answer does not do."""
+        """Ask for information that a file lacks, and again, with the error, after an insufficient answer."""
 
         async def answered(told: dict[str, object]) -> None:
             with self._telling(UNOPENED):
@@ -275,7 +275,7 @@ class FileMenu:
             say(NOTHING)
 
     async def save_result(self, identifier: str, ending: str) -> None:
-        """Save a result of the list, or the one that follows the fields."""
+        """Save a result of the list, or the result that follows the fields."""
         with self._telling(UNSAVED):
             result = await self.plots.kept.take(identifier)
             data = await asyncio.to_thread(written, lambda path: df.write(result, path), ending)
@@ -290,7 +290,7 @@ class FileMenu:
             say(NOTHING)
 
     async def save_figure(self, ending: str, width: str) -> None:
-        """Save what is drawn, as the command line draws it."""
+        """Save the picture, as the command line draws it."""
         layers, wanted = self.plots.kept.layers(self.view.result), self.plots.shown
         beside = self.plots.measured.beside()
         points = None if beside is None or wanted is None or not shows(wanted) else beside.moved()
@@ -299,9 +299,9 @@ class FileMenu:
             ui.download.content(data, self._name(ending))
 
     @contextlib.contextmanager
-    def _telling(self, what: str) -> Iterator[None]:
-        """Say in a sentence why the work inside failed."""
-        with self.upload, telling(what):  # a dialog that asked for it is gone by now
+    def _telling(self, failure: str) -> Iterator[None]:
+        """Show a sentence on why the work inside failed."""
+        with self.upload, telling(failure):  # a dialog that asked for it is gone by now
             yield
 
     def _name(self, ending: str) -> str:
@@ -309,12 +309,12 @@ class FileMenu:
 
 
 def script_of(document: Document) -> str:
-    """Return the script that computes what a document says, and draws its measured curve under an approach.
+    """Return the script that computes a document, and draws its measured curve under an approach.
 
     Raises
     ------
     ParameterError
-        When what is typed is not a case.
+        When the input is not a case.
     """
     case, name = document.case(), stem(document.title)
     text = case.to_python(name)
@@ -327,12 +327,12 @@ def script_of(document: Document) -> str:
 def figure_file(
     layers: list[Layer], wanted: Picture | None, ending: str, width: str, points: xr.Dataset | None = None
 ) -> bytes:
-    """Return the file of a figure, with the points of a measured curve where one is given. Blocking.
+    """Return the file of a figure, with the `points` of a measured curve. Blocking.
 
     Raises
     ------
     DForceError
-        When it cannot be drawn, or the width is none.
+        When it cannot be drawn, or the width is invalid.
     """
     results = {layer.name: layer.result for layer in layers}
     with DRAWING:
@@ -347,7 +347,7 @@ def figure_file(
 
 
 def written(write: Callable[[Path], object], ending: str) -> bytes:
-    """Return what is written to a file with an ending. Blocking."""
+    """Return the bytes that `write` puts in a file with an ending. Blocking."""
     with tempfile.TemporaryDirectory(prefix="dforce-") as place:
         path = Path(place) / f"file{ending}"
         write(path)

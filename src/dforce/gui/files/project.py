@@ -47,16 +47,16 @@ def packed(document: Document, results: ResultStore, measured: ResultStore, over
     Parameters
     ----------
     document, results
-        The document, and where its results are.
+        The document, and its results.
     measured
-        Where its measured curve and the fit of it are.
+        Its measured curve and the fit.
     over
-        A result over parameters; one that is too large, such as a store, is left out (:func:`has_room`).
+        A result over parameters; a result that is too large, such as a store, is left out (:func:`has_room`).
 
     Raises
     ------
     ResultError
-        When a result is no longer there, or the file would be too large to be opened again.
+        When a result is missing, or the file would be too large to be opened again.
     """
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -82,12 +82,12 @@ def packed(document: Document, results: ResultStore, measured: ResultStore, over
 
 
 def unpacked(data: bytes, folder: Path) -> Project:
-    """Return what the file of a project holds. Blocking.
+    """Return the contents of a project file. Blocking.
 
     Raises
     ------
     ResultError, CaseError, ParameterError
-        With one sentence, when anything in it is not as it should be.
+        With one sentence, when anything in it is wrong.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -158,7 +158,7 @@ def _with_regimes(over: Over, regimes: xr.Dataset) -> Over:
     """
     try:
         pictures.figure(over.result, explore.fitting(over.result, explore.Choice()), regimes=regimes)
-    except Exception as error:  # whatever the file holds: it must not come as far as the page
+    except Exception as error:  # no fault of the file may reach the page
         raise df.ResultError(BROKEN) from error
     return dataclasses.replace(over, regimes=regimes)
 
@@ -187,7 +187,7 @@ def _document(plain: object) -> Document:
 
 
 def _entry(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
-    """Return what stands under a name in an archive, if it is no longer than allowed."""
+    """Return the entry of a name in an archive, if it is no longer than allowed."""
     with archive.open(name) as stream:
         data = stream.read(most + 1)
     if len(data) > most:

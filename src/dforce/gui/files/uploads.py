@@ -40,7 +40,7 @@ ZIP = b"PK\x03\x04"
 
 
 def kind_of(data: bytes, name: str = "") -> Kind:
-    """Return what a file is by its content; where that may be a measured curve as well, by the ending of its name."""
+    """Return the kind of a file by its content; if it may be a measured curve as well, by the ending of its name."""
     may_be_measured = name.lower().endswith(endings())
     if data.startswith(hdf5.START):
         return "measured" if may_be_measured else "result"
@@ -96,15 +96,15 @@ def result_from(data: bytes, folder: Path, pictures: Sequence[Picture] = ()) -> 
     data
         The file.
     folder
-        Where it may lie while it is read.
+        A folder for the file while it is read.
     pictures
-        What is going to be drawn of it, beside what suits it.
+        Pictures to draw of it, besides the usual pictures.
 
     Raises
     ------
     ResultError
-        When it is none, points to other files, unpacks to too much, or cannot be written again and drawn; and when it finds
-        no room in the folder.
+        When it is not a result, points to other files, unpacks to too much, or cannot be written again and drawn; and when
+        the folder has no room for it.
     """
     with _looked_through(data, folder) as path:
         result = _result(path)
@@ -113,7 +113,7 @@ def result_from(data: bytes, folder: Path, pictures: Sequence[Picture] = ()) -> 
 
 
 def opened_from(data: bytes, folder: Path) -> xr.Dataset:
-    """Return what is in the bytes of a netCDF file: a result, one over parameters, a measured curve or a fit. Blocking.
+    """Return the Dataset in the bytes of a netCDF file: a result, a sweep, a measured curve or a fit. Blocking.
 
     Raises
     ------
@@ -189,21 +189,21 @@ UNUSABLE = "this result cannot be used here: it differs from results of dForce"
 
 
 def validate_upload(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] = ()) -> None:
-    """Write a result again, and draw and describe all there is in it. Blocking.
+    """Write a result again, and draw and describe all of it. Blocking.
 
     Parameters
     ----------
     result
-        What was read.
+        The result read.
     folder
-        Where it may be written.
+        A folder to write it to.
     chosen
-        Pictures that are going to be drawn of it, beside the usual ones.
+        Pictures to draw of it, besides the usual pictures.
 
     Raises
     ------
     ResultError
-        When something of that fails, and for a result that is none of an experiment and no reconstructed force.
+        When any of this fails, and for a result that is neither of an experiment nor a reconstructed force.
     """
     kind = kind_of_result(result)
     if kind is None or kind.panel != "curves":
@@ -231,11 +231,11 @@ def validate_upload(result: xr.Dataset, folder: Path, chosen: Sequence[Picture] 
             for name in drawable(result):
                 figures.picture([figures.Layer(result)], Picture(name, (name,)))
         name_of(result, None, ())
-    except OSError as error:  # a full disk says nothing about the file
+    except OSError as error:  # a full disk is not a fault of the file
         if isinstance(error.__cause__, OSError) or not isinstance(error, df.DForceError):
             raise
         raise df.ResultError(UNUSABLE) from error
-    except Exception as error:  # whatever the file holds: it must not come as far as the page
+    except Exception as error:  # no fault of the file may reach the page
         raise df.ResultError(UNUSABLE) from error
 
 
@@ -258,7 +258,7 @@ def validate_study(result: xr.Dataset) -> None:
                 explore.label_of(result, dim), explore.places_of(result, dim)
             explore.settings_at(result, explore.picked(result, choice, 0.0, 0.0))
             explore.gaps_of(result, name)
-    except Exception as error:  # whatever the file holds: it must not come as far as the page
+    except Exception as error:  # no fault of the file may reach the page
         raise df.ResultError(UNUSABLE) from error
 
 
@@ -281,21 +281,21 @@ def validate_measured(result: xr.Dataset) -> None:
                 overlay.along(result, result[f"{name}_fit"].values[:, 0])
             for name in map(str, result["parameter"].values):
                 fitting.found(result, name), fitting.note(result, name)
-    except df.ParameterError:  # the settings that are kept beside it say what the curve does not
+    except df.ParameterError:  # the settings kept beside the curve complete it
         return
-    except Exception as error:  # whatever the file holds: it must not come as far as the page
+    except Exception as error:  # no fault of the file may reach the page
         raise df.ResultError(UNUSABLE) from error
 
 
 def _pictures(result: xr.Dataset, chosen: Sequence[Picture]) -> Iterator[Picture]:
-    """Give the usual pictures of a result, and those chosen that it has the quantities for."""
+    """Give the usual pictures of a result, and the chosen pictures whose quantities it has."""
     yield from pictures_of(result)
     known = set(drawable(result))
     yield from (picture for picture in chosen if {picture.x, *picture.y} <= known)
 
 
 LAST = (
-    "last"  # the folder of the files opened last, in that of a session: a browser cannot open a file again by its name
+    "last"  # the folder of the files opened last, in a session's folder: a browser cannot open a file again by its name
 )
 MOST_LAST = 6
 MOST_LAST_BYTES = 100_000_000  # of all of them
@@ -318,12 +318,12 @@ class LastFile:
 
 
 class LastFiles:
-    """The files of one session; one that is opened again takes the place of its earlier content.
+    """The files of one session; a file that is opened again replaces its earlier content.
 
     Parameters
     ----------
     folder
-        Where they are kept; it is made when the first one comes.
+        Their folder; it is made for the first file.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -381,6 +381,6 @@ class LastFiles:
 
 
 def list_opened(session: Path, file: Path) -> None:
-    """List a file of this computer that was named at the start; one that is gone or too large is not listed. Blocking."""
+    """List a file of this computer that was named at the start, unless it is missing or too large. Blocking."""
     with contextlib.suppress(OSError, df.ResultError):
         LastFiles(session / LAST).keep(read_input(file, "file", MOST_LAST_BYTES, df.ResultError), file.name)

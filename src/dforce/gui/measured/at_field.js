@@ -1,4 +1,4 @@
-// The fit of one parameter, at its field: whether it is fitted, what was found, and what is known beforehand.
+// The fit of one parameter, at its field: whether it is fitted, its fitted value, and its prior.
 export default {
   template: `
     <div class="df-fit-at" role="group" :aria-label="'fit of ' + label">

@@ -1,4 +1,4 @@
-"""A fit of the measured curve: lever and tip that it takes for exact, its free parameters, its values, and what follows.
+"""A fit of the measured curve: lever and tip that it takes for exact, its free parameters, its values, and its consequences.
 
 A curve is fitted as well with another spring constant, Q or tip radius, by other values of the sample: no check of the fit
 finds the mistake. So a person confirms lever and tip before a fit, and each fitted value names them.
@@ -131,7 +131,7 @@ def with_library(document: Document, name: str) -> Document:
 
 
 def unconfirmed(document: Document, values: dict[str, str]) -> str:
-    """Return what to confirm unless these values were confirmed for the measured curve of a document; then nothing."""
+    """Return the request to confirm these values; empty if they are confirmed for the document's measured curve."""
     confirmed = document.measured is not None and values and dict(document.measured.confirmed) == values
     return "" if confirmed else UNCONFIRMED
 
@@ -159,7 +159,7 @@ def tune_in_words(tune: df.ThermalTune) -> str:
 
 
 def rows(document: Document) -> list[ParameterRow]:
-    """Return the parameters of a document that a fit may find, those of the forces and the sample first."""
+    """Return the parameters of a document that a fit may find, the forces' and the sample's parameters first."""
     found = rows_of(document, SECTIONS)
     known = {row.path for row in found}
     others = [name for name in free_names(document) if path_of(document, name) not in known]
@@ -173,7 +173,7 @@ def free_names(document: Document) -> list[str]:
 
 
 def free_paths(document: Document) -> set[Path]:
-    """Return where the parameters stand that are to be fitted."""
+    """Return the paths of the parameters to fit."""
     return {path_of(document, name) for name in free_names(document)}
 
 
@@ -231,7 +231,7 @@ def note(fit: xr.Dataset, name: str) -> str:
 
 
 def answers(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:
-    """Return what a fit found of the rows of a list, or why it did not, as text, and then for which k, Q and R it holds."""
+    """Return the fitted values of the rows of a list, or why there are none, as text, then the k, Q and R behind them."""
     names = [(row.label, name_in(fit, row, document)) for row in listed]
     lines = [f"{label}: {found(fit, name) or note(fit, name)}" for label, name in names if name]
     given, doubt = _holds_for(fit), verdict(fit)
@@ -240,7 +240,7 @@ def answers(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> 
 
 
 def others(fit: xr.Dataset, listed: list[ParameterRow], document: Document) -> list[str]:
-    """Return what was fitted beside the rows of a list, as text."""
+    """Return the fitted values besides the rows of a list, as text."""
     paths = {row.path for row in listed}
     names = [name for name in map(str, fit["parameter"].values) if _path(document, name) not in paths]
     return [f"{_label(document, name)}: {found(fit, name) or note(fit, name)}" for name in names]
@@ -252,7 +252,7 @@ def name_in(fit: xr.Dataset, row: ParameterRow, document: Document) -> str:
 
 
 def taken_over(document: Document, fit: xr.Dataset) -> Document:
-    """Return a document with the values of a fit; what the data do not see stays as it is."""
+    """Return a document with the values of a fit; parameters that the data do not constrain keep their values."""
     for name, unit, value, seen in zip(
         fit["parameter"].values, fit["unit"].values, fit["value"].values, fit["seen"].values, strict=True
     ):
@@ -269,7 +269,7 @@ def offsets(fit: xr.Dataset) -> tuple[float | None, float]:
 
 
 def is_of(fit: xr.Dataset, document: Document) -> bool:
-    """Return whether a fit is of the case of a document, whatever the values of what was fitted."""
+    """Return whether a fit belongs to the case of a document, for any values of the fitted parameters."""
     try:
         now = tomllib.loads(document.case().to_toml(complete=True))
         start = tomllib.loads(str(fit.attrs["start_case"]))
@@ -279,7 +279,7 @@ def is_of(fit: xr.Dataset, document: Document) -> bool:
 
 
 def _rest(table: dict[str, Any], fit: xr.Dataset) -> dict[str, Any]:
-    """Return the tables of a case that a fit depends on, without what was fitted, or took its given value."""
+    """Return the tables of a case that a fit depends on, without fitted parameters and parameters with known values."""
     document = Document({name: part for name, part in table.items() if name not in BESIDE})
     given = table.get("fit", {}).get("given", {})
     for name in map(str, [*fit["parameter"].values, *given]):
@@ -289,7 +289,7 @@ def _rest(table: dict[str, Any], fit: xr.Dataset) -> dict[str, Any]:
 
 
 def _path(document: Document, name: str) -> Path:
-    """Return where a parameter of a fit stands in a document; () for what is only of the measurement."""
+    """Return the path of a fit's parameter in a document; () for a parameter of the measurement."""
     base, _, tone = name.partition("_2")
     if base == "A0":
         tones = document.value(("drive", "tones"))
@@ -328,7 +328,7 @@ class Foreseen:
         self._asked: object = None
 
     def ask(self, document: Document, curve: xr.Dataset) -> None:
-        """Find what the range of a curve does not constrain of a document's case; at once where it is known."""
+        """Find the parameters of a document's case that the range of a curve does not constrain; at once if known."""
         names = free_names(document)
         shift = document.measured.shift if document.measured is not None else 0.0
         asked = document.table, document.off, tuple(names), shift, document.measured and document.measured.id
@@ -364,7 +364,7 @@ LIMIT = "1 nN"
 
 @dataclass
 class SafeJob(Job):
-    """Safe settings under way.
+    """A computation of safe settings.
 
     Attributes
     ----------
@@ -385,5 +385,5 @@ class SafeJob(Job):
         )
 
     def sentences(self) -> list[str]:
-        """Return what was found, as sentences."""
+        """Return the findings, as sentences."""
         return [] if self.result is None else [str(text) for text in np.atleast_1d(self.result.attrs["findings"])]

@@ -1,4 +1,4 @@
-// A measured curve beside the plots: what it is, its shift, and a fit of parameters to it.
+// A measured curve beside the plots: its facts, its shift, and a fit of parameters to it.
 export default {
   template: `
     <aside class="df-motion df-measured" aria-label="measured curve">
@@ -21,7 +21,7 @@ export default {
       <div class="df-measured-buttons">
         <button v-if="ready" type="button" class="df-plain" :title="match" @click="$emit('match')">Match the experiment</button>
         <button type="button" class="df-plain" @click="$emit('remove')">Remove the curve</button></div>
-      <details v-if="history.length" class="df-folded"><summary>What was done with it</summary>
+      <details v-if="history.length" class="df-folded"><summary>Steps of reading and calibration</summary>
         <ul class="df-facts"><li v-for="line in history" :key="line">{{ line }}</li></ul></details></div>
       <template v-if="ready">
         <div><h3>Which lever and tip?</h3>
@@ -77,7 +77,7 @@ export default {
     report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, answers: { default: () => [] }, others: { default: () => [] },
   },
   data() {
-    return { wanted: this.limit || "1 nN", drafts: {} }; // drafts: no update from the server overwrites what is being typed
+    return { wanted: this.limit || "1 nN", drafts: {} }; // drafts: no update from the server overwrites current input
   },
   computed: {
     missingStep() {

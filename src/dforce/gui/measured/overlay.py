@@ -30,18 +30,18 @@ BRANCHES = (1, -1)  # from free motion, and behind a jump
 
 @dataclass(frozen=True)
 class Beside:
-    """A measured curve as it is drawn.
+    """A measured curve to draw.
 
     Attributes
     ----------
     curve
-        What :func:`dforce.calibrate` returned.
+        A result of :func:`dforce.calibrate`.
     shift
-        What is added to its heights (m).
+        Offset that is added to its heights (m).
     turn
-        What is taken off its phases (degrees).
+        Offset that is subtracted from its phases (degrees).
     fit
-        The fit of it, where there is one.
+        Its fit, where there is one.
     """
 
     curve: xr.Dataset
@@ -80,7 +80,7 @@ def with_measured(drawn: Drawn, wanted: Picture, beside: Beside, model: xr.Datas
         return drawn
     below, above = list(_points(drawn, wanted, beside, there, names)), list[Figure]()
     layout, lines = dict(drawn.figure["layout"]), list(drawn.figure["data"])
-    if not layout["showlegend"]:  # a curve alone needs no name, beside what was measured it does
+    if not layout["showlegend"]:  # a curve alone needs no name, beside a measured curve it does
         lines[0] = lines[0] | {"name": MODEL, "showlegend": True}
     if beside.fit is not None and wanted.x == "zc":
         above += _lines(drawn, beside.fit, beside, names)
@@ -167,7 +167,7 @@ def along(fit: xr.Dataset, values: Array) -> tuple[Array, Array]:
 def _residuals(
     drawn: Drawn, fit: xr.Dataset, beside: Beside, found: Mapping[str, Array]
 ) -> tuple[list[Figure], Figure]:
-    """Return the residuals in frames below those of the curves, and the layout with room for them."""
+    """Return the residuals in frames below the curves' frames, and the layout with room for them."""
     names = [name for name in found if name in drawn.places]
     layout: Figure = dict(drawn.figure["layout"])
     curves = [key for key in layout if key.startswith("yaxis")]

@@ -83,7 +83,7 @@ class MeasuredCurve(Panel):
         self.view.on_show.append(lambda anew: self.show())
 
     def beside(self) -> overlay.Beside | None:
-        """Return the curve as it is drawn beside that of the model; None where there is none."""
+        """Return the curve to draw beside the model's curve; None where there is none."""
         kept, measured = self.view.session.measured, self.view.document.measured
         if measured is None or kept.curve is None:
             return None
@@ -112,7 +112,7 @@ class MeasuredCurve(Panel):
         self.element.show(**shown, **self._of_fit())
 
     def _hint(self) -> str:
-        """Say why the curve cannot be seen where it cannot."""
+        """Return why the curve cannot be seen, if it cannot."""
         result, wanted = self.view.result, self.view.picture()
         if result is None or wanted is None or self.view.session.measured.curve is None:
             return ""
@@ -121,7 +121,7 @@ class MeasuredCurve(Panel):
         return "" if overlay.shows(wanted) else NOT_HERE
 
     def _of_fit(self) -> dict[str, Any]:
-        """Return what the panel shows of a fit."""
+        """Return the panel's texts for a fit."""
         document, session = self.view.document, self.view.session
         job, fit = session.fitting, session.measured.fit
         rows, chosen = fitting.rows(document), fitting.free_paths(document)
@@ -196,7 +196,7 @@ class MeasuredCurve(Panel):
         with telling("the safe settings could not be found"):
             case = session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
             limit, share = composed(str(event.args)[: fitting.LONGEST], "nN"), document.set_point
-            self.stop_safe()  # those of an earlier fit
+            self.stop_safe()  # the values of an earlier fit
             self.safe = SafeJob(case, session.limits.seconds, document, limit=limit, share=share, fit=fit)
             await self.safe.go(self.show)
 
@@ -207,7 +207,7 @@ class MeasuredCurve(Panel):
         return self.safe if same else None
 
     def stop_safe(self) -> None:
-        """Stop the safe settings under way."""
+        """Stop the computation of safe settings."""
         if self.safe is not None:
             self.safe.stopping.set()
 
@@ -254,7 +254,7 @@ class FitAtFields:
         self.placed.clear()
 
     def place(self, path: Path, field: Field) -> None:
-        """Make what stands at a field, in the container that is open."""
+        """Make the elements at a field, in the open container."""
         element = FitAtField()
         element.set_visibility(False)
         element.props["label"] = field.label
@@ -325,7 +325,7 @@ def matched(document: Document, curve: xr.Dataset, shift: float) -> Document:
 
 
 def _facts(curve: xr.Dataset, measured: MeasuredData) -> list[str]:
-    """Return in words what a curve is."""
+    """Return words for a curve."""
     ways = [word for word in ("approach", "retract") if (curve["direction"].values == word).any()]
     found = [f"{curve.sizes['point']} points, {' and '.join(ways)}"]
     if "free_amplitude" in curve.attrs:

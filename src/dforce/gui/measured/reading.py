@@ -39,7 +39,7 @@ PHASES = {
 AMPLITUDES = {"peak": "zero to peak", "rms": "root mean square (rms)"}
 HEIGHTS = {"toward": "nearer to the sample", "away": "farther from the sample"}
 UNITS = {"height": "nm", "phase": "deg"}
-# what the table of columns answers
+# the questions that the table of columns answers
 OF_THE_TABLE = re.compile(
     r"no column|several columns|has no unit|cannot be both|units: |the unit of|"
     r"(sensitivity|amplitude_is|height_grows|phase_convention) ="
@@ -53,14 +53,14 @@ Place = tuple[str, ...]  # of an answer in the table [data]
 
 
 class MissingAnswer(df.ParameterError):
-    """A file does not tell all.
+    """A file lacks information.
 
     Attributes
     ----------
     head
-        The head of the file, over which columns, units and signs are chosen.
+        The head of the file, for the choice of columns, units and signs.
     asked
-        The other questions, by where their answers belong in a table `[data]`.
+        The other questions, by the places of their answers in a table `[data]`.
     """
 
     def __init__(self, sentence: str, head: FileHead, asked: Mapping[Place, Field]) -> None:
@@ -80,20 +80,20 @@ def curve_from(
     Parameters
     ----------
     data, name
-        The file, and what it is called.
+        The file, and its name.
     settings
-        How it is read and calibrated: the keys of a table `[data]`.
+        Settings for reading and calibrating it: the keys of a table `[data]`.
     case
         The instrument, where there is one.
     folder
-        Where the file may lie while it is read.
+        A folder for the file while it is read.
 
     Raises
     ------
     MissingAnswer
-        When something must be told that the file does not.
+        When the file lacks necessary information.
     DForceError
-        When it holds no curve.
+        When it has no curve.
     """
     if len(data) > MOST_BYTES:
         raise df.ResultError(f"{name} has more than {MOST_BYTES // 1_000_000} MB, too many for a curve")
@@ -108,15 +108,15 @@ def curve_from(
                 raise SpectrumFound(sentence) from None
             asked = dict(_questions(sentence, case)) if isinstance(error, df.ParameterError) else {}
             if head is not None and (asked or OF_THE_TABLE.search(sentence)):
-                what = "; check the unit below" if "has no unit" in sentence else ""
-                raise MissingAnswer(ADVICE.sub(what, sentence), head, asked) from None
+                remedy = "; check the unit below" if "has no unit" in sentence else ""
+                raise MissingAnswer(ADVICE.sub(remedy, sentence), head, asked) from None
             raise type(error)(sentence) from None
     return raw.assign_attrs(source=name)
 
 
 @contextlib.contextmanager
 def _as_file(data: bytes, folder: Path) -> Iterator[Path]:
-    """Give a file with these bytes; one of dForce itself is looked through, any other HDF5 is read by a process of its own."""
+    """Give a file with these bytes; a file of dForce itself is checked, any other HDF5 is read by a subprocess."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix="upload-") as place:
         path = Path(place) / "measured"
@@ -127,12 +127,12 @@ def _as_file(data: bytes, folder: Path) -> Iterator[Path]:
 
 
 def calibrated(raw: xr.Dataset, settings: Mapping[str, Any], case: df.Case | None) -> xr.Dataset:
-    """Return a curve calibrated for an instrument; one that is already stays as it is.
+    """Return a curve calibrated for an instrument; a calibrated curve stays as it is.
 
     Raises
     ------
     ParameterError
-        When something must be given that the curve does not tell.
+        When the curve lacks necessary information.
     """
     if CALIBRATED in raw.attrs:
         return raw
@@ -147,7 +147,7 @@ def script_of(curve: MeasuredData, picture: str, fits: str = "") -> str:
     Raises
     ------
     ParameterError
-        When a setting is none of those that reading or calibrating takes: none becomes code.
+        For a setting that reading and calibrating do not take: no setting becomes code.
     """
     if Path(curve.name).suffix == ".nc":
         return ""
@@ -174,7 +174,7 @@ def script_of(curve: MeasuredData, picture: str, fits: str = "") -> str:
 
 
 def with_answers(settings: Mapping[str, object], places: Sequence[Place], answers: Sequence[str]) -> dict[str, Any]:
-    """Return settings with answers; one that is empty says nothing."""
+    """Return settings with answers; an empty answer changes nothing."""
     found: dict[str, Any] = copy.deepcopy(dict(settings))
     for place, answer in zip(places, answers, strict=True):
         if not answer.strip():
@@ -188,13 +188,13 @@ def with_answers(settings: Mapping[str, object], places: Sequence[Place], answer
 
 
 def _reading(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what reading is called with."""
+    """Return the arguments of reading."""
     named = {name: settings.get(name) or None for name in SETTINGS[:3]}
     return known_settings(df.read_measured, named, settings.get("read", {}), "read")
 
 
 def _head(data: bytes, name: str) -> FileHead | None:
-    """Return the head of a file; None for one that is no table."""
+    """Return the head of a file; None if it is not a table."""
     try:
         return head_of(tables_in(data, name), name)
     except df.ResultError:
@@ -202,7 +202,7 @@ def _head(data: bytes, name: str) -> FileHead | None:
 
 
 def _questions(sentence: str, case: df.Case | None) -> Iterator[tuple[Place, Field]]:
-    """Give the questions beside those of the table that a sentence of reader or calibration comes to."""
+    """Give the questions, besides the table's, that follow from a sentence of reader or calibration."""
     if (several := CURVES.search(sentence)) is not None:
         yield ("read", "curve"), text(f"Which curve, 1 to {several[1]}", "1")
     else:
@@ -210,7 +210,7 @@ def _questions(sentence: str, case: df.Case | None) -> Iterator[tuple[Place, Fie
 
 
 def _of_calibration(sentence: str, case: df.Case | None) -> Iterator[tuple[Place, Field]]:
-    """Give what calibrating a curve asks for."""
+    """Give the questions for calibrating a curve."""
     noises = {"amplitude": "0.1 nm", "phase": "0.5 deg"}
     if "no free part" in sentence:
         amplitude = df.show(case.problem.tones[0].A0, "m") if case is not None else "10 nm"
@@ -244,18 +244,18 @@ def ask_table(
     more: Mapping[Place, Field],
     read: Callable[[dict[str, Any]], Awaitable[None]],
 ) -> None:
-    """Ask how a table is read, and call `read` with the settings of `[data]` that say so.
+    """Ask how to read a table, and call `read` with the settings of `[data]`.
 
     Parameters
     ----------
     title, why
-        Above the table: the name of the file, and a sentence on what is missing or wrong.
+        Above the table: the name of the file, and a sentence on the missing or wrong information.
     head
         The columns, with their guesses.
     settings
-        What is answered already, as keys of a table `[data]`.
+        The answers so far, as keys of a table `[data]`.
     more
-        Questions beside those of the table, by where their answers belong.
+        Further questions, by the places of their answers.
     """
     with dialog(title, "df-table-dialog") as made:
         form = TableForm()
@@ -270,7 +270,7 @@ def ask_table(
 
 
 def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Field]) -> dict[str, Any]:
-    """Return the properties of the form: guesses, over them what is answered already."""
+    """Return the properties of the form: guesses, and over them the answers so far."""
     named = {name: quantity for quantity, name in dict(settings.get("columns") or {}).items()}
     units, read = dict(settings.get("units") or {}), dict(settings.get("read") or {})
     columns: list[dict[str, Any]] = []
@@ -302,7 +302,7 @@ def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Fie
 
 
 def _answered(settings: Mapping[str, Any], place: Place) -> str:
-    """Return what stands in settings at a place as text; empty where there is nothing."""
+    """Return the setting at a place as text; empty where there is none."""
     found: Any = settings
     for key in place:
         found = found.get(key) if isinstance(found, Mapping) else None
@@ -320,7 +320,7 @@ def _few(column: HeadColumn) -> list[float | None]:
 def told(
     head: FileHead, settings: Mapping[str, Any], more: Sequence[Place], answer: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return settings with what a person chose; what a reader does by itself is not named."""
+    """Return settings with a person's choices, without choices that a reader makes by itself."""
     found = copy.deepcopy(dict(settings))
     found.pop("columns", None)
     found.pop("units", None)
@@ -365,7 +365,7 @@ def tune_from(data: bytes, name: str, answers: Mapping[str, str], folder: Path) 
 
 
 def tune_questions(wrong: str, answers: Mapping[str, str]) -> dict[str, Field]:
-    """Return the questions on a spectrum by setting: those of a sentence, and how the sensitivity was calibrated."""
+    """Return the questions on a spectrum by setting: from a sentence, and how the sensitivity was calibrated."""
     found = {
         "temperature": text("Temperature", answers.get("temperature", "25 degC")),
         "calibrated": choice("Sensitivity calibrated", SENSITIVITIES),

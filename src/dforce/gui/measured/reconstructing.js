@@ -1,4 +1,4 @@
-// The force behind a measured curve: what is reconstructed, and for which lever.
+// The force behind a measured curve: the reconstruction, and its lever.
 export default {
   template: `
     <section class="df-rebuild" aria-label="reconstruction">

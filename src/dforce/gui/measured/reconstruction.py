@@ -1,4 +1,4 @@
-"""The figure of a reconstructed force: its band, what the curve does not tell, and the law where it is known."""
+"""The figure of a reconstructed force: its band, its gaps, and the law where it is known."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ NO_GAP = "No gap: the force is known over the whole range."
 
 @dataclass
 class ReconstructJob(Job):
-    """A reconstruction under way, of a curve whose heights are average distances."""
+    """A running reconstruction, of a curve whose heights are average distances."""
 
     curve: xr.Dataset | None = None
 
@@ -156,7 +156,7 @@ class Reconstruction(Panel):
         self.view.on_show.append(lambda anew: self.show())
 
     def show(self, scene: Scene | None = None) -> None:
-        """Show what was reconstructed, and how far it is."""
+        """Show the reconstruction, and its progress."""
         document, job = self.view.document, self.job
         if document.measured is None or not self.in_sight:
             return
@@ -194,7 +194,7 @@ class Reconstruction(Panel):
             self._draw()
 
     def stop(self) -> None:
-        """Stop the reconstruction under way."""
+        """Stop the running reconstruction."""
         if self.job is not None:
             self.job.stopping.set()
 
@@ -211,13 +211,13 @@ class Reconstruction(Panel):
 
 
 def _input(document: Document) -> object:
-    """Return what a reconstruction depends on: the measured curve, its shift, and the lever."""
+    """Return the input of a reconstruction: the measured curve, its shift, and the lever."""
     measured = document.measured
     looks = None if measured is None else (measured.id, measured.shift, measured.turn)
     return looks, fitting.lever_of(document)
 
 
 def notes_of(result: xr.Dataset) -> list[str]:
-    """Return what a reconstruction says of its gaps, a sentence each."""
+    """Return the sentences on the gaps of a reconstruction."""
     notes = [line for line in str(result.attrs.get("notes", "")).splitlines() if line]
     return notes or ([] if result.sizes.get("gap", 0) else [NO_GAP])

@@ -69,7 +69,7 @@ class MeasuredSession:
         self._loaded = wanted  # only now: a page that is closed meanwhile ends the loading
 
     def _take(self, measured: MeasuredData, document: Document) -> tuple[xr.Dataset | None, xr.Dataset | None, str]:
-        """Return the curve, calibrated, its fit, and what is wrong. Blocking."""
+        """Return the curve, calibrated, its fit, and an error. Blocking."""
         case: df.Case | None = None
         with contextlib.suppress(df.DForceError, TypeError):  # a case that is being typed
             case = document.case()
@@ -83,7 +83,7 @@ class MeasuredSession:
         return curve, fit, ""
 
     async def keep(self, raw: xr.Dataset, name: str, settings: Mapping[str, object]) -> MeasuredData:
-        """Keep a curve that was read, and return what a document holds of it.
+        """Keep a curve that was read, and return its entry for a document.
 
         Raises
         ------
@@ -109,10 +109,10 @@ class MeasuredSession:
 
 @dataclass
 class FitJob(Job):
-    """A fit under way."""
+    """A running fit."""
 
     data: xr.Dataset | None = None
-    told: bool = False  # to stop, which is said once: what comes after it describes the best so far
+    told: bool = False  # to stop, which is said once: later messages describe the best so far
 
     def compute(self) -> xr.Dataset:
         """Fit; when it is stopped, the best so far."""
@@ -128,7 +128,7 @@ class FitJob(Job):
             raise
 
     def words(self) -> str:
-        """Say in words how far it is."""
+        """Return the progress in words."""
         if self.state == "running":
             left = self.time_left()
             return self.note.replace("chi2", "χ² =") + (f", about {duration(left)} left" if left is not None else "")

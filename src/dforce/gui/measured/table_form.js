@@ -1,4 +1,4 @@
-// How a measured table is read: its head, what each column holds, the signs, and the curve as it would be read.
+// The form for reading a measured table: its head, the quantity of each column, the signs, and the curve as it would be read.
 const WIDTH = 300, HEIGHT = 118, PAD = 4;
 
 export default {
@@ -20,10 +20,10 @@ export default {
         <tbody><tr v-for="row in rows" :key="row"><td v-for="(one, n) in columns" :key="n">{{ one.cells[row - 1] }}</td></tr></tbody>
       </table></div>
       <div class="df-table-more">
-        <figure class="df-small-curve" aria-label="the curve as it is read"><template v-for="what in drawn" :key="what.name">
-          <svg :viewBox="'0 0 ${WIDTH} ${HEIGHT}'" role="img" :aria-label="what.name + ' against height'">
-            <path :d="what.path" class="df-small-line" /></svg>
-          <figcaption>{{ what.name }} against height, sample at the left</figcaption></template>
+        <figure class="df-small-curve" aria-label="the curve as it is read"><template v-for="line in drawn" :key="line.name">
+          <svg :viewBox="'0 0 ${WIDTH} ${HEIGHT}'" role="img" :aria-label="line.name + ' against height'">
+            <path :d="line.path" class="df-small-line" /></svg>
+          <figcaption>{{ line.name }} against height, sample at the left</figcaption></template>
           <p v-if="!drawn.length" class="df-text">Choose height and amplitude to see the curve.</p></figure>
         <div class="df-table-questions">
           <label class="df-save-row"><span>Larger heights are</span>

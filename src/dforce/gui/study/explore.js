@@ -1,5 +1,5 @@
-// Results over parameters: what is looked at, a chart of it, and what a click takes over.
-const KEPT = "dforce-against"; // what is typed here, for when the page is loaded anew
+// Results over parameters: the choice, its chart, and the values that a click takes over.
+const KEPT = "dforce-against"; // input here, for a page that is loaded anew
 const TYPED = ["path", "low", "high", "points", "path2", "low2", "high2", "points2", "limited_", "above_", "limit_", "regime", "all"];
 const differ = (one, before) => JSON.stringify(one) !== JSON.stringify(before);
 
@@ -27,7 +27,7 @@ export default {
           <option v-for="one in limitable" :key="one.name" :value="one.name">{{ one.label }}</option></select></label>
         <template v-if="limited_"><select class="df-box" v-model="above_" aria-label="side of the limit">
             <option :value="false">below</option><option :value="true">above</option></select>
-          <input class="df-box" v-model="limit_" aria-label="limit to keep" placeholder="100 pN" maxlength="40" /></template></span>
+          <input class="df-box" v-model="limit_" aria-label="limit to keep" :placeholder="'1 ' + limitable.find((one) => one.name === limited_)?.unit" maxlength="40" /></template></span>
         <label>in <select class="df-box" v-model="regime" aria-label="regime to keep">
           <option value="">any regime</option><option value="attractive">the attractive regime</option>
           <option value="repulsive">the repulsive regime</option></select></label>
@@ -82,7 +82,7 @@ export default {
     },
   },
   watch: {
-    // what is typed stays unless another range is suggested
+    // input stays unless another range is suggested
     suggested: {
       immediate: true,
       handler(one, before) {

@@ -63,7 +63,7 @@ def is_explorable(result: xr.Dataset) -> bool:
 
 
 def quantities(result: xr.Dataset) -> list[str]:
-    """Return the quantities that can be looked at, those that are asked for first at the beginning."""
+    """Return the quantities that can be looked at, the most useful first."""
     kinds = {name: variable.dtype.kind for name, variable in result.variables.items()}
     numbers = [str(name) for name in (*result.data_vars, "zc") if kinds.get(name) == "f" and name not in result.dims]
     words = [name for name in WORDS if name in result.variables]
@@ -80,7 +80,7 @@ def axes_of(result: xr.Dataset, quantity: str) -> list[str]:
 
 
 def fitting(result: xr.Dataset, wanted: Choice) -> Choice:
-    """Return a choice that a result has, as near as may be to one that is wanted.
+    """Return a choice that a result has, as near as possible to a wanted choice.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def _first(result: xr.Dataset, dim: str) -> int:
 
 
 def sliced(result: xr.Dataset, choice: Choice) -> list[str]:
-    """Return the dimensions along which one place is looked at; lines show all states, and so does what limits do."""
+    """Return the dimensions along which one place is looked at; lines and limits show all states."""
     dims = [str(dim) for dim in result[choice.quantity].dims]
     all_states = not choice.y or choice.quantity == "limit_hit"
     return [dim for dim in dims if dim not in (choice.x, choice.y) and not (all_states and dim in STATES)]
@@ -168,7 +168,7 @@ def axis_of(result: xr.Dataset, dim: str) -> tuple[Array, Figure]:
 
 
 def picked(result: xr.Dataset, choice: Choice, x: float, y: float) -> Choice:
-    """Return a choice whose places are those of a point that was clicked, given as it is shown."""
+    """Return a choice with the places of a clicked point, in shown units."""
     places = dict(choice.places)
     for dim, value in ((choice.x, x), (choice.y, y)):
         if dim:
@@ -188,9 +188,9 @@ def settings_at(result: xr.Dataset, choice: Choice) -> dict[str, tuple[float, st
 
 
 def gaps_of(result: xr.Dataset, quantity: str) -> str:
-    """Return in a sentence at which values of its parameters a result has no state; empty where it has one everywhere.
+    """Return a sentence on the parameter values without a state; empty where every value has one.
 
-    Of a large result, such as a store, nothing is said: only what is looked at is read.
+    Empty for a large result, such as a store: only its shown part is read.
     """
     name = quantity if quantity in result.data_vars and result[quantity].dtype.kind == "f" else "peak_force"
     if name not in result.data_vars or not set(STATES) & {*result[name].dims} or result[name].nbytes > MOST_BYTES:
@@ -236,7 +236,7 @@ def words_of(settings: Mapping[str, tuple[float, str]], labels: Mapping[str, str
 
 @dataclass(frozen=True)
 class DrawnLimit:
-    """A limit of the quantity (SI), and whether what is allowed lies above it."""
+    """A limit of the quantity (SI), and whether the allowed values lie above it."""
 
     value: float
     above: bool = False

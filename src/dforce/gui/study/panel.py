@@ -16,7 +16,7 @@ from dforce.core.units import show
 from dforce.findings.set_point import states_meant
 from dforce.gui.case.entry import QuietElement
 from dforce.gui.case.fields import in_words, with_labels, within_sentence
-from dforce.gui.case.values import ParameterRow
+from dforce.gui.case.values import ParameterRow, composed
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.figures import Figure
 from dforce.gui.curves.panel import Panel, Scene
@@ -98,7 +98,7 @@ class Explorer(Panel):
         self.view.on_anew.append(self.show)
 
     def show(self, scene: Scene | None = None) -> None:
-        """Show what there is to choose, and how far a computation is."""
+        """Show the choices, and the progress of a computation."""
         if not self.in_sight:
             return
         if self._opened is not self.view.document.opened:
@@ -157,7 +157,7 @@ class Explorer(Panel):
         return self.study.over is not None and self.study.over.row is not None
 
     def _title(self) -> str:
-        """Return what the result goes against, or its title where it was opened."""
+        """Return the parameters of the result, or its title where it was opened."""
         over = self.study.over
         if over is None:
             return ""
@@ -188,7 +188,7 @@ class Explorer(Panel):
         shown: dict[str, Any] = {"title": self._title(), "here": self._computed(), "axes": words(axes)}
         shown |= {"quantities": words(explore.quantities(result)), "few": len(explore.FIRST)}
         found = str(result.attrs.get("findings", "")).splitlines()
-        if self._computed() and "plan_over" not in result.attrs:  # a plan says so itself
+        if self._computed() and "plan_over" not in result.attrs:  # a plan has this attribute
             found.append(MEANT.format(states_meant(result)))
         shown |= {"found": [as_sentence(with_labels(self.view.document, line)) for line in found]}
         shown |= {"quantity": choice.quantity, "x": choice.x, "y": choice.y, "slices": slices}
@@ -206,7 +206,7 @@ class Explorer(Panel):
         return shown | {"picked": explore.words_of(settings, labels)}
 
     def draw(self) -> None:
-        """Draw what is chosen."""
+        """Draw the choice."""
         if self.study.result is not None and self.in_sight:
             self._latest.ask(self.choice)
 
@@ -345,11 +345,14 @@ def _ends(given: dict[str, Any], which: str = "") -> dict[str, str]:
 def _limits(given: dict[str, Any]) -> dict[str, str]:
     """Return the limits that were typed, as :func:`dforce.plan` takes them."""
     name, regime = str(given.get("limited") or ""), str(given.get("regime") or "")
-    found = {name: f"{'>' if given.get('above') else '<'} {str(given.get('limit') or '')[:40]}"} if name else {}
-    return found | ({"regime": regime} if regime else {})
+    found = {"regime": regime} if regime else {}
+    if name:
+        limit = composed(str(given.get("limit") or "")[:40], OBSERVABLES[name].shown)
+        found[name] = f"{'>' if given.get('above') else '<'} {limit}"
+    return found
 
 
 def _limitable() -> list[dict[str, str]]:
     """Return the quantities that a limit may hold for, with their words."""
     names = [name for name in explore.FIRST if name in limited()]
-    return [{"name": name, "label": OBSERVABLES[name].label} for name in names]
+    return [{"name": name, "label": OBSERVABLES[name].label, "unit": OBSERVABLES[name].shown} for name in names]

@@ -26,26 +26,26 @@ LOGARITHMIC = 5.0  # ratio of the ends of a range from which on its values go by
 
 @dataclass
 class SweepJob(Job):
-    """States at the set point for values of a parameter, under way."""
+    """A computation of states at the set point for values of a parameter."""
 
     over: dict[str, Any] = field(default_factory=dict)
     share: float = 0.8
 
     def compute(self) -> xr.Dataset:
-        """Sweep; when it is stopped, what there is of it."""
+        """Sweep, up to a stop."""
         return df.sweep(self.case, over=self.over, at_set_point=self.share, progress=self._watch)
 
 
 @dataclass
 class PlanJob(Job):
-    """All states at set points over one or two parameters, and the limits that they keep, under way.
+    """A computation of all states at set points over one or two parameters, and of the limits that they keep.
 
     Attributes
     ----------
     set_points, limits
-        As :func:`dforce.plan` takes them.
+        Arguments of :func:`dforce.plan`.
     plan
-        What there is before the boundaries of regimes are followed.
+        The plan, before the boundaries of regimes are followed.
     regimes
         The map of regimes, where two parameters make a map.
     """
@@ -89,12 +89,12 @@ class Over:
 
     @classmethod
     def of(cls, result: xr.Dataset, origin: object) -> Self:
-        """Return a result with what :meth:`origin` gave.
+        """Return a result with the data of :meth:`origin`.
 
         Raises
         ------
         CaseError
-            When the document is none.
+            When the data are not a document.
         """
         if not isinstance(origin, dict):
             return cls(result)
@@ -132,7 +132,7 @@ class ParameterStudy:
         return self.job is not None and self.job.busy
 
     def open(self, over: Over) -> None:
-        """Look at a result that was opened; a computation under way ends, and does not replace it."""
+        """Look at a result that was opened; a running computation ends, and does not replace it."""
         self.stop()
         self.job = None
         self.take(over)
@@ -149,9 +149,9 @@ class ParameterStudy:
         look: Callable[[], None],
         every: float,
     ) -> None:
-        """Compute states along parameters, and look at them; those of one that is stopped, too.
+        """Compute states along parameters, and look at them, even after a stop.
 
-        Nothing is computed while another computation is under way.
+        Nothing is computed while another computation runs.
         """
         if self.busy:  # it was asked for twice
             return
@@ -170,12 +170,12 @@ class ParameterStudy:
         look()
 
     def stop(self) -> None:
-        """Stop the computation under way; what it has is kept."""
+        """Stop the current computation; its finished part is kept."""
         if self.job is not None:
             self.job.stopping.set()
 
     def why_behind(self, document: Document) -> str:
-        """Say why what was computed here is not of a document, whatever the parameters are there; empty where it is."""
+        """Return why the result does not belong to a document with any values of its parameters; empty where it does."""
         over = self.over
         if over is None or over.document is None or over.row is None:
             return ""
@@ -219,7 +219,7 @@ class Varied:
 
 
 def choices(document: Document) -> list[ParameterRow]:
-    """Return what can be varied: the set point, and the numbers of the case."""
+    """Return the parameters that can be varied: the set point, and the numbers of the case."""
     set_point = ParameterRow(SET_POINT, (SET_POINT,), "Set point", "A/A<sub>0</sub>", share(document.set_point))
     return [set_point, *rows_of(document, SECTIONS)]
 

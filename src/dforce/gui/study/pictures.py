@@ -27,7 +27,7 @@ MARKS = (
 ALLOWED, FAILING = 2, (1, 3, 4, 0, 5)  # colors of series
 DASHES = {"solid": "solid", "dashed": "dash", "dotted": "dot", "dashdot": "dashdot"}
 LEGEND = {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.0, "yanchor": "bottom"}
-SAME = 1e-3  # relative difference of values that are those of one motion
+SAME = 1e-3  # relative difference of values that belong to one motion
 ROOM = 0.08  # of the range, above and below the lines
 
 
@@ -38,7 +38,7 @@ def figure(
     regimes: xr.Dataset | None = None,
     picked: Choice | None = None,
 ) -> Figure:
-    """Return the figure of a choice. Blocking: of a store, what is looked at is read, and nothing else.
+    """Return the figure of a choice. Blocking: only the shown part of a store is read.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def _entry(name: str, symbol: str, size: int, color: object) -> Figure:
 
 
 def _words(result: xr.Dataset, choice: Choice, x: Any, y: Any) -> tuple[Any, Any, Any]:
-    """Return the words of a map with their places; those of limits end at the boundaries that were located."""
+    """Return the words of a map with their places; words of limits end at the located boundaries."""
     words = cut(result, choice.quantity, choice)
     if choice.quantity != "limit_hit":
         values = words.transpose(choice.y, choice.x).values
@@ -174,7 +174,7 @@ def _boundaries(result: xr.Dataset, choice: Choice, regimes: xr.Dataset) -> Iter
 
 
 def _marks(result: xr.Dataset, choice: Choice) -> list[Figure]:
-    """Return the points that a plan names, where they lie in what is looked at."""
+    """Return the points that a plan names, if they lie in the shown part."""
     found = []
     for name, words, symbol, size in MARKS:
         if name not in result or not {choice.x, choice.y} <= set(map(str, result[name].dims)):
@@ -191,7 +191,7 @@ def _marks(result: xr.Dataset, choice: Choice) -> list[Figure]:
 
 
 def _lines(result: xr.Dataset, choice: Choice, limit: DrawnLimit | None) -> Figure:
-    """Return the lines of all states along a parameter; a limit that can be dragged, and what it allows."""
+    """Return the lines of all states along a parameter; a limit that can be dragged, and its allowed side."""
     x, x_axis = axis_of(result, choice.x)
     variable = cut(result, choice.quantity, choice)
     states = [str(dim) for dim in variable.dims if dim in STATES]
@@ -236,7 +236,7 @@ def _lines(result: xr.Dataset, choice: Choice, limit: DrawnLimit | None) -> Figu
 
 
 def _limit_shapes(at: float, end: float) -> list[Figure]:
-    """Return a limit as a line that can be dragged, and what it allows, shaded."""
+    """Return a limit as a line that can be dragged, with its allowed side shaded."""
     across = {"xref": "paper", "x0": 0, "x1": 1, "y0": at}
     line = {"type": "line", "y1": at, "line": {"color": "ink", "width": 2, "dash": "dash"}}
     shade = {"type": "rect", "y1": end, "layer": "below", "line": {"width": 0}, "fillcolor": "rgba(0,122,90,0.13)"}

@@ -1,6 +1,6 @@
 // The state of the page in its address: a link opens the case again.
 const dforceAddress = {
-  opened: location.hash, // a link that was followed; a page that is loaded anew shows what the server keeps
+  opened: location.hash, // a link that was followed; a page that is loaded anew shows the server's document
   first() {
     const how = performance.getEntriesByType("navigation")[0]?.type;
     const link = how === "navigate" || how === undefined ? this.opened : "";

@@ -20,7 +20,7 @@ from dforce.gui.window.view import View
 
 LONGEST = 20_000  # characters of a link; a case of some forces has about 1000
 LARGEST = 1_000_000  # bytes that a link may unpack to
-KEPT = ("results", "measured", "aside")  # of which a link says nothing: they are files, or what was typed before
+KEPT = ("results", "measured", "aside")  # not in a link: they are files, or earlier input
 
 
 def to_link(document: Document) -> str:

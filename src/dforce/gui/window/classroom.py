@@ -1,4 +1,4 @@
-"""A class at one server: a short address for guests, what they may ask for, and the teacher's page of who is there."""
+"""A class at one server: a short address for guests, their limits, and the teacher's page of guests."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def new_code() -> str:
 
 
 def told(limits: Limits) -> str:
-    """Return in words what each guest may ask for."""
+    """Return words for the limits of each guest."""
     return (
         f"A run may take {duration(limits.seconds)} and have {limits.count:.0f} points. "
         "Cases cannot read files of this server. Your input and results stay here for you alone; the teacher sees your case."
@@ -40,21 +40,21 @@ def told(limits: Limits) -> str:
 
 @dataclass(frozen=True)
 class Classroom:
-    """A class: the address that guests type or scan, and what each may ask for.
+    """A class: the address that guests type or scan, and their limits.
 
     Attributes
     ----------
     address
         The short address.
     limits
-        Those of each guest.
+        Limits of each guest.
     """
 
     address: str
     limits: Limits
 
     def welcome(self, session: Session) -> None:
-        """Tell a guest the limits before anything is computed, and ask for a name; the name is kept for the next visit."""
+        """Show a guest the limits before anything is computed, and ask for a name; it is kept for the next visit."""
         session.person = str(app.storage.user.get("person", ""))
         if session.person:
             return

@@ -39,20 +39,20 @@ def as_sentence(words: str) -> str:
 
 
 @contextlib.contextmanager
-def telling(what: str) -> Iterator[None]:
-    """Say in a sentence why what is done inside failed; `what` names it, such as "the file could not be opened"."""
+def telling(failure: str) -> Iterator[None]:
+    """Show a sentence on why the work inside failed; `failure` names it, such as "the file could not be opened"."""
     try:
         yield
     except df.DForceError as error:
         say(as_sentence(str(error)))
     except OSError as error:  # a full disk, say, or a folder that may not be written: nothing that dForce can mend
-        say(as_sentence(f"{what}: {why(error)}"))
-    except Exception:  # a defect must not leave a person without a word
-        log.exception(what)
+        say(as_sentence(f"{failure}: {why(error)}"))
+    except Exception:  # a defect must not leave a person without a message
+        log.exception(failure)
         say(UNKNOWN)
 
 
-Item = tuple[str, str, Callable[[], object]]  # title, sentence (empty for none), what a press does
+Item = tuple[str, str, Callable[[], object]]  # title, sentence (empty for none), function for a press
 
 
 def menu(*groups: Iterable[Item], titles: Sequence[str] = ("",)) -> ui.menu:
@@ -66,7 +66,7 @@ def menu(*groups: Iterable[Item], titles: Sequence[str] = ("",)) -> ui.menu:
                 if heading:
                     ui.label(heading).classes("df-menu-heading").props("aria-hidden=true")
                 for title, sentence, press in items:
-                    # the roles of a menu, where Quasar has those of a list
+                    # the roles of a menu, where Quasar has the roles of a list
                     with ui.menu_item(on_click=press).props("role=menuitem"), ui.element("div"):
                         ui.label(title).classes("df-menu-title")
                         if sentence:
@@ -76,7 +76,7 @@ def menu(*groups: Iterable[Item], titles: Sequence[str] = ("",)) -> ui.menu:
 
 @contextlib.contextmanager
 def dialog(name: str, look: str = "") -> Iterator[ui.dialog]:
-    """Open a dialog with a name for screen readers and what is made inside; it goes once it is closed."""
+    """Open a dialog with a name for screen readers and the elements made inside; it goes once it is closed."""
     with ui.dialog(value=True) as made, ui.card().classes(f"df-dialog {look}"):
         made.props["aria-label"] = name
         yield made
@@ -106,7 +106,7 @@ def text(label: str, suggested: str) -> Field:
 def ask(
     title: str, fields: Sequence[Field], save: Callable[..., Awaitable[None]], *, why: str = "", button: str = "Save"
 ) -> None:
-    """Ask, and call `save` with the answers; those of a choice are always among its values.
+    """Ask, and call `save` with the answers; the answer of a choice is always among its values.
 
     `why` is a sentence above the questions, which then have room for longer words; `button` sends the answers.
     """

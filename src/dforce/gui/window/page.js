@@ -1,4 +1,4 @@
-// What was typed and has not reached the server is kept, so that a cut connection or a restart of the server loses nothing.
+// Input that has not reached the server is kept, so that a cut connection or a restart of the server loses nothing.
 const dforceUnsent = {
   KEY: "dforce-unsent",
   OLDEST: 3600e3, // ms
@@ -28,7 +28,7 @@ const dforceUnsent = {
   forget() {
     sessionStorage.removeItem(this.KEY);
   },
-  // Called by the server once a page is there: what the page before could not send. It stays until the server has it.
+  // Called by the server once a page is there: input that the page before could not send. It stays until the server has it.
   left() {
     return Object.entries(this.all())
       .filter(([, one]) => Date.now() - one.time < this.OLDEST)
@@ -67,7 +67,7 @@ const dforceFocus = {
     const now = document.activeElement; // nowhere, in a menu that goes, too, or on a part of the button
     if (now === document.body || now.closest(".q-menu") || this.before?.contains(now)) this.before?.focus();
   },
-  // to what is being made, once it is there
+  // to the new element, once it is there
   go(place) {
     requestAnimationFrame(() => requestAnimationFrame(() => {
       this.before = document.querySelector(place);

@@ -67,17 +67,17 @@ def register(
     Parameters
     ----------
     folder
-        Folder in which each session has a file for what is typed and a folder for its results.
+        Folder in which each session has a file for its input and a folder for its results.
     document
-        What the first page of each session shows; None: what its last visit left.
+        The document on the first page of each session; None: the document of its last visit.
     limits
-        What each session may ask for.
+        Limits of each session.
     over
         A result over parameters that each session looks at first.
     classroom
-        The class that the server is open to; None where it is for one person.
+        The class at the server; None where it is for one person.
     file
-        The file that the document is from, which is listed among the last files of each session.
+        The file of the document, which is listed among the last files of each session.
     """
     sessions: dict[str, Session] = {}
     app.add_static_files(local_directory=HERE / "pictures", url_path="/assets/pictures", max_cache_age=3600)
@@ -101,7 +101,7 @@ def register(
         return sessions[name]
 
     @app.on_startup
-    def warm() -> None:  # the first page must not wait for what is loaded only once
+    def warm() -> None:  # the first page must not wait for modules that are loaded only once
         LIVE.submit(lambda: df.run(df.example(FIRST)))
 
     @ui.page("/", title="dForce")
@@ -109,11 +109,11 @@ def register(
         session = session_of_browser()
         if classroom is not None and request.scope.get(GUEST, True):
             classroom.welcome(session)
-        guest = session.person is not None  # who comes to see what the class looks at
+        guest = session.person is not None  # a guest who comes to see the class's case
         Page(session, session.fresh and over is None and not guest, None if guest else classroom)
 
     if classroom is not None:
-        # in a session of its own: the teacher's own case stays
+        # in another session: the teacher's own case stays
         classroom.register(sessions, dress, lambda guest: Page(session_of_browser(f"-{guest}"), classroom=classroom))
 
     @app.on_shutdown
@@ -169,7 +169,7 @@ class Page:
         ui.on("left", _leave)
 
     async def _take_unsent(self) -> None:
-        """Take what a page before this one could not send."""
+        """Take the input that a page before this one could not send."""
         try:
             left = await ui.run_javascript("return dforceUnsent.left()", timeout=ANSWERED_WITHIN)
         except TimeoutError:  # the connection was cut: the next one asks again, and the browser still has it
@@ -276,7 +276,7 @@ class Page:
 
 
 def _about(view: View) -> None:
-    """Show the sentence on what the case shows, where it has one; an edited case may show something else."""
+    """Show the sentence on the message of the case, where it has one; an edited case may have another message."""
     line = ui.label().classes("df-about")
 
     def show(anew: bool) -> None:
@@ -322,7 +322,7 @@ class RunBar:
             say(f"Nothing was run. {as_sentence(wrong)}")
 
     def _forget(self, anew: bool) -> None:
-        """Say no more about a run that has ended once something is edited."""
+        """Remove the message on a finished run after an edit."""
         if self.view.session.job is None or not self.view.session.job.busy:
             self.text.set_text("")
         else:

@@ -89,21 +89,21 @@ class _Headers:
 
 
 class Guard:
-    """Lets through what comes from a page of this server itself.
+    """Lets through requests from a page of this server itself.
 
     Parameters
     ----------
     app
-        What is guarded.
+        The guarded application.
     secret
-        What the address has to hold, ``/?key=SECRET``; a cookie remembers it.
+        The key that the address must contain, ``/?key=SECRET``; a cookie remembers it.
     cookie
         Name of that cookie.
     hosts
         Allowed values of the header Host; empty: any, for a server that is open to others.
     code
-        The path of the short address of a class, without its slash; empty where there is none. Its guests get a secret of
-        their own, which opens no page of the teacher.
+        The path of the short address of a class, without its slash; empty where there is none. Its guests get another
+        secret, which opens no page of the teacher.
     """
 
     def __init__(self, app: App, secret: str, cookie: str, hosts: frozenset[str] = frozenset(), code: str = "") -> None:
@@ -138,7 +138,7 @@ class Guard:
         from starlette.requests import ClientDisconnect
 
         body = _Body(receive)
-        # some of what answers takes a request apart before it looks whether there is one
+        # some handlers take a request apart before they check that there is one
         if await body.is_there():
             try:
                 await self.app(scope, body.receive, _with_headers(send))
@@ -166,13 +166,13 @@ class Guard:
         return scope["type"] == "http" and _same(query.get(KEY, [""])[0], self.secret)
 
     def _is_known(self, scope: Scope, headers: _Headers) -> bool:
-        """Return whether a request has a cookie of ours, and note in its scope whether it is that of a guest."""
+        """Return whether a request has a cookie of ours, and note in its scope whether it is a guest's."""
         scope[GUEST] = not self._in_cookie(headers, self.secret)
         return not scope[GUEST] or (bool(self.code) and self._in_cookie(headers, self.guests))
 
     def _in_cookie(self, headers: _Headers, secret: str) -> bool:
-        """Return whether one of the cookies is this one of ours; those of other programs on this computer come along."""
-        # http.cookies gives up at the first cookie that it finds wrong, whoever set it
+        """Return whether one of the cookies has this secret; cookies of other programs on this computer come along."""
+        # http.cookies gives up at the first wrong cookie of any program
         pairs = (part.partition("=") for line in headers.all("cookie") for part in line.split(";"))
         return any(name.strip() == self.cookie and _same(value.strip(), secret) for name, _, value in pairs)
 
@@ -206,7 +206,7 @@ async def _refuse(scope: Scope, send: Send, status: int, text: str) -> None:
 
 
 class _Body:
-    """The body of a request, which is cut off where it does not say how long it is and does not stop.
+    """The body of a request, which is cut off if it has no length and does not stop.
 
     Attributes
     ----------
@@ -255,7 +255,7 @@ class Limits:
     Attributes
     ----------
     seconds
-        Time that a run may take; what is computed by then is kept.
+        Time that a run may take; its points so far are kept.
     count
         Largest whole number in an experiment or for the solver that costs memory: points, periods recorded, samples.
     """
@@ -288,7 +288,7 @@ SHARED = Limits(seconds=300.0, count=2000)
 
 
 def _whole_numbers(given: Parameters, path: str) -> Iterator[tuple[str, int]]:
-    """Give the whole numbers that were typed into a table of parameters and those below it; defaults are fine."""
+    """Give the whole numbers typed into a table of parameters and into its inner tables; defaults are fine."""
     for key in given.model_fields_set:
         value: Any = getattr(given, key)
         if isinstance(value, Parameters):

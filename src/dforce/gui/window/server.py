@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 PORT = 8571  # tried first, so that an open page finds its server again after a restart
 OWN = "127.0.0.1"
-# listening there is listening everywhere; what is sent to those far addresses, kept for documentation, goes to the network
+# listening there is listening everywhere; packets to these far addresses, reserved for documentation, go to the network
 EVERYWHERE = {"0.0.0.0": (socket.AF_INET, "192.0.2.1"), "::": (socket.AF_INET6, "2001:db8::1")}
-RECONNECT = 45.0  # s that a page may be without connection before it starts anew from what is kept
-STARTS_WITHIN = 2.0  # s in which a browser that cannot start, for want of a screen say, gives up
+RECONNECT = 45.0  # s that a page may be without connection before it starts anew from the stored document
+STARTS_WITHIN = 2.0  # s in which a browser that cannot start, without a screen say, gives up
 SWITCH = 0.0005  # s; Python's own 0.005 makes each of a page's many short steps wait ten times as long
 # of the garbage collector; a full collection stops all pages, 30 of them for half a second, and Python makes ten times as many
 THRESHOLDS = (700, 10, 100)
@@ -194,7 +194,7 @@ def _make(folder: Path) -> None:
 
 
 def _named(host: str) -> str:
-    """Return under what others reach this computer: a number, for names need not be known on a network."""
+    """Return the address of this computer for others: a number, because names need not be known on a network."""
     if host in EVERYWHERE:
         host = own_address(host)
     return f"[{host}]" if ":" in host else host
@@ -212,7 +212,7 @@ def own_address(host: str) -> str:
 
 
 def _announce(server: uvicorn.Server, address: str, show: str, profile: Path, joining: str = "") -> None:
-    """Say the address and show the window, once the server answers there."""
+    """Print the address and show the window, once the server answers there."""
     while not server.started:
         time.sleep(0.02)
     print("\n".join([f"dForce is ready at {address}", *[joining] * bool(joining), "Stop it with Ctrl-C."]), flush=True)
@@ -229,7 +229,7 @@ def find_browser() -> str | None:
 
 
 def open_window(address: str, profile: Path) -> bool:
-    """Open an application window, a browser without bars and with a profile of its own; False where none starts."""
+    """Open an application window, a browser without bars and with its own profile; False where none starts."""
     found = find_browser()
     if found is None:
         print("No Chromium, Chrome or Edge was found, so the window opens in the browser.", file=sys.stderr)

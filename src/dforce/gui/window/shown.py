@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 class PagePart(enum.Enum):
-    """A part of a page that shows what was computed; its value: seconds that it may be behind before it is marked.
+    """A part of a page that shows results; its value: seconds that it may be behind before it is marked.
 
-    While something is dragged, what stands beside the curves comes twice a second, and the advice at the end.
+    While something is dragged, the parts beside the curves are updated twice a second, and the advice at the end.
     """
 
     CURVES = "curves", 0.3
@@ -37,18 +37,18 @@ class PagePart(enum.Enum):
 
 
 class ShownParts:
-    """Knows of which document each part of a page is; a part of another case than the one that is typed is behind.
+    """Remembers the document of each part of a page; a part of another case than the current input is behind.
 
     Parameters
     ----------
     current
-        Returns the document that is typed.
+        Function that returns the current document.
     """
 
     def __init__(self, current: Callable[[], Document]) -> None:
         self._current = current
         self._of: dict[PagePart, Document] = {}
-        self._since: dict[PagePart, float] = {}  # when those that are behind began to be
+        self._since: dict[PagePart, float] = {}  # when parts that are behind fell behind
         self._marked: set[PagePart] = set()
         self._marks: defaultdict[PagePart, list[Callable[[bool], object]]] = defaultdict(list)
         self._timer: asyncio.TimerHandle | None = None
@@ -58,7 +58,7 @@ class ShownParts:
         self._marks[part].append(mark)
 
     def of(self, part: PagePart) -> Document | None:
-        """Return the document of what a part shows, None where it shows nothing."""
+        """Return the document of a part, None where it shows nothing."""
         return self._of.get(part)
 
     def show(self, part: PagePart, document: Document | None) -> None:
@@ -94,7 +94,7 @@ class ShownParts:
 
 @dataclasses.dataclass(frozen=True)
 class Said:
-    """The messages on a document: what is wrong, where, and the advice on its case."""
+    """The messages on a document: the error, its place, and the advice on its case."""
 
     wrong: str = ""
     where: Path = ()
@@ -121,7 +121,7 @@ class Said:
 
 @dataclasses.dataclass(frozen=True)
 class Waiting:
-    """Text of an empty chart: a sentence, and the share that is done (0: not known yet, None: nothing is under way)."""
+    """Text of an empty chart: a sentence, and the share that is done (0: not known yet, None: nothing runs)."""
 
     text: str = ""
     share: float | None = None

@@ -97,7 +97,7 @@ NO_LEVER = "Choose a lever, too: Q depends on the medium, and the example has no
 
 
 def lever_labels(bimodal: bool = False) -> dict[str, str]:
-    """Return the levers of the library by name, as a list shows them; `bimodal`: those of which two modes are known."""
+    """Return the levers of the library by name, as a list shows them; `bimodal`: levers with two known modes."""
     return {
         name: f"{name}: {df.show(probe.f0, 'Hz', 3)}, {df.show(probe.k, 'N/m', 3)}"
         for name, probe in df.cantilevers().items()
@@ -120,7 +120,7 @@ def asks_for_q(lever: str, medium: str) -> bool:
 
 
 def case_for(question: Question, lever: str = "", Q: str = "", medium: str = "", sample: str = "") -> df.Case:
-    """Return the case of a question; what is empty stays as in its example.
+    """Return the case of a question; empty answers keep the values of its example.
 
     Raises
     ------
@@ -169,8 +169,13 @@ DROP = "Drop a file anywhere: a measured curve, a thermal spectrum, a case or a 
 KEPT = "Forces and free amplitude are the values of the example."
 ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as for a silicon tip with its oxide."
 TWO_MODES = "The second mode belongs to an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
-# who began here goes on at the chart, for what had the keyboard is no longer there
+# the keyboard focus moves to the chart, because its element is gone
 TO_CHART = 'dforceFocus.before?.closest(".df-start") && dforceFocus.go(".df-main .df-chart")'
+# Enter takes the first of the names that match the input, once their list is there
+FIRST_MATCH = """(text) => text && setTimeout(() => {
+    const list = getElement(%d).$refs.qRef;
+    if (list?.getOptionIndex() === -1) list.moveOptionSelection(1, true);
+}, 100)"""
 NO_Q = "The library has no quality factor of this lever. Type your value at “Quality factor Q”."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (
@@ -226,6 +231,8 @@ class StartPage:
                 for one in (self.lever, self.medium, self.sample, self.q):
                     one.props("outlined dense options-dense")
                     one.on_value_change(self._follow)
+                for one in (self.lever, self.sample):
+                    one.on("input-value", js_handler=FIRST_MATCH % one.id)
                 ui.button("Start", icon="arrow_forward", on_click=self._start).props("unelevated no-caps color=primary")
             self.note = ui.label().classes("df-text")
             self.offers = ui.element("div").classes("df-offers").props('role="group" aria-label="examples"')
@@ -308,7 +315,7 @@ class StartPage:
         self._list_last()
 
     def _follow(self) -> None:
-        """Ask for Q where nothing gives it, and say where the values of the sample are from."""
+        """Ask for Q where it is unknown, and show the source of the sample's values."""
         if self.lever.value and not self.medium.value:  # a lever has its Q from the medium
             self.medium.value = "air"
         self.q.set_visibility(asks := asks_for_q(self.lever.value or "", self.medium.value or ""))

@@ -1,4 +1,4 @@
-"""One page of a session: what is typed goes to the document, the document to errors, advice, live curve and run bar."""
+"""One page of a session: input goes to the document, the document to errors, advice, live curve and run bar."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ log = logging.getLogger("dforce.gui")
 
 TRIED_AGAIN = 20.0  # s after which a slow experiment gets another chance to be live
 ADVICE_AFTER = 0.4  # s without a change
-BESIDE_EVERY = 0.5  # s between two looks of what stands beside the curves, while something is dragged
-SAY_AFTER = 1.0  # s after which a word says why nothing follows
+BESIDE_EVERY = 0.5  # s between two updates of the parts beside the curves, while something is dragged
+SAY_AFTER = 1.0  # s after which a message explains the delay
 COMPUTING = "Computing ..."
 TOO_LONG = "This curve takes too long for live drawing; press Run."
 STOPPED = "Stopped: the finished points are shown."
 UNKNOWN = "an error inside dForce, please report it"
-STANDING = (TOO_LONG, STOPPED, UNKNOWN)  # after which nothing is under way
+STANDING = (TOO_LONG, STOPPED, UNKNOWN)  # after which nothing runs
 NOTHING = "No result yet."
 WAITING = "Another run is in progress; this run begins after it."
 
@@ -52,35 +52,35 @@ class View:
     Attributes
     ----------
     shown
-        Of which document each part of the page is; what is behind is marked.
+        The document of each part of the page; parts that are behind are marked.
     curve
-        What the main chart is to show beside the results kept; None while there is nothing.
+        The curve of the main chart beside the results kept; None while there is none.
     on_show
         Hooks called as ``hook(anew)`` when the document has changed: forms, sliders, title.
     on_said
         Hooks called with a :class:`Said` when errors and advice are known.
     on_status
-        Hooks called when there is another sentence about the live curve (`status`); empty when all is well.
+        Hooks called with a new sentence about the live curve (`status`); empty without a problem.
     on_job
         Hooks called while a run goes on and when it ends.
     on_anew
         Hooks called when results are drawn in another way: others, or other quantities of them.
     on_unkept
-        Hooks called with a sentence when what is typed cannot be kept; empty when it is again.
+        Hooks called with a sentence when the input cannot be kept; empty when it is again.
     compose
         Makes the figure of the main chart from the result that it shows.
     prepare
         Solves the states that the table and the words show.
     picture
-        Returns what the main chart shows; None for a map, or nothing.
+        Returns the picture of the main chart; None for a map, or nothing.
     on_beside
-        Hooks called when the browser has drawn the main chart: they show what stands beside it, and while something is
-        dragged they wait for a pause, so that the curves come first.
+        Hooks called when the browser has drawn the main chart: they show the parts beside it. While something is dragged
+        they wait for a pause, so that the curves come first.
     """
 
     main: Chart
     force: ForceChart
-    prepare: Callable[[xr.Dataset | None], Awaitable[None]]
+    prepare: Callable[[], Awaitable[None]]
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -104,7 +104,7 @@ class View:
         self._latest = self.latest(self._safely(self._follow))
         self._beside = self.latest(self._safely(self._show_beside))
         self._beside_at = -BESIDE_EVERY
-        self._made: tuple[Document, df.Case] | None = None  # the last case, and what it was made of
+        self._made: tuple[Document, df.Case] | None = None  # the last case, and its document
         self._forcing = self.latest(self._safely(self._follow_force))
         self._advising = self.latest(self._safely(self._advise))
 
@@ -115,7 +115,7 @@ class View:
 
     @property
     def result(self) -> xr.Dataset | None:
-        """The result that the main chart is to show beside those kept."""
+        """The result that the main chart is to show beside the kept results."""
         return None if self.curve is None else self.curve.result
 
     @property
@@ -125,7 +125,7 @@ class View:
 
     @property
     def waiting(self) -> Waiting:
-        """The work waited for: none once there is a mistake, else what was last said, else the run of this case."""
+        """The work waited for: none after a mistake, else the last message, else the run of this case."""
         job = self.session.job
         if self.said.wrong:
             return Waiting(NOTHING)
@@ -146,7 +146,7 @@ class View:
         self.show_unkept()
 
     def latest(self, work: Callable[[T], Awaitable[None]]) -> Latest[T]:
-        """Return what does the newest of the things asked for, as long as the page is there."""
+        """Return a worker for the newest request, as long as the page is there."""
         made = Latest(work)
         self._works.append(made)
         return made
@@ -173,7 +173,7 @@ class View:
         self.shown.look()
         for hook in self.on_show:
             hook(anew)
-        if self._latest.busy:  # with what may take long; what is wrong is said at once
+        if self._latest.busy:  # with long work; an error is shown at once
             with self._saying_what_is_wrong(self.document):
                 self._case(self.document)
                 if self.said.wrong:
@@ -189,12 +189,12 @@ class View:
             hook()
 
     def show_anew(self) -> None:
-        """Draw what is shown in another way; nothing is computed."""
+        """Draw the same results in another way; nothing is computed."""
         for hook in self.on_anew:
             hook()
 
     def show_unkept(self) -> None:
-        """Show whether what is typed is kept."""
+        """Show whether the input is kept."""
         for hook in self.on_unkept:
             hook(self.session.saving.unkept)
 
@@ -203,7 +203,7 @@ class View:
         self._latest.ask(WantedResult(self.document, result))
 
     async def run(self) -> str:
-        """Run the case as it stands; where it is none, nothing is run, and what is wrong is returned."""
+        """Run the case; input that is not a case is not run, and the error is returned."""
         document = self.document
         if self.session.job is not None and self.session.job.busy:
             self._status(WAITING)
@@ -221,7 +221,7 @@ class View:
         return self._made[1]
 
     async def _follow(self, wanted: WantedResult) -> None:
-        """Draw the curve of a document, and ask for what stands beside it."""
+        """Draw the curve of a document, and ask for the parts beside it."""
         with self._saying_what_is_wrong(wanted.document, curves=True):
             case = self.session.limits.check(self._case(wanted.document))
             if case.experiment is None:
@@ -231,7 +231,7 @@ class View:
             result = wanted.result if wanted.result is not None else await self._there(wanted.document, case)
             if result is None:
                 result = await self._live(case, wanted)
-            if wanted.document.opened != self.document.opened:  # what is computed belongs under another title
+            if wanted.document.opened != self.document.opened:  # the result belongs under another title
                 return
             if result is not None:
                 if wanted.run or result is not self.result:  # opening a case hides all results kept, its own among them
@@ -252,13 +252,13 @@ class View:
         return self.session.kept_of(case)
 
     async def _show_beside(self, followed: Followed) -> None:
-        """Show what stands beside the curves, and ask for the force and the advice."""
+        """Show the parts beside the curves, and ask for the force and the advice."""
         await self.main.drawn()
         await self._latest.rest(self._beside_at + BESIDE_EVERY - time.monotonic())
         if self._beside.overtaken or self.said.wrong:  # of a later document, which asks for nothing beside
             return
         self._beside_at = time.monotonic()
-        await self.prepare(self.result)
+        await self.prepare()
         self.show_beside()
         if self.force.has_law(followed.case):
             self.shown.show(PagePart.FORCE, followed.document)
@@ -284,13 +284,13 @@ class View:
             self._say(Said.of_advice(followed.document, advice), followed.document)
 
     def show_beside(self) -> None:
-        """Show what stands beside the curves."""
+        """Show the parts beside the curves."""
         for hook in self.on_beside:
             hook()
         self.shown.show(PagePart.BESIDE, self.shown.of(PagePart.CURVES))
 
     def _safely(self, work: Callable[[T], Awaitable[None]]) -> Callable[[T], Awaitable[None]]:
-        """Return work after which, whatever happens, the next edit finds a page that follows it."""
+        """Return work after which the page follows the next edit, even after an error."""
 
         async def safe(thing: T) -> None:
             try:
@@ -303,7 +303,7 @@ class View:
 
     @contextlib.contextmanager
     def _saying_what_is_wrong(self, document: Document, curves: bool = False) -> Iterator[None]:
-        """Show what is wrong with a document; no `curves` of it are computed then."""
+        """Show the error of a document; its `curves` are not computed then."""
         try:
             yield
         except (df.DForceError, TypeError) as error:
@@ -325,7 +325,7 @@ class View:
                 return live.result
             if self._latest.overtaken:
                 return None
-            if live.compiled:  # and perhaps waited for: what is compiled by now costs no time
+            if live.compiled:  # and perhaps waited for: compiled code costs no time now
                 self._latest.ask(wanted)
                 return None
             self.slow = (key, time.monotonic())
@@ -339,7 +339,7 @@ class View:
         return None
 
     def _recent_or_live(self, case: df.Case, say: Callable[[str], None]) -> Live:
-        """Return the curve of a case; one that a page has computed of late is not computed again."""
+        """Return the curve of a case; a curve that a page has computed recently is not computed again."""
         recent = RECENT.take(key := key_of(case))
         if recent is not None:
             return Live(recent)
@@ -349,12 +349,12 @@ class View:
         return live
 
     def _try_again(self, wanted: WantedResult) -> None:
-        """Ask once more for a curve that was given up, if it is still the one that is missing."""
+        """Ask once more for a curve that was given up, if it is still missing."""
         if self in self.session.views and self.status == TOO_LONG and wanted.document.same_case(self.document):
             self._latest.ask(dataclasses.replace(wanted, again=True))
 
     async def draw(self) -> None:
-        """Draw what is to be shown when the turn comes, with the results kept; one drawing after the other."""
+        """Draw the wanted result with the results kept; one drawing after the other."""
         async with self._drawing:
             await self.session.load_shown()
             await self.session.measured.load(self.document)
@@ -363,7 +363,7 @@ class View:
             self.shown.show(PagePart.CURVES, None if curve is None else curve.document)
 
     def _mark_curves(self, behind: bool) -> None:
-        """Dim curves that are behind; those of another case than the one that was opened are taken away."""
+        """Dim curves that are behind; remove curves of another case than the opened case."""
         self.main.dim(behind)
         if behind and self.curve is not None and self.curve.document.opened != self.document.opened:
             self.curve = None

@@ -1,4 +1,4 @@
-"""Parameters of a case from measured curves, with errors; and what a curve can tell at all."""
+"""Parameters of a case from measured curves, with errors; and the parameters that a curve constrains."""
 
 from dforce.inverse.fitting.foresight import identify
 from dforce.inverse.fitting.foresight_words import identify_in_words, identify_report

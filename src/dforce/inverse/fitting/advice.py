@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dforce.core import units
-from dforce.findings.fits import AS_EXPECTED, WHY, judged
+from dforce.findings.fits import AS_EXPECTED, POOR, TOO_LARGE, WHY, judged
 from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.certainty import NOT_TOLD, TOGETHER, known_products
 from dforce.inverse.fitting.independence import neighbors
@@ -31,7 +31,6 @@ OUTLIER, NEAR, FEW = (
     4.0,
     0.05,
 )  # standard deviations of an outlier and of its neighbors, and its share of the points
-MEDIAN = 0.6745  # of the moduli of normal numbers
 BOUND = 1e-3
 STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
 SPEC = "numbers of this fit"
@@ -82,16 +81,19 @@ def _unstable(found: Fitted) -> Iterator[Advice]:
 
 def _outliers(found: Fitted) -> Iterator[Advice]:
     model, data, predicted = found.model, found.model.data, found.best.predicted
-    rest = np.where(predicted.lost[:, None], 0.0, np.abs(model.residuals(predicted)))
-    rest = (rest / np.maximum(np.median(rest, axis=0) / MEDIAN, 1.0)).max(axis=1)
+    every = np.where(predicted.lost[:, None], 0.0, model.residuals(predicted) ** 2)
+    rest = np.sqrt(every.max(axis=1))
     ways = np.zeros(len(data.height)) if data.direction is None else data.direction
     out = []
     for row in neighbors(data.branch[model.points], ways[model.points], data.height[model.points]):
         beside = np.pad(rest[row], 1)
         out += row[(rest[row] > OUTLIER) & (np.maximum(beside[:-2], beside[2:]) < NEAR)].tolist()
-    if 0 < len(out) < FEW * len(rest):
+    others = judged(found.best.chi2 - float(every[out].sum()), found.degrees_of_freedom, data.noise_points)
+    if 0 < len(out) < FEW * len(rest) and others.word != TOO_LARGE and others.reduced < POOR:
         told = ", ".join(units.show(float(height), "m", 5) for height in data.height[model.points[out]])
-        text = f"far off the best fit, unlike their neighbors: points at heights {told}. Remove them, and fit again."
+        text = (
+            f"far off the best fit, which describes all others: points at heights {told}. Remove them, and fit again."
+        )
         yield Advice("outliers", float(rest[out].max()), OUTLIER, text, SPEC, ())
 
 
@@ -165,7 +167,7 @@ def _untold(found: Fitted) -> Iterator[Advice]:
     ]
     if names:
         worst = float(max(error for error in errors if math.isfinite(error)))
-        text = f"{', '.join(names)} is not constrained by this curve: its error is above 50 %."
+        text = f"not constrained by this curve, with an error above 50 %: {', '.join(names)}."
         yield Advice("not_told", worst, NOT_TOLD, text, SPEC, tuple(names))
 
 

@@ -1,4 +1,4 @@
-"""Errors by bootstrap: fits to residuals drawn anew in blocks, for noise that is not what the free part says."""
+"""Errors by bootstrap: fits to residuals redrawn in blocks, for noise that differs from the free part's."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Bootstrap:
     Attributes
     ----------
     varied
-        What each of them found, (draws, unknowns).
+        The results of the fits, (draws, unknowns).
     block
         Neighbors that were drawn together.
     """

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both is a jump
-FOUND = 1  # points beside a jump that is found in the data are left out where no margin is given
+FOUND = 1  # default margin: points left out beside a jump that is found in the data
 RIGHT_ANGLE = 90.0
-ATTRACTED = 4.0  # errors by which a phase of attraction is above that, at least
+ATTRACTED = 4.0  # errors by which a phase of attraction is above that, at least, and of free motion below, at most
 
 
 def branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tuple[Any, Any]:
@@ -52,7 +52,7 @@ class _Walk:
 
 
 def _is_behind(found: MeasuredPoints, stretch: Indices) -> bool:
-    """Say whether the nearest points of a stretch are repulsive."""
+    """Return whether the nearest points of a stretch are repulsive."""
     return bool(np.median(found.phase[stretch[-3:], 0]) < RIGHT_ANGLE)
 
 
@@ -71,9 +71,11 @@ def _with_hidden_jump(found: MeasuredPoints, walks: list[_Walk]) -> list[_Walk]:
     edges = found.height[jumping.order[cut - 1 : cut + 1]]
     middle = 0.5 * (found.height[other.order[1:]] + found.height[other.order[:-1]])
     there = middle >= edges.min() if other.way == "retract" else middle <= edges.max()
+    phase = found.phase[other.order, 0]
+    there &= phase[:-1] > RIGHT_ANGLE - ATTRACTED * found.phase_error[0]  # it leaves free motion, or attraction
     if not there.any():
         return walks
-    falls = np.where(there, np.diff(found.phase[other.order, 0]), np.inf)
+    falls = np.where(there, np.diff(phase), np.inf)
     return [jumping, replace(other, cuts=[int(np.argmin(falls)) + 1])]
 
 

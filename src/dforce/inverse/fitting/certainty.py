@@ -1,4 +1,4 @@
-"""How well the unknowns are known at a minimum: covariance, what is not seen, and products that alone are known."""
+"""The certainty of the unknowns at a minimum: covariance, unseen unknowns, and known products."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ import numpy as np
 from dforce.core.arrays import Array, Bools
 from dforce.inverse.fitting.unknowns import Unknown
 
-DEAD = 1e-10  # of the largest eigenvalue of the scaled information: a direction that no data can tell
+DEAD = 1e-10  # of the largest eigenvalue of the scaled information: a direction that the data do not constrain
 UNSEEN = 1.0  # error of a logarithm beyond which a parameter is not seen, even with all others known
 FAINT = 1e-6  # the same for others: of the largest column
 CORRELATED = 0.1  # of neighbors: below, the noise counts as white
 QUARTER, NEAR_QUARTER = 0.25, 0.02  # powers in a product are rounded to quarters, where they are near
-PIVOTS = ("radius", ".k", ".Q")  # what strengths are multiplied by in a product: H R, E sqrt(R), ...
+PIVOTS = ("radius", ".k", ".Q")  # the factors of strengths in a product: H R, E sqrt(R), ...
 ONE, MOST = 1.0, 3.84  # rise of chi2 at one standard deviation, and at 95 %
 SURE = 1.96  # standard deviations of an interval of 95 %
 SMALL_POWER = 0.1  # powers below are none
 TOGETHER = 0.98  # correlation beyond which two parameters are known only together
-NOT_TOLD = 0.5  # relative error beyond which a parameter is not told
+NOT_TOLD = 0.5  # relative error beyond which a parameter is not constrained
 
 
 @dataclass(frozen=True)
 class Certainty:
-    """How well unknowns are known.
+    """The certainty of unknowns.
 
     Attributes
     ----------
     seen
-        Which of them the data see at all, (unknowns,).
+        Which of them the data constrain at all, (unknowns,).
     covariance
-        Of what is varied, NaN where it is not seen, (unknowns, unknowns).
+        Covariance of the varied numbers, NaN where a number is not seen, (unknowns, unknowns).
     dead
         Directions in which nothing is known: powers of each unknown, (directions, unknowns).
     inflation
-        By how much correlated noise of neighbors has raised the covariance.
+        Factor by which correlated noise of neighbors has raised the covariance.
     widening
-        By how much intervals of 68 % and 95 % are wider than for known noise.
+        Factors by which intervals of 68 % and 95 % are wider than for known noise.
     """
 
     seen: Bools
@@ -49,12 +49,12 @@ class Certainty:
 
     @classmethod
     def unknown(cls, count: int) -> Certainty:
-        """Return that of so many unknowns of which nothing is known."""
+        """Return the certainty of `count` unknowns about which nothing is known."""
         return cls(np.ones(count, bool), np.full((count, count), np.nan), np.zeros((0, count)))
 
     @property
     def errors(self) -> Array:
-        """Standard deviations of what is varied; infinite where only a product is known."""
+        """Standard deviations of the varied numbers; infinite where only a product is known."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
@@ -90,7 +90,7 @@ class Certainty:
 def certainty(
     jacobian: Array, unknowns: Sequence[Unknown], inflation: float = 1.0, widening: tuple[float, float] = (1.0, 1.0)
 ) -> Certainty:
-    """Return how well unknowns are known from the derivatives of all residuals by what is varied."""
+    """Return the certainty of unknowns from the derivatives of all residuals by the varied numbers."""
     size = len(unknowns)
     norms = np.sqrt((jacobian**2).sum(axis=0))
     seen = np.array(
@@ -108,7 +108,7 @@ def certainty(
         flat = singular**2 < DEAD * singular[0] ** 2
         kept = directions[~flat] / singular[~flat, None]
         inner = kept.T @ kept / np.outer(norms[seen], norms[seen])
-        unknown = directions[flat] / norms[seen]  # in units of what is varied
+        unknown = directions[flat] / norms[seen]  # in units of the varied numbers
         touched = np.zeros(int(seen.sum()), bool)
         for row in unknown:
             touched |= np.abs(row) > SMALL_POWER * np.abs(row).max()
@@ -122,7 +122,7 @@ def certainty(
 
 
 def known_products(dead: Array, unknowns: Sequence[Unknown]) -> list[str]:
-    """Return the products of powers that the data do tell, where dead directions leave only these.
+    """Return the products of powers that the data constrain, where dead directions leave only these.
 
     A product of powers w is known if it does not change along any dead direction: w is normal to all of them.
     """
@@ -149,7 +149,7 @@ def passed_on(jacobian: Array, certain: Certainty, beside: Array, errors: Array)
     jacobian, certain
         At the minimum.
     beside
-        Derivatives of the residuals by what is varied of the fixed parameters, (residuals, parameters).
+        Derivatives of the residuals by the varied numbers of the fixed parameters, (residuals, parameters).
     errors
         Their standard deviations.
     """

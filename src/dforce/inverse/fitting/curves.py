@@ -1,10 +1,10 @@
 """The branches of a case at measured heights, as arrays, and how they change with parameters.
 
-A branch is followed as an experiment follows it, quasi-statically, and never across a jump: where it ends, the points that
-are left are lost. What changes with a parameter follows from the orbits by the implicit function theorem: with the period
-map P(x, p) and its monodromy matrix M the orbit moves by (1 - M)^-1 dP/dp. Its own neighbors, one Newton step beside it, are
-measured, so no other curve is followed and none can fall off its branch. Forces with memory or hysteresis are followed anew
-on both sides instead.
+A branch is followed quasi-statically, as in an experiment, and never across a jump: the points behind its end are lost. The
+derivatives by a parameter follow from the orbits by the implicit function theorem. With the period map P(x, p) and its
+monodromy matrix M the orbit moves by (1 - M)^-1 dP/dp. Its own neighbors, one Newton step beside it, are measured, so no other
+curve is followed and none can leave its branch. With memory or hysteresis of a force, curves on both sides are followed
+instead.
 """
 
 from __future__ import annotations
@@ -101,9 +101,9 @@ class ModelBranches:
     stretches
         The points to follow.
     settings
-        How orbits are found; the samples per period are those of `problem`, times `finer`.
+        Settings for the orbits; the samples per period are `problem`'s, times `finer`.
     tones
-        How many tones are read, from the first on.
+        Number of tones that are read, from the first on.
     """
 
     def __init__(
@@ -149,9 +149,9 @@ class ModelBranches:
         Parameters
         ----------
         problems, offsets
-            The problems, and what is added to the measured heights of each (m).
+            The problems, and the offset of the measured heights of each (m).
         turns
-            Offsets of the measured phases (degrees), by which motions behind a jump are told, (tones,).
+            Offsets of the measured phases (degrees), to recognize motions behind a jump, (tones,).
         """
         block = self._block(problems)
         out = self._empty(block, problems, offsets)
@@ -160,7 +160,7 @@ class ModelBranches:
         return out
 
     def _empty(self, block: Block, problems: Sequence[Problem], offsets: Array) -> SolvedCurve:
-        """Return room for what is found, with free motion where nothing is."""
+        """Return an empty result, filled with free motion."""
         cases, points, size = len(problems), self.count, block.size
         values = np.empty((cases, points, self.columns))
         for case, problem in enumerate(problems):
@@ -230,9 +230,9 @@ class ModelBranches:
         end: Array,
         out: SolvedCurve,
     ) -> bool:
-        """Keep what was found of one problem's branch, and of its end where it ends before the last point.
+        """Keep the points of one problem's branch, and its end if it ends before the last point.
 
-        Return whether anything was found.
+        Return whether there are any.
         """
         done, places = int(found.done), stretch.places
         if done == 0:
@@ -250,12 +250,12 @@ class ModelBranches:
         return True
 
     def _are_behind(self, block: Block, cases: Any, at: Array, rows: Array) -> Any:
-        """Say which motions, not near the measured one, are behind a jump: their phase is below that of free motion."""
+        """Return which motions, not near the measured one, are behind a jump: their phase is below the phase of free motion."""
         free = [free_response(block.problem(int(case), float(zc))[0])[1][0] for case, zc in zip(cases, at, strict=True)]
         return self.read(block, cases, at, np.nan_to_num(rows))[:, self.tones] < free
 
     def read(self, block: Block, cases: Any, at: Array, rows: Array) -> Array:
-        """Return amplitudes (m) and phases (degrees) from what was measured at some distances (m), (motions, 2 tones)."""
+        """Return amplitudes (m) and phases (degrees) from measurements at some distances (m), (motions, 2 tones)."""
         even = weights(block.frequencies, block.common)
         found = finish_each(block.batch.example, 1, rows, even, *block.tables_of(cases, at))
         return np.concatenate([found["amplitude"][:, : self.tones], found["phase"][:, : self.tones]], axis=1)
@@ -263,17 +263,17 @@ class ModelBranches:
     def slopes(
         self, above: Sequence[Problem], below: Sequence[Problem], shift: float, solved: SolvedCurve, turns: Array
     ) -> Array:
-        """Return what a curve is above minus what it is below, (parameters, points, 2 tones).
+        """Return the difference of the curve above and below, (parameters, points, 2 tones).
 
         Parameters
         ----------
         above, below
-            Problems to both sides of the one that was solved, a pair for each parameter; the last is that problem itself, for
-            the heights. Alone it stands below all.
+            Problems to both sides of the solved problem, a pair for each parameter; the last is the problem itself, for the
+            heights. A single problem below serves all.
         shift
-            How far the heights are moved for the last pair (m), up, and down where `below` has more than that problem.
+            Shift of the heights for the last pair (m), up, and down if `below` has more than one problem.
         solved
-            What was found for the problem.
+            The solved curve of the problem.
         turns
             As of :meth:`solve`.
         """
@@ -287,11 +287,11 @@ class ModelBranches:
         return difference(values[: len(above)], values[len(above) :])
 
     def from_orbits(self, solved: SolvedCurve) -> bool:
-        """Say whether derivatives follow from the orbits that were found; else curves beside them are followed anew."""
+        """Return whether derivatives follow from the orbits found; else curves beside them are followed anew."""
         return self.is_smooth and not bool(solved.lost.any())
 
     def _beside(self, beside: Sequence[Problem], shifts: Array, solved: SolvedCurve) -> Array:
-        """Return what problems say one Newton step beside the orbits of one."""
+        """Return the curves of problems, one Newton step beside the orbits of one problem."""
         block, times = self._block(beside), (len(beside), 1)
         which = np.repeat(np.arange(len(beside)), self.count)
         at = (solved.at[0] + shifts[:, None]).ravel()

@@ -29,8 +29,8 @@ SAME = 5e-3  # of the free amplitude: a stable orbit so near to the last one con
 def over_edges(block: Block, which: Any, stretch: Stretch, values: Array) -> None:
     """Go on along `values` (problems, values) with states that have not ended: a stable orbit ahead is near.
 
-    Values within such a step get the orbit between its ends, as one Newton step corrects it. What is found is written into
-    `stretch`, which holds what was followed so far.
+    Values within such a step get the orbit between its ends, corrected by one Newton step. The orbits are written into
+    `stretch`, after the orbits followed so far.
     """
     rung = np.zeros(len(which), np.int64)
     for _ in range(MOST):
@@ -61,7 +61,7 @@ def past_stability(block: Block, which: Any, stretch: Stretch, values: Array) ->
 
 
 def _step_on(block: Block, same: Any, stretch: Stretch, values: Array, case: int) -> bool:
-    """Go to the next value of one stretch, or on the way there; say whether there is an orbit of the same branch."""
+    """Go to the next value of one stretch, or on the way there; return whether there is an orbit of the same branch."""
     done, last = int(stretch.done[case]), States.last_of(stretch).take([case])
     unit, at = block.unit[same], stretch.last_value[[case]]
     ahead = (values[done] - at) / unit
@@ -88,7 +88,7 @@ def _step_on(block: Block, same: Any, stretch: Stretch, values: Array, case: int
 
 
 def _go_on(block: Block, which: Any, stretch: Stretch, values: Array, case: int, ahead: Stretch) -> None:
-    """Take the orbit ahead of one stretch, those on the way to it, and what follows."""
+    """Take the orbit ahead of one stretch, the orbits on the way to it, and the orbits behind it."""
     same, done = which[case : case + 1], int(stretch.done[case])
     start, stop = stretch.last_value[case], ahead.last_value[0]
     share = (values[done:] - start) / (stop - start)

@@ -22,19 +22,19 @@ class Fitted:
     Attributes
     ----------
     settings, model
-        What was asked, and the model of case and data with which it was found.
+        The settings, and the model of case and data.
     minima, starts
-        The minima, the lowest first; where the searches began, and how low chi2 was there.
+        The minima, the lowest first; the starts of the searches, with their chi2.
     certain, sides
-        How well the unknowns are known: near the best, and to both sides of it.
+        The certainty of the unknowns: near the best, and to both sides of it.
     passed
         Errors passed on from fixed parameters, (unknowns,).
     profiles
-        By the name of the unknown.
+        Profiles by the name of the unknown.
     bootstrap
-        Fits to redrawn residuals, where they were asked for.
+        Fits to redrawn residuals, if requested.
     coarse, runs
-        By how much more samples would change the curve, in standard deviations; evaluations of the model.
+        Change of the curve by more samples, in standard deviations; evaluations of the model.
     interrupted
         Whether it was stopped.
     """

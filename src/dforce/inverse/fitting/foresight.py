@@ -1,4 +1,4 @@
-"""`df.identify`: what an instrument and a range of distances can tell, before anything is measured."""
+"""`df.identify`: the parameters that an instrument and a range of distances constrain, before a measurement."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 POINTS = 101  # of each branch
-FARTHEST, NEAREST = 1.15, 0.3  # of the free amplitude: range where none is given
+FARTHEST, NEAREST = 1.15, 0.3  # of the free amplitude: default range
 AMPLITUDE_ERROR, PHASE_ERROR = 2e-3, 0.3  # of the free amplitude, and degrees: usual noise
 PRIORS = {"A0": 5e-3, "Q": 0.02, "phase_offset": 0.5}  # usual errors: of the value, of the value, degrees
-SAMPLE, PRIOR, ALL = "sample", "prior", "all"  # what is known of the instrument: all of it, as usual, nothing
+SAMPLE, PRIOR, ALL = "sample", "prior", "all"  # the instrument: all known, with usual errors, unknown
 UNSEEN, ONLY_PRODUCT, NOT_CONSTRAINED = "not seen", "only a product", "not constrained by this curve"  # verdicts
 MARGIN = 2  # points beside the end of a branch
 SECOND = {"f0": 6.2, "k": 39.3, "Q": 2.5}  # a second mode over the first, as of a rectangular lever in air
@@ -115,7 +115,7 @@ def identify(
 
 
 def _measured(data: xr.Dataset, errors: Mapping[str, Any] | None) -> tuple[Array, Mapping[str, Any]]:
-    """Return the distances (m) of a measured curve, and its noise where no other is given."""
+    """Return the distances (m) of a measured curve, and its noise unless `errors` are set."""
     check_measured(data)
     known = [f"{name}{ending}" for name in ("amplitude", "phase") for ending in ("", "_2")]
     noise = {name: data.attrs[f"{name}_error"] for name in known if f"{name}_error" in data.attrs}
@@ -196,7 +196,7 @@ def _noise(case: Case, errors: Mapping[str, Any]) -> tuple[Array, Array]:
     Raises
     ------
     ParameterError
-        For errors of what a curve does not have, or not above 0.
+        For errors of a quantity that a curve does not have, or not above 0.
     """
     amplitude, phase = [], []
     known = [f"{name}{ending}" for name in ("amplitude", "phase") for ending in ("", "_2")]
@@ -228,7 +228,7 @@ def _behind(case: Case, along: Array) -> tuple[Array, Array] | None:
 
 
 def _all_unknowns(case: Case, free: Sequence[str]) -> list[Unknown]:
-    """Return the unknowns of all sets: parameters, heights, then what is known of the instrument."""
+    """Return the unknowns of all sets: parameters, heights, then the instrument's."""
     tones = len(case.problem.tones)
     endings = ["", "_2"][: min(tones, 2)]
     nuisance = ["zc_offset", *(f"A0{ending}" for ending in endings), *(f"phase_offset{ending}" for ending in endings)]
@@ -256,7 +256,7 @@ def _quality_paths(case: Case) -> list[str]:
 
 
 def _parts(found: _Branches) -> dict[str, tuple[list[Unknown], Array]]:
-    """Return the parts of the Jacobian that curves see, by what these are called."""
+    """Return the parts of the Jacobian for each curve, by its name."""
     behind = found.kind == BEHIND_JUMP
     if not behind.any():
         return {"approach": found.rows()}
@@ -329,7 +329,7 @@ def _dataset(case: Case, free: Sequence[str], curves: dict[str, tuple[list[Unkno
 
 
 def _verdicts(unknowns: list[Unknown], found: Certainty) -> list[str]:
-    """Return in words how well each unknown is told."""
+    """Return words for the certainty of each unknown."""
     out = []
     correlation = np.abs(np.nan_to_num(found.correlation - np.diag(np.diag(found.correlation))))
     for i, (one, error) in enumerate(zip(unknowns, found.errors, strict=True)):

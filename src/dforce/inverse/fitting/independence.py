@@ -23,7 +23,7 @@ SHARE = 2  # of the longest row the correlation is summed over, at most: 1 / SHA
 
 
 def neighbors(branch: Indices, ways: Any, height: Array) -> list[Indices]:
-    """Return places of neighbors, in the order of their heights: those of each direction on each branch."""
+    """Return places of neighbors, in the order of their heights, for each direction on each branch."""
     order = np.lexsort((height, ways, branch))
     cuts = np.flatnonzero((np.diff(branch[order]) != 0) | (ways[order][1:] != ways[order][:-1])) + 1
     return np.split(order, cuts)
@@ -68,10 +68,10 @@ def _by_chance(deviation: float) -> float:
 
 
 def inflation(model: CurveModel, predicted: Prediction) -> float:
-    r"""Return by how much correlated noise raises the covariance of a fit, 1 for white noise.
+    r"""Return the factor by which correlated noise raises the covariance of a fit, 1 for white noise.
 
-    The correlation r of neighbors in the free part raises it by :math:`(1 + r) / (1 - r)`, that of residuals by their
-    :func:`lasting`; the larger counts.
+    The correlation r of neighbors in the free part raises it by :math:`(1 + r) / (1 - r)`, the correlation of residuals by
+    their :func:`lasting`; the larger counts.
     """
     data, known = model.data, model.data.correlation
     places = np.flatnonzero(~predicted.lost)
@@ -83,7 +83,7 @@ def inflation(model: CurveModel, predicted: Prediction) -> float:
 
 
 def lasting(rows: list[Array]) -> float:
-    r"""Return the variance of the sum of residuals over that of white noise, 1 where neighbors are not correlated.
+    r"""Return the variance of the sum of residuals, relative to white noise; 1 where neighbors are not correlated.
 
     With autocovariances :math:`c_k` in standard deviations it is :math:`c_0 + 2 \sum c_k`. The sum ends at five times the
     length of the correlation (A. D. Sokal, in Functional Integration, ed. C. DeWitt-Morette et al., p. 131 (1997)). Neighbors

@@ -1,4 +1,4 @@
-"""The measured curve that a case names, read and calibrated as its table `[data]` says."""
+"""The measured curve that a case names, read and calibrated by its table `[data]`."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ CALIBRATED = "neighbor_correlation"  # an attribute that calibration leaves
 
 
 def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None) -> xr.Dataset:
-    """Return a measured curve: as given, or read from a file and calibrated.
+    """Return a measured curve: the argument, or read from a file and calibrated.
 
     Raises
     ------
     ParameterError
-        When nothing is given and the case names no file, and for settings that reader or calibration do not know.
+        Without a curve and without a file in the case, and for settings unknown to reader or calibration.
     """
     asked = case.data or Data()
     if given is not None and not isinstance(given, str | os.PathLike):
@@ -39,12 +39,12 @@ def measured_curve(case: Case, given: xr.Dataset | str | os.PathLike[str] | None
 
 
 def measured_curves(case: Case, path: str | os.PathLike[str]) -> list[xr.Dataset | DForceError]:
-    """Return all curves of a file, read and calibrated, and in the place of one that cannot be why.
+    """Return all curves of a file, read and calibrated; the error in the place of a curve that cannot be read.
 
     Raises
     ------
     DForceError
-        When the file itself cannot be read, and for settings that reader or calibration do not know.
+        When the file itself cannot be read, and for settings unknown to reader or calibration.
     """
     asked = case.data or Data()
     how = calibration_of(asked)
@@ -61,7 +61,7 @@ def measured_curves(case: Case, path: str | os.PathLike[str]) -> list[xr.Dataset
 
 
 def reading_of(asked: Data) -> dict[str, Any]:
-    """Return what :func:`dforce.read_measured` is called with.
+    """Return the arguments of :func:`dforce.read_measured`.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def reading_of(asked: Data) -> dict[str, Any]:
 
 
 def calibration_of(asked: Data) -> dict[str, Any]:
-    """Return what :func:`dforce.calibrate` is called with.
+    """Return the arguments of :func:`dforce.calibrate`.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def calibration_of(asked: Data) -> dict[str, Any]:
 def known_settings(
     function: Callable[..., Any], given: dict[str, Any], more: Mapping[str, object], table: str
 ) -> dict[str, Any]:
-    """Return what a function is called with: settings that are given by name, and more of a table of `[data]`.
+    """Return the arguments of a function: settings by name, and more from a table of `[data]`.
 
     Raises
     ------

@@ -68,7 +68,7 @@ def fit_many(
             except DForceError as error:
                 done[name] = str(error)
                 continue
-            except Exception as error:  # whatever is wrong with one curve, the others are fitted  # noqa: BLE001
+            except Exception as error:  # an error of one curve must not stop the others  # noqa: BLE001
                 done[name] = f"{type(error).__name__}: {error}"
                 continue
             if one.attrs.get("interrupted"):  # by a stop that is meant for all
@@ -83,7 +83,7 @@ def fit_many(
 
 
 def _every(case: Case, curves: Mapping[str, object]) -> dict[str, Any]:
-    """Return curves by their names, those of files read, and errors in the place of those that cannot be."""
+    """Return curves by their names, read from files where needed, and errors in the place of unreadable curves."""
     out: dict[str, Any] = {}
     for name, curve in curves.items():
         if not isinstance(curve, str | os.PathLike):
@@ -91,7 +91,7 @@ def _every(case: Case, curves: Mapping[str, object]) -> dict[str, Any]:
             continue
         try:
             found = measured_curves(case, curve)
-        except Exception as error:  # whatever is wrong with one file, the others are fitted  # noqa: BLE001
+        except Exception as error:  # an error of one file must not stop the others  # noqa: BLE001
             out[name] = error
             continue
         several = len(found) > 1
@@ -100,6 +100,6 @@ def _every(case: Case, curves: Mapping[str, object]) -> dict[str, Any]:
 
 
 def _label(curve: xr.Dataset | DForceError) -> str:
-    """Return what its file calls a curve where that is not its place there, in brackets."""
+    """Return the name of a curve in its file, in brackets, unless it is its place there."""
     label = "" if isinstance(curve, DForceError) else str(curve.attrs.get("label", ""))
     return f" ({label} in the file)" if label else ""

@@ -106,7 +106,7 @@ class Objective:
         return out
 
     def jacobian(self, free: Array) -> Array:
-        """Return the derivatives of the residuals by what is varied."""
+        """Return the derivatives of the residuals by the varied numbers."""
         varied = self.whole(free)
         predicted = self.predict(varied)
         if predicted is None:
@@ -114,7 +114,7 @@ class Objective:
         return jacobian(self.model, varied, predicted, both_sides=False)[:, self.free]
 
     def minimize(self, tolerance: float = EXACT, most: int = MOST) -> Minimum:
-        """Return the minimum near the start; a stop by Ctrl-C is passed on, and `best` is what was met."""
+        """Return the minimum near the start; Ctrl-C is passed on, with the lowest point so far in `best`."""
         from scipy.optimize import least_squares
 
         low, high = limits(self.model.unknowns)
@@ -139,7 +139,7 @@ class Objective:
 
 
 def jacobian(model: CurveModel, varied: Array, predicted: Prediction, both_sides: bool = True) -> Array:
-    """Return the derivatives of the residuals, those of the priors last, by what is varied; see :meth:`CurveModel.slopes`."""
+    """Return the derivatives of residuals, then priors, by the varied numbers; see :meth:`CurveModel.slopes`."""
     slopes = model.slopes(varied, predicted, both_sides) / model.sigma[..., None]
     known = [i for i, one in enumerate(model.unknowns) if one.prior is not None]
     each = zip(model.unknowns, model.values(varied), strict=True)

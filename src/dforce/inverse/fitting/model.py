@@ -48,13 +48,13 @@ class CurveModel:
     Parameters
     ----------
     case, unknowns
-        What is modeled, and what is varied.
+        The case, and the unknowns to vary.
     data
-        The measured curve; its points that are not used are left out.
+        The measured curve; its unused points are left out.
     finer
-        How many times the samples per period of the case are taken.
+        Factor of the samples per period of the case.
     which
-        Places of the points to model, among those used; left out: all.
+        Places of the points to model, among the used points; left out: all.
     """
 
     def __init__(
@@ -85,11 +85,11 @@ class CurveModel:
         return Problem.build(case.instrument, case.forces)
 
     def values(self, varied: Array) -> Array:
-        """Return values (SI) of the unknowns from what is varied."""
+        """Return values (SI) of the unknowns from the varied numbers."""
         return np.array([one.value(number) for one, number in zip(self.unknowns, varied, strict=True)])
 
     def predict(self, varied: Array) -> Prediction:
-        """Return what the model says; everything is lost where there is no such problem."""
+        """Return the prediction of the model; all points are lost where no such problem exists."""
         return self.predict_many(varied[None])[0]
 
     def predict_many(self, varied: Array) -> list[Prediction]:
@@ -127,7 +127,7 @@ class CurveModel:
         return np.array([known.get(tone, 1.0) for tone in range(self.tones)])
 
     def slopes(self, varied: Array, predicted: Prediction, both_sides: bool = True) -> Array:
-        """Return the derivatives of what the model says by what is varied, (points, 2 tones, unknowns).
+        """Return the derivatives of the prediction by the varied numbers, (points, 2 tones, unknowns).
 
         They are differences to both sides, or to one: half the work, and as good for the search of a minimum.
         """
@@ -160,12 +160,12 @@ class CurveModel:
         return out
 
     def priors(self, varied: Array) -> Array:
-        """Return how far the unknowns are from what was known of them, in standard deviations."""
+        """Return the deviations of the unknowns from their priors, in standard deviations."""
         known = [(one.prior, value) for one, value in zip(self.unknowns, self.values(varied), strict=True)]
         return np.array([(value - prior[0]) / prior[1] for prior, value in known if prior is not None])
 
     def residuals(self, predicted: Prediction) -> Array:
-        """Return what the model says minus what was measured, in standard deviations, (points, 2 tones)."""
+        """Return prediction minus measurement, in standard deviations, (points, 2 tones)."""
         out = predicted.values - self.measured
         out[:, self.tones :] = wrapped(out[:, self.tones :])
         return np.asarray(out / self.sigma)
@@ -182,7 +182,7 @@ def _stretch(data: MeasuredPoints, points: Any, kind: int) -> BranchPoints:
 
 
 def allowed(model: CurveModel, varied: Array) -> bool:
-    """Say whether there is a problem at some values of the unknowns."""
+    """Return whether a problem exists at some values of the unknowns."""
     try:
         model.problem(model.values(varied))
     except DForceError:

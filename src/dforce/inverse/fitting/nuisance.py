@@ -10,11 +10,11 @@ from dforce.case import Case, Fit
 from dforce.inverse.fitting.points import FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import Unknown
 
-FREE_POINTS = 5  # used points that are free motion: then they tell A0 and the phase offset themselves
+FREE_POINTS = 5  # used points of free motion: then they constrain A0 and the phase offset themselves
 
 
 def usual_nuisance(case: Case, settings: Fit, read: MeasuredPoints) -> tuple[str, ...]:
-    """Return the nuisance parameters; the usual ones of each tone, and no amplitude that the case says at each distance."""
+    """Return the nuisance parameters: the usual ones of each tone, without an amplitude that the case sets at each distance."""
     if settings.nuisance != Fit().nuisance:
         return settings.nuisance
     if case.cantilever.drift is not None and case.cantilever.drift.A0:
@@ -25,7 +25,7 @@ def usual_nuisance(case: Case, settings: Fit, read: MeasuredPoints) -> tuple[str
 
 
 def with_free_part(unknowns: list[Unknown], data: MeasuredPoints, given: set[str]) -> list[Unknown]:
-    """Return unknowns with what the free part told beforehand, where that part is not itself among the points."""
+    """Return unknowns with priors from the free part, unless its points are in the fit."""
     free = data.attrs.get("free_amplitude")
     if free is None:
         return unknowns

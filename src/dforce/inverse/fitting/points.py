@@ -1,7 +1,7 @@
-"""A measured curve as the fit takes it: points, errors, and the branch on which each of them lies.
+"""A measured curve for a fit: points, errors, and the branch of each point.
 
-A point lies on one of two branches. The one that free motion leads to is followed from the far end to the near one, the one
-behind a jump from its nearest point outward. Where a jump happens is no data: it depends on the steps and on the noise.
+A point lies on one of two branches. The branch of free motion is followed from the far end to the near end, the branch behind
+a jump from its nearest point outward. The place of a jump is not used: it depends on the steps and on the noise.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from scipy.special import ndtr, ndtri, stdtrit
 from dforce.core.arrays import Array, Bools, Indices, Texts
 
 FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
-NEIGHBORS = 4  # steps on both sides that say how steep a curve is there
+NEIGHBORS = 4  # steps on both sides for the slope of a curve
 STRETCH = 5.0  # errors of a height to each side: over that the noise of the heights does not flatten a slope
 
 
@@ -39,11 +39,11 @@ class MeasuredPoints:
     amplitude_error, phase_error
         Their standard deviations, (tones,).
     correlation
-        Of the noise of neighbors.
+        Correlation of the noise of neighbors.
     attrs
-        What else the data say of themselves.
+        Other attributes of the data.
     noise_points
-        From how many points the standard deviations were found, so that they are as uncertain; infinite where they are known.
+        Number of points behind the standard deviations, for their uncertainty; infinite where they are known.
     height_error
         Standard deviation of a height (m).
     direction
@@ -98,7 +98,7 @@ class MeasuredPoints:
     def spread(self) -> Array:
         """Standard deviations of amplitudes, then phases, at each point, (points, 2 tones).
 
-        Where a curve is steep, the noise of its heights adds to that of the values (the effective variance; J. Orear,
+        On a steep part of a curve the noise of its heights adds to the noise of the values (the effective variance; J. Orear,
         Am. J. Phys. 50, 912 (1982)).
         """
         plain = np.broadcast_to(self.sigma, self.values.shape)

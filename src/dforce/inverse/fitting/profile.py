@@ -21,8 +21,8 @@ TRIES, MOST_STEPS = 5, 20  # values at which an end of an interval is sought, an
 ROUGHLY = 0.01  # of chi2: two steps that lower it by less end the search for an end of an interval
 HALFWAY = 0.5
 CLOSE_ENOUGH = 0.15  # of the root of the rise: ends are interpolated from there
-STUCK = 2.0  # times that root: a search that ends so high may not have found the least
-LOWER = 0.05  # of chi2: what is so much lower is another minimum
+STUCK = 2.0  # times that root: a search that ends so high may have missed the least
+LOWER = 0.05  # of chi2: a point so much lower is another minimum
 WIDEST = 1.0  # of the logarithm: longest step where the error is larger or not known
 
 
@@ -33,10 +33,10 @@ class Profile:
     Attributes
     ----------
     varied, chi2
-        What is varied, in order, and the least chi2 there.
+        The varied number, in order, and the least chi2 there.
     ends
-        How far below and above the best chi2 has risen as at the ends of the interval of 68 % (of what is varied), then of
-        95 %; infinite where it does not.
+        Distances below and above the best (of the varied number) to the ends of the interval of 68 %, then of 95 %; infinite
+        where chi2 does not rise so far.
     """
 
     varied: Array
@@ -82,7 +82,7 @@ def profile_of(
 
 @dataclass(frozen=True)
 class Way:
-    """Where one unknown leads away from a minimum: its place, all unknowns along a unit of it, those that are free, a step.
+    """The way of one unknown from a minimum: its place, all unknowns along a unit of it, the free unknowns, a step.
 
     The goal is the root of the rise of chi2 at the end of the interval.
     """
@@ -129,7 +129,7 @@ def end_of(
 ) -> ProfilePoint | Minimum:
     """Return how chi2 rises along one unknown up to its goal above a floor, or a minimum below the floor where one is met.
 
-    What is known of it beforehand counts. One place lies about halfway: that tells one standard deviation.
+    Known points count. One place lies about halfway: it yields one standard deviation.
     """
     goal, (low, high) = way.goal, limits(model.unknowns)
     ends = ProfilePoint([0.0, *known.ways], [math.sqrt(max(best.chi2 - floor, 0.0)), *known.roots])

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 TELLING = 0.5  # correlations from here on are listed
 UNDECIDED = 6.0  # of AIC or BIC: models nearer to the best are not excluded
-ALIKE = 1.2  # ratio of the errors to both sides from which on both are told
+ALIKE = 1.2  # ratio of the errors to both sides from which both are reported
 OPEN = 100.0  # times the standard deviation: a side where chi2 has not risen by then has no end
 NOISE = ("amplitude_error", "phase_error", "height_error")  # attributes
-LITTLE = 0.01  # of an error: what is passed on from given values is not told where it is less
+LITTLE = 0.01  # of an error: a smaller part from given values is not reported
 
 
 @checked
@@ -157,7 +157,7 @@ def _parameters(result: xr.Dataset) -> list[str]:
 
 
 def _heading(result: xr.Dataset) -> str:
-    """Return above the parameters what they hold for: curves with other k or R are as good."""
+    """Return the heading of the parameters with the values that they hold for: curves with other k or R are as good."""
     held = str(result.attrs.get("holds_for", ""))
     return f"parameters, for {held}; with other values the forces scale, and chi2 may hide it" if held else "parameters"
 
@@ -191,7 +191,7 @@ def _both_sides(one: xr.Dataset, error: str, unit: str) -> str:
 
 
 def _given(result: xr.Dataset) -> list[str]:
-    """Return the part of each error that what was given as known brings, where it counts."""
+    """Return the part of each error from parameters with known values, where it counts."""
     rows = []
     for name, one in _each(result):
         given = float(one["error_given"])
@@ -202,7 +202,7 @@ def _given(result: xr.Dataset) -> list[str]:
 
 
 def _bootstrap(result: xr.Dataset) -> list[str]:
-    """Return the errors by redrawn residuals, beside those of the covariance."""
+    """Return the errors by redrawn residuals, beside the errors by the covariance."""
     if "bootstrap_error" not in result:
         return []
     rows = []

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 KIND = "fit"  # of a result, in its attributes
-AT_BOUND = 1e-3  # of what is varied: nearer to a bound a value lies at it
+AT_BOUND = 1e-3  # of the varied number: a value nearer to a bound lies at it
 LARGEST = 700.0  # logarithm of a number
 MIDDLE = (0.1587, 0.8413)  # shares of normal numbers below one standard deviation to each side
 POINTS = 201  # of the curve that the best case computes
@@ -117,7 +117,7 @@ def _ends(index: int, found: Fitted) -> list[float]:
 
 
 def _value(one: Unknown, varied: float) -> float:
-    """Return the value where what is varied is this; infinite beyond all numbers."""
+    """Return the value of an unknown at a varied number; infinite beyond all numbers."""
     return math.inf if one.is_log and varied > LARGEST else one.value(varied)
 
 

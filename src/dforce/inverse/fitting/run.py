@@ -40,7 +40,7 @@ NUMBERS_EACH = 5  # measured numbers that each unknown needs, at least
 TOO_COARSE = 0.1  # standard deviations that more samples may change the curve by
 MOST_LOWER = 4  # minima that are met on the way to the ends of intervals
 FINEST = 4  # times the samples of the case
-USUAL_RUNS = 60  # of the model in a fit: what the progress bar is measured by
+USUAL_RUNS = 60  # of the model in a fit: the scale of the progress bar
 
 
 class FitSettings(TypedDict, total=False):
@@ -120,7 +120,7 @@ def fit(
 
 
 def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, object]) -> Fit:
-    """Return the settings of a fit: what is given, else what the case says."""
+    """Return the settings of a fit: the arguments, else the case's settings."""
     given = {key: value for key, value in settings.items() if value is not None}
     if free is not None:
         given["free"] = tuple(free)
@@ -128,7 +128,7 @@ def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, o
 
 
 def fitted(case: Case, data: xr.Dataset, settings: Fit, report_progress: Progress) -> Fitted:
-    """Return what a fit finds."""
+    """Return the result of a fit."""
     use = case.data.use if case.data is not None else {}
     reading = checked_reading(
         settings.branch, settings.margin, settings.errors, use.get("height"), str(use.get("direction", ""))
@@ -155,7 +155,7 @@ def fitted(case: Case, data: xr.Dataset, settings: Fit, report_progress: Progres
 
 
 class _FitRun:
-    """The way of a fit from its starts to its errors; what is there when it is stopped is kept."""
+    """The way of a fit from its starts to its errors; a stopped fit keeps its results so far."""
 
     def __init__(
         self, case: Case, settings: Fit, data: MeasuredPoints, unknowns: list[Unknown], report_progress: Progress
@@ -182,7 +182,7 @@ class _FitRun:
         self.check_cancelled()
 
     def run(self) -> Fitted:
-        """Return what was found."""
+        """Run the fit and return its result."""
         interrupted, coarse = False, np.nan
         profiles: dict[str, Profile] = {}
         sides: Sides | None = None
@@ -197,7 +197,7 @@ class _FitRun:
             heard()
             interrupted = True
         passed = np.zeros(len(self.unknowns))
-        if not self.minima:  # where it was stopped is no minimum, at which alone the derivatives tell errors
+        if not self.minima:  # it was stopped before a minimum, and derivatives yield errors only at a minimum
             self.minima = [self._lowest()]
             certain = Certainty.unknown(len(self.unknowns))
         else:
@@ -330,7 +330,7 @@ class _FitRun:
         return self.minima[0].chi2 > POOR * degrees_of_freedom(self.model, self._certainty())
 
     def _passed_on(self, certain: Certainty) -> Array:
-        """Return the errors that those of fixed parameters leave."""
+        """Return the errors passed on from fixed parameters."""
         by, best = self._derivatives(), self.minima[0]
         fixed = given_values(self.case, self.data.tones, self.settings.given, ())
         both = CurveModel(self.case, [*fixed, *self.unknowns], self.data, self.model.finer)

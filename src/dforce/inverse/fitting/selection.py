@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
 BRANCHES = {"attractive": FROM_FREE, "repulsive": BEHIND_JUMP}
 FEWEST = 8  # points
-MISTYPED = 1000.0  # times what a curve spans: an error so large was typed without its unit
+MISTYPED = 1000.0  # times the range of a curve: an error so large was typed without its unit
 
 
 @dataclass(frozen=True)
 class PointSelection:
-    """How the points of a curve are taken.
+    """The selection of the points of a curve.
 
     Attributes
     ----------
     branch
         ``measured``: each point's own; ``attractive`` or ``repulsive``: one branch alone counts.
     margin
-        How many points beside each jump are left out; None: 1 where jumps are found in the data, whose branches may be told
-        wrong there, 0 where the data give the branch of each point.
+        Number of points left out beside each jump. None: 0 if the data have the branch of each point, else 1, because branches
+        may be wrong beside a jump.
     errors
         Standard deviations that replace the data's own: m and degrees, by the names of the variables.
     height
@@ -168,12 +168,12 @@ def _on_branch(found: MeasuredPoints, branch: Any, used: Any, name: str) -> Any:
 
 
 def checked_reading(branch: str, margin: int | None, errors: Any, height: Any, direction: str) -> PointSelection:
-    """Return how points are taken, after checking what a user gave.
+    """Return the selection of points, after a check of the arguments.
 
     Raises
     ------
     ParameterError
-        For a word or a number that is not known.
+        For an unknown word or number.
     """
     if branch not in ("measured", *BRANCHES):
         raise ParameterError(f"branch = '{shorten(branch)}' is not measured, attractive or repulsive")

@@ -1,7 +1,7 @@
-"""How far each unknown may be off to either side, by how chi2 rises there.
+"""The errors of each unknown to either side, by the rise of chi2 there.
 
-The covariance takes the model for a straight line. Where the branch of free motion ends just behind its last point the curve
-is far steeper on one side of the best fit than on the other, and the covariance knows only the slope between them.
+The covariance takes the model for a straight line. If the branch of free motion ends just behind its last point, the curve is
+far steeper on one side of the best fit than on the other. The covariance contains only the slope between them.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from dforce.inverse.fitting.unknowns import limits
 WIDEST = 1.0  # of a logarithm: farthest place where chi2 is asked for
 UNEVEN = 0.05  # of the interval of the covariance: ends of intervals farther from there are asked for
 BENT = 0.5  # of the root of the distance from a fold: no straight line leads so far in it
-FARTHEST = 4.0  # times the error of the covariance: chi2 that rises so slowly tells no end
+FARTHEST = 4.0  # times the error of the covariance: chi2 that rises so slowly has no end
 MOST_STEPS = 6  # of Gauss and Newton beside each place
-LEFT = 0.05  # of chi2: what another step would lower it by, at most, where it is the least
+LEFT = 0.05  # of chi2: largest gain of another step at a minimum
 STRAIGHT = ("A0", "phase_offset", "amplitude_scale")  # these scale or shift a curve: their covariance is right
 
 
 class Sides(NamedTuple):
-    """How far below and above the best each unknown may be (of what is varied), (unknowns,).
+    """The errors of each unknown below and above the best (of the varied number), (unknowns,).
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Sides(NamedTuple):
     high_95: Array
 
     def joined(self, other: Sides, apart: Array) -> Sides:
-        """Return the sides of a minimum and another one, so far away, as those of the first; NaN: it is too high for them."""
+        """Return the joint sides of a minimum and another one at a distance `apart`; NaN: the other is too high for them."""
         each = zip(self, other, (-apart, apart, -apart, apart), strict=True)
         return Sides(*(np.where(np.isnan(mine), np.nan, np.fmax(mine, ends + way)) for mine, ends, way in each))
 
@@ -69,17 +69,17 @@ def sides_of(
 ) -> Sides | Minimum:
     """Return the sides of all unknowns, or a lower minimum where one is met.
 
-    Chi2 is asked for halfway to the interval of 95 % of the covariance and there, with the other unknowns where they lower it
-    most: first along the covariance, then by steps of Gauss and Newton beside it. Where it rises unevenly, it is asked for once
-    more where it seems to have risen as at the end of the interval. All these curves are followed at once. Where the steps do
-    not end, or points are lost on the way, chi2 is minimized over the others.
+    Chi2 is computed halfway to the interval of 95 % of the covariance and there, with the other unknowns at its minimum. They
+    go first along the covariance, then by steps of Gauss and Newton beside it. If chi2 rises unevenly, it is computed once more
+    at the expected end of the interval. All these curves are followed at once. If the steps do not end, or points are lost on
+    the way, chi2 is minimized over the others.
 
     Parameters
     ----------
     model, best, by, certain
         The minimum, with the derivatives of all residuals there, and the covariance.
     floor
-        The chi2 above which rises count: that of the lowest minimum.
+        The chi2 above which rises count: the lowest minimum's.
     """
     errors, (one, sure) = certain.errors, certain.levels
     moving = certain.seen & np.isfinite(errors) & (errors > 0.0)
@@ -222,8 +222,8 @@ def _residuals(model: CurveModel, places: Array) -> Array:
 def _reach(level: float, before: float, ways: Array, rises: Array, error: float) -> float:
     """Return how far the root of the rise of chi2 comes to a level, from its values at some distances, NaN where not known.
 
-    `before` is the root of the rise at no distance; see :func:`reach`. Without the first two values the distance is that of
-    the covariance.
+    `before` is the root of the rise at no distance; see :func:`reach`. Without the first two values the distance is the
+    covariance's.
     """
     if before > level:
         return math.nan

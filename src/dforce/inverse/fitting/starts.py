@@ -1,7 +1,7 @@
-"""Where a fit starts: the fold of a curve makes false minima, so one start is not enough.
+"""The starts of a fit: the fold of a curve makes false minima, so one start is not enough.
 
-First what lies near the user's start is searched as a whole: curves of many cases are followed side by side, and each is
-shifted along the heights to where it fits best, which needs no other curve. The best that differ are refined, roughly first.
+First the region around the user's start is searched. Curves of many cases are followed side by side, and each is shifted along
+the heights to its best fit, which needs no other curve. The best different curves are refined, roughly first.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, Unknown, limits, start_vector
 
 REACH = np.log(8.0)  # how far around the start logarithms are searched
-WIDE = 0.25  # the same for what is not varied by its logarithm, of its size
+WIDE = 0.25  # the same for unknowns that are not varied by their logarithm, of their size
 CURVES = {0: 1, 1: 16, 2: 32}  # curves to search with, by the number of parameters; more of these: MOST_CURVES
 MOST_CURVES, WITH_MEMORY = 64, 12
 POINTS = 30  # of a branch that is searched with
@@ -32,21 +32,21 @@ REFINED, MOST_ROUGH = 3, 20  # starts that are refined, and evaluations of each,
 DIFFERENT = 0.35  # of REACH: starts nearer to each other are one
 CLOSE = 25.0  # of chi2: minima that are roughly found farther above the best are not refined again
 ALIKE = 0.3  # of chi2, and of the standard deviation between two curves: within both they are one minimum
-LOWEST = 0.25  # share of the points, those of the least amplitude, whose height is about their amplitude
+LOWEST = 0.25  # share of the points with the least amplitudes, whose height is about their amplitude
 
 
 @dataclass(frozen=True)
 class SearchStart:
-    """A place to start from, and what chi2 is there."""
+    """A place to start from, and its chi2."""
 
     varied: Array
     chi2: float
 
 
 def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) -> Array:
-    """Return what is varied at the start, with the free amplitude and the heights told by the data.
+    """Return the varied numbers at the start, with the free amplitude and the heights from the data.
 
-    On a stiff sample the average distance is about the amplitude, so the least amplitudes tell the offset of the heights.
+    On a stiff sample the average distance is about the amplitude, so the least amplitudes show the offset of the heights.
     """
     varied = start_vector(unknowns)
     for i, one in enumerate(unknowns):
@@ -68,7 +68,7 @@ def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) 
 
 
 def searched(model: CurveModel, varied: Array) -> list[SearchStart]:
-    """Return starts near a first guess, the best of them first; the guess itself is among those that were searched."""
+    """Return starts near a first guess, the best first; the guess itself is searched, too."""
     from scipy.stats import qmc
 
     unknowns = model.unknowns
@@ -81,7 +81,7 @@ def searched(model: CurveModel, varied: Array) -> list[SearchStart]:
     many = np.tile(varied, (count, 1))
     size = np.array([REACH if unknowns[i].is_log else WIDE for i in wide])
     if wide:
-        sobol = qmc.Sobol(len(wide), scramble=True, seed=np.random.default_rng(1))  # SciPy before 1.15 knows no `rng`
+        sobol = qmc.Sobol(len(wide), scramble=True, seed=np.random.default_rng(1))  # SciPy before 1.15 has no `rng`
         many[1:, wide] += size * (2.0 * sobol.random(count)[1:] - 1.0)
     low, high = limits(unknowns)
     many = np.clip(many, low, high)
@@ -104,9 +104,9 @@ def searched(model: CurveModel, varied: Array) -> list[SearchStart]:
 
 
 def _shifted(model: CurveModel, many: Array) -> Iterator[tuple[list[SearchStart], float]]:
-    """Give many places with the heights, and the phase, where their curves fit best; and below which chi2 none will follow.
+    """Give many places with the heights, and the phase, at their best fit; and a lower bound of chi2 for all later places.
 
-    All are followed along the first branch. What chi2 is there it is at least on both, so the best are followed on first.
+    All are followed along the first branch. Its chi2 is a lower bound for both branches, so the best are followed first.
     """
     data, unknowns, size = model.data, model.unknowns, model.case.problem.tones[0].A0
     heights = [i for i, one in enumerate(unknowns) if one.kind == HEIGHT]
@@ -164,7 +164,7 @@ def _apart(part: CurveModel, many: Array, shifts: Array) -> Array:
 
 
 def _chi2(apart: Array, data: MeasuredPoints) -> Array:
-    """Return the sums of squares of what curves are apart from the points, (curves, shifts)."""
+    """Return the sums of squared differences between curves and points, (curves, shifts)."""
     return np.asarray(((apart / data.sigma) ** 2).sum(axis=(2, 3)))
 
 
@@ -189,7 +189,7 @@ def refined(model: CurveModel, starts: list[SearchStart], on_run: Callable[[Obje
 
 
 def different(minima: list[Minimum], model: CurveModel) -> list[Minimum]:
-    """Return minima in order, each only once: those are one whose curves are, within the noise."""
+    """Return minima in order, each only once: minima with equal curves, within the noise, are one."""
     out: list[Minimum] = []
     for one in sorted(minima, key=_rank):
         if not any(_same(one, other, model) for other in out):
@@ -198,7 +198,7 @@ def different(minima: list[Minimum], model: CurveModel) -> list[Minimum]:
 
 
 def _rank(one: Minimum) -> float:
-    """Return chi2 by which minima are ordered: a state was measured at each point, so one that loses some comes after."""
+    """Return chi2 for the order of minima: each point has a measured state, so a minimum that loses points comes later."""
     return one.chi2 + (CLOSE if one.lost else 0.0)
 
 

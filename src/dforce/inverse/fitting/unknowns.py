@@ -1,4 +1,4 @@
-"""The unknowns of a fit: parameters of the case, and what is only known about the measurement itself.
+"""The unknowns of a fit: parameters of the case, and the offsets and scales of the measurement.
 
 A parameter that cannot be negative is varied by its logarithm: its errors are relative, and no step leaves its domain.
 """
@@ -21,12 +21,12 @@ from dforce.findings.finding import DEGREE
 from dforce.instrument.shared import values_used
 from dforce.inverse.values import number_of, value_and_error, with_unit
 
-CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # what an unknown changes
+CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # targets of an unknown
 LOG_STEP, LENGTH_STEP = 1e-5, 1e-6  # of the logarithm, and of the free amplitude: differences that give derivatives
-# units of what is varied by its logarithm where it starts above 0
+# units of unknowns that are varied by their logarithm if they start above 0
 OFTEN = ("Pa", "Pa s", "J", "J/m^2", "N/m", "Hz", "m")
 ROUNDING = 1e-12  # relative
-MOST = 1e6  # times the start: what is varied by its logarithm stays within that where no bound is given
+MOST = 1e6  # times the start: limit of an unknown that is varied by its logarithm, without a bound
 NUISANCE = ("zc_offset", "A0", "phase_offset", "amplitude_scale")
 
 
@@ -37,17 +37,17 @@ class Unknown:
     Attributes
     ----------
     name
-        As the user calls it, and the result: a path of the case, or one of :data:`NUISANCE`, with `_2` for tone 2.
+        Its name for the user and in the result: a path of the case, or one of :data:`NUISANCE`, with `_2` for tone 2.
     kind
-        What it changes: the case, the heights, a phase, or the scale of an amplitude.
+        Its target: the case, the heights, a phase, or the scale of an amplitude.
     path, tone
-        Where it stands in the case; the tone that a phase or a scale belongs to, from 0.
+        Its path in the case; the tone of a phase or a scale, from 0.
     unit, symbol, doc
         SI unit (degree of a phase), symbol and meaning.
     start, low, high
-        Where the fit starts, and bounds.
+        Start of the fit, and bounds.
     scale
-        Size of what is varied: 0 for the logarithm.
+        Size of the varied number: 0 for the logarithm.
     prior
         Value and standard deviation known beforehand.
     """
@@ -72,13 +72,13 @@ class Unknown:
 
     @property
     def step(self) -> float:
-        """Step of what is varied that gives derivatives."""
+        """Step of the varied number for derivatives."""
         if self.path.endswith("A0") or self.kind == HEIGHT:
             return LENGTH_STEP
         return LOG_STEP
 
     def varied(self, value: float) -> float:
-        """Return what is varied at a value."""
+        """Return the varied number at a value."""
         if not self.is_log:
             return value / self.scale
         return math.log(value) if value > 0.0 else -math.inf
@@ -92,7 +92,7 @@ class Unknown:
         return self.low if self.low - near < value < self.low else value
 
     def slope(self, value: float) -> float:
-        """Return the derivative of the value by what is varied."""
+        """Return the derivative of the value by the varied number."""
         return value if self.is_log else self.scale
 
 
@@ -106,13 +106,13 @@ def make_unknowns(
     starts: Mapping[str, object],
     products: bool = False,
 ) -> list[Unknown]:
-    """Return the unknowns of a fit; `products` says whether parameters may be among them that are known as products only.
+    """Return the unknowns of a fit; with `products` some may be known only as products.
 
     Raises
     ------
     ParameterError
-        For a parameter that the case does not have or does not use, two names of one parameter, a bound outside of its
-        domain, a start outside of its bounds, and parameters of which only products can be known.
+        For an unknown or unused parameter, two names of one parameter, a bound outside of its domain, a start outside of its
+        bounds, and parameters that are known only as products.
     """
     names = [*free, *nuisance]
     if not free:
@@ -121,11 +121,11 @@ def make_unknowns(
     doubled = [name for name in names if names.count(name) > 1]
     if doubled:
         raise ParameterError(f"'{shorten(doubled[0])}' appears twice")
-    for known, what in ((priors, "priors"), (bounds, "bounds"), (starts, "start")):
+    for known, table in ((priors, "priors"), (bounds, "bounds"), (starts, "start")):
         for name in known:
             if name not in names:
                 raise ParameterError(
-                    f"{what} has '{shorten(name)}', but the fit does not vary it{nearest(str(name), names)}"
+                    f"{table} has '{shorten(name)}', but the fit does not vary it{nearest(str(name), names)}"
                 )
     unknowns = [_made(case, tones, str(name)) for name in names]
     places: dict[tuple[str | int, ...], str] = {}
@@ -146,7 +146,7 @@ def given_values(case: Case, tones: int, given: Mapping[str, object], fitted: Se
     Raises
     ------
     ParameterError
-        For one that the case does not have or use, or that is fitted, and for a value without an error.
+        For a parameter that the case does not have or use, or that is fitted, and for a value without an error.
     """
     out = []
     for name, value in given.items():
@@ -191,14 +191,14 @@ def _made(case: Case, tones: int, name: str) -> Unknown:
 
 
 def amplitude_path(case: Case, tone: int) -> str:
-    """Return where the size of a tone's drive stands in a case."""
+    """Return the path of the size of a tone's drive in a case."""
     tones = case.drive.tones
     owner, prefix = (tones[tone], f"drive.tones.{tone + 1}") if tones else (case.drive, "drive")
     return f"{prefix}.{'A0' if owner.A0 is not None else 'base_amplitude'}"
 
 
 def _scale(path: str, quantity: ParameterQuantity, start: float, low: float) -> float:
-    """Return the size of what is varied: 0 where it is the logarithm."""
+    """Return the size of the varied number: 0 for the logarithm."""
     if start > 0.0 and (low >= 0.0 or quantity.unit in OFTEN):
         return 0.0
     if low >= 0.0:
@@ -253,10 +253,10 @@ def _limited(one: Unknown, priors: Mapping[str, Any], bounds: Mapping[str, Any],
 
 
 def refuse_products(unknowns: Sequence[Unknown]) -> None:
-    """Raise ParameterError for parameters of which only a product can be known, whatever the data.
+    """Raise ParameterError for parameters of which any data can constrain only a product.
 
-    All forces scale with k at fixed Q, so k and every strength of a force cannot be told apart; for forces of a paraboloid
-    the radius and their strengths neither.
+    All forces scale with k at fixed Q: k and the strengths of forces are known only as ratios. The same holds for the radius
+    and the strengths of forces of a paraboloid.
     """
     known = {one.path: one for one in unknowns if one.kind == CASE}
     strengths = [path for path in known if path.startswith(("sample.", "forces."))]
@@ -281,12 +281,12 @@ def refuse_products(unknowns: Sequence[Unknown]) -> None:
 
 
 def start_vector(unknowns: Sequence[Unknown]) -> Array:
-    """Return what is varied at the start."""
+    """Return the varied numbers at the start."""
     return np.array([one.varied(one.start) for one in unknowns])
 
 
 def limits(unknowns: Sequence[Unknown]) -> tuple[Array, Array]:
-    """Return the bounds of what is varied."""
+    """Return the bounds of the varied numbers."""
     low, high = (
         np.array([one.varied(edge) for one, edge in zip(unknowns, edges, strict=True)])
         for edges in ([one.low for one in unknowns], [one.high for one in unknowns])

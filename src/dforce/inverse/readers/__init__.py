@@ -1,8 +1,7 @@
 """Readers of files of measured curves: one file, one maker.
 
-The readers are found by looking through this folder, so that a new file is all that a new maker takes: each has a
-:class:`~dforce.inverse.table.Reader` named ``READER``. Those of other packages follow, by their entry points in the group
-"dforce.readers".
+dForce finds the readers in this folder: a new maker needs only a new file with a :class:`~dforce.inverse.table.Reader` named
+``READER``. Readers of other packages follow, by their entry points in the group "dforce.readers".
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ def tables_in(content: bytes, name: str) -> list[MeasuredTable]:
     Raises
     ------
     ResultError
-        For a file that cannot be read, with what to do instead where that is known.
+        For a file that cannot be read, with the remedy if known.
     """
     if not content.strip():
         raise ResultError(f"{name} is empty")
@@ -59,7 +58,7 @@ def tables_in(content: bytes, name: str) -> list[MeasuredTable]:
 
 
 def endings() -> tuple[str, ...]:
-    """Return the endings of files of measured curves; those of dForce's own results are not among them."""
+    """Return the endings of files of measured curves, without dForce's own results."""
     return tuple(dict.fromkeys(ending for one in READERS if one.maker != "dForce" for ending in one.endings))
 
 

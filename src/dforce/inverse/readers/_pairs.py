@@ -10,7 +10,7 @@ from dforce.core.arrays import Array
 from dforce.inverse.table import APPROACH, RETRACT, SEGMENTS, Column, MeasuredTable
 from dforce.inverse.words import split_heading
 
-PHASES = ("in", "out")  # in a heading those of a lock-in: "in phase"
+PHASES = ("in", "out")  # in a heading the phases of a lock-in: "in phase"
 TOKENS = {word: part for word, part in SEGMENTS.items() if part in (APPROACH, RETRACT) and word not in PHASES}
 
 Heading = tuple[str, str | None]  # name and unit
@@ -28,14 +28,14 @@ def _parted(column: Column) -> tuple[Heading, str | None]:
 
 
 def has_pairs(table: MeasuredTable) -> bool:
-    """Say whether a table holds both directions side by side."""
+    """Return whether a table has both directions side by side."""
     found = [_parted(column) for column in table.columns]
     approach, retract = ({heading for heading, part in found if part == one} for one in (APPROACH, RETRACT))
     return bool(approach & retract)
 
 
 def paired(table: MeasuredTable) -> MeasuredTable:
-    """Return a table in which the retract stands below the approach; numbers without a direction are of both."""
+    """Return a table with the retract below the approach; numbers without a direction count for both."""
     halves: dict[str, dict[Heading, Array]] = {APPROACH: {}, RETRACT: {}}
     shared: dict[Heading, Array] = {}
     for column in table.columns:

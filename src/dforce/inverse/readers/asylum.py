@@ -1,7 +1,7 @@
 """Igor's binary waves (.ibw), as Asylum Research's software writes them, read by igor2.
 
-A wave holds a column for each channel, whose labels say which it is, and a note with a line for each setting. The units of
-the channels stand nowhere: they are those that the software gives to these names.
+A wave has a labeled column for each channel, and a note with a line for each setting. It does not contain the units of the
+channels: they are the software's units for these labels.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ DIRECTIONS = {1.0: APPROACH, -1.0: RETRACT, 0.0: PAUSE}
 
 
 def is_igor(content: bytes) -> bool:
-    """Say whether a file begins as a binary wave, whichever way its bytes go."""
+    """Return whether a file begins as a binary wave, in either byte order."""
     return len(content) > HEADERS and _order(content) is not None
 
 
@@ -38,7 +38,7 @@ def _order(content: bytes) -> str | None:
 
 
 def _fits(content: bytes) -> bool:
-    """Say whether the lengths in the headers are those of the file: igor2 would try for minutes to read wrong ones."""
+    """Return whether the lengths in the headers fit the file: igor2 would try for minutes to read wrong lengths."""
     order = _order(content)
     sizes = struct.unpack_from(f"{order}12i", content, 8)  # formula, note, units and labels, each with its length
     (points,) = struct.unpack_from(f"{order}i", content, 76)
@@ -65,7 +65,7 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
         ) from None
     if not _fits(content):
         raise ResultError(f"{name} is damaged or was cut short")
-    logging.getLogger("igor2").addHandler(logging.NullHandler())  # it prints what it cannot read
+    logging.getLogger("igor2").addHandler(logging.NullHandler())  # it prints parts that it cannot read
     try:
         wave = binarywave.load(io.BytesIO(content))["wave"]
         values, labels, note = np.asarray(wave["wData"]), wave["labels"], wave["note"]

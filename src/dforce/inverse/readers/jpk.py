@@ -12,7 +12,7 @@ SIGNS = re.compile(r"^[#%]+ *(?:fancyNames *:|force-settings\.)", re.MULTILINE)
 
 
 def _headings(above: Sequence[TextLine], width: int) -> list[str] | None:
-    """Return the names for a reader that stand in comments, with their units."""
+    """Return the names in the comments, with their units."""
     found: dict[str, list[str]] = {}
     for line in above:
         key, colon, rest = line.text.partition(":")

@@ -1,7 +1,7 @@
 """Nanosurf's .nid: a text of sections and keys, ``#!``, then the channels as blocks of whole numbers.
 
 A channel of a spectroscopy has a row for each curve. Its numbers fill the range `Dim2Min` to `Dim2Min + Dim2Range`; the
-heights of the rows are equal steps over `Dim0Range`, or those of a channel of the sensor.
+heights of the rows are equal steps over `Dim0Range`, or a channel of the sensor.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Tables of text: comma, semicolon, tab or blank between the cells, a point or a comma in the numbers, any line ends.
 
 The columns' headings are the line above the numbers, or a comment there; a maker's reader may find them elsewhere. Both
-directions may stand side by side.
+directions may be side by side.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class TextLine(NamedTuple):
 
 
 class Style(NamedTuple):
-    """How the cells of a line are told apart, and what a number looks like; no separator stands for blanks."""
+    """The separator of the cells of a line, and the form of a number; no separator means blanks."""
 
     separator: str
     number: re.Pattern[str]
@@ -58,7 +58,7 @@ class Style(NamedTuple):
         return [part.strip().strip('"') for part in parts]
 
     def value(self, cell: str) -> float | None:
-        """Return the number in a cell, NaN for one that stands for none, None for a word."""
+        """Return the number in a cell, NaN for a missing number, None for a word."""
         if self.number.fullmatch(cell):
             return float(cell.replace(",", "."))
         if cell.lower() in NOTHING:
@@ -85,7 +85,7 @@ def read_text(
     Raises
     ------
     ResultError
-        For what is no table of numbers, or was cut short.
+        For a file that is no table of numbers, or was cut short.
     """
     text = decoded(content)
     if text is None:
@@ -101,7 +101,7 @@ def read_text(
 
 
 def decoded(content: bytes) -> str | None:
-    """Return the text of a file, whatever program wrote it; None for what is no text."""
+    """Return the text of a file from any program; None for a file that is no text."""
     zeros = [set(content[start:200:2]) == {0} for start in (0, 1)]  # in UTF-16 every other byte of Latin letters
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings: tuple[str, ...] = ("utf-16",)
@@ -120,7 +120,7 @@ def decoded(content: bytes) -> str | None:
 
 
 def beginning(content: bytes) -> str:
-    """Return the beginning of a text file, by which a maker's software is known; empty for what is no text."""
+    """Return the beginning of a text file, to recognize a maker's software; empty for a file that is no text."""
     for end in range(BEGINNING, BEGINNING - 4, -1):  # a letter of several bytes may be cut
         text = decoded(content[:end])
         if text is not None:
@@ -137,7 +137,7 @@ def _lines(text: str) -> Iterable[TextLine]:
 
 
 def _is_row(cells: Sequence[str], style: Style) -> bool:
-    """Say whether cells are a row of numbers; words of directions may stand among them, and blanks."""
+    """Return whether cells are a row of numbers; words of directions, and blanks, may be among them."""
     values = [style.value(cell) for cell in cells]
     numbers = sum(value is not None and bool(cell.strip()) for value, cell in zip(values, cells, strict=True))
     words = [cell for value, cell in zip(values, cells, strict=True) if value is None]
@@ -257,7 +257,7 @@ def _trimmed(cells: list[str]) -> list[str]:
 
 
 def _with_units(cells: list[str], above: Sequence[TextLine], style: Style) -> list[str]:
-    """Return headings with their units, where the names stand in a line of their own above the line of units.
+    """Return headings with their units, where the line of names is above a line of units.
 
     Below the units there may be a line of remarks.
     """
@@ -304,7 +304,7 @@ def _notes(comments: Iterable[TextLine]) -> dict[str, str]:
 
 
 def _segments(lines: Sequence[TextLine], rows: Sequence[int]) -> Texts | None:
-    """Return the part of the curve that each row belongs to, as comments between the blocks tell it."""
+    """Return the part of the curve of each row, from comments between the blocks."""
     said = {
         place: segment_of(line.text.partition(":")[2])
         for place, line in enumerate(lines)

@@ -1,4 +1,4 @@
-"""Stretches of distance at which no motion turned: what a curve cannot tell, and what that does to the rest."""
+"""Distances at which no motion turned: the curve does not constrain the force there, and the force elsewhere less."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from dforce.inverse.reconstruction._law import Law, force_of
 from dforce.inverse.reconstruction._path import Rows
 
 WIDER = 4.0  # times the spacing of the points beside it: a gap
-BESIDE = 5  # points on each side that tell the spacing
+BESIDE = 5  # points on each side for the spacing
 ERRORS = 6.0  # of the distances: a gap that is narrower may be chance
-LEAST = 1.0 / 400.0  # of the range of distances; what is narrower hides nothing
+LEAST = 1.0 / 400.0  # of the range of distances; a narrower gap hides nothing
 SHAPES = 3  # half waves of an unknown force between two points
 SAMPLES = 31  # of the force around them
 
@@ -26,7 +26,7 @@ class Gap(NamedTuple):
 
 
 def gaps_in(closest: Array, error: float) -> list[Gap]:
-    """Return the gaps between closest distances (m) whose error (m) is given.
+    """Return the gaps between closest distances (m) with an error (m).
 
     A gap is four times as wide as the mean spacing of five points on either side of it, the larger of both.
     """
@@ -44,8 +44,8 @@ def gaps_in(closest: Array, error: float) -> list[Gap]:
 def hidden_forces(closest: Array, law: Law) -> Array:
     r"""Return forces (N) that may hide between neighboring closest distances, a standard deviation each, (forces, nodes).
 
-    Half waves :math:`S \sin(m \pi t) / m` from one distance to the next, with S the range by which the force found
-    within half a step of them deviates from a line: next to nothing where points lie close.
+    They are half waves :math:`S \sin(m \pi t) / m` from one distance to the next. S is the deviation of the force from a line
+    within half a step of both: next to nothing where points lie close.
     """
     place = np.unique(closest)
     low, high = place[:-1], place[1:]
@@ -62,7 +62,7 @@ def hidden_forces(closest: Array, law: Law) -> Array:
 
 
 def hidden_error(law: Law, gain: Array, rows: Rows) -> Array:
-    """Return the error of the force (N) at the nodes by what hides between points."""
+    """Return the error of the force (N) at the nodes by forces that hide between points."""
     hidden = hidden_forces(rows.closest, law)
-    seen = hidden @ rows.virial.T @ gain.T - hidden  # what is found of it, less what is there
+    seen = hidden @ rows.virial.T @ gain.T - hidden  # the part that is found, minus the hidden force
     return np.asarray(np.sqrt(np.sum(seen**2, axis=0)))

@@ -1,4 +1,4 @@
-"""The exact inverse: force and damping whose work along the tip's real paths is what a curve tells."""
+"""The exact inverse: force and damping whose virial and energy along the tip's real paths match a curve."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SMALLEST_DOUBT = 1e-5  # of the largest virial: by nodes and instants
 PLAIN_DOUBT = 1e-3  # of a virial, by sinusoids for paths
 LEAST_SIZE = 0.1  # of the largest virial
 WIDTH_ROUND = 2
-FAR = 0.25  # share of the nodes, from the last one, that tell how the force falls beyond
+FAR = 0.25  # share of the nodes, from the last node, that determine the fall of the force beyond
 LONGER = 1.5  # times its length: an error of how the force falls beyond the last node
 BESIDE = 5  # points that share the error of computation
 SEEN = 3.0  # errors above which a force or a loss is seen
@@ -44,20 +44,20 @@ class Inverse:
     law
         Force and damping at nodes.
     fit, damping
-        The least squares behind both; None where no loss is seen.
+        The least squares behind both; None without a significant loss.
     hidden, beyond, unsettled
-        Errors of the force (N) at the nodes by what hides between points, by the force beyond the last node, and by paths
-        that would still move.
+        Errors of the force (N) at the nodes by forces that hide between points, by the force beyond the last node, and by
+        paths that have not converged.
     rows, balance, harmonics, when
-        The last paths, and what they do.
+        The last paths, and quantities along them.
     virial_error, energy_error, sample_energy
-        Of each point (J).
+        Values of each point (J).
     gaps
-        Where no motion turned.
+        Distances at which no motion turned.
     sinusoid
         The force by the same inverse with plain sinusoids for paths.
     rounds, off
-        How often paths were found anew, and by how much the last time changed the virial of each point (J).
+        Number of updates of the paths, and the change of each point's virial in the last update (J).
     """
 
     law: Law
@@ -85,9 +85,9 @@ def invert(
     Parameters
     ----------
     reading, balance
-        The points, and what they tell of the force.
+        The points, and their virials and energies.
     shifted
-        What they tell with each measured quantity a little off, for the errors of the force.
+        The same with each measured quantity a little off, for the errors of the force.
     lossy
         Whether a drag may be looked for.
     report_progress
@@ -180,7 +180,7 @@ def _best_width(law: Law, balance: Balance, error: Array, paths: Paths, span: fl
 
 
 def _virial_error(law: Law, balance: Balance, shifted: list[Balance], paths: Paths) -> Array:
-    """Return the error of each virial (J), with what errors of the motion do to the virial along the path."""
+    """Return the error of each virial (J), with the effect of errors of the motion on the virial along the path."""
     here = virials(law, balance.motions, paths)
     return standard_deviation(one.virial - balance.virial - virials(law, one.motions, paths) + here for one in shifted)
 

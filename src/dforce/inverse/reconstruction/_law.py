@@ -69,6 +69,6 @@ def shares(law: Law, distance: Array) -> tuple[Any, Array]:
 
 
 def force_of(law: Law, values: Array, distance: Array) -> Array:
-    """Return what values at the nodes are at distances; below the first node its own value."""
+    """Interpolate values at the nodes to distances; below the first node its own value."""
     first, share = shares(law, distance)
     return np.asarray(sum(share[number] * values[first + number] for number in range(len(share))))

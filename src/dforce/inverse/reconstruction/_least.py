@@ -17,7 +17,7 @@ LEAST = 1e-12  # smallest singular value that counts, as a share of the largest:
 MORE = 2.0  # times the number of points: a chi2 beyond is no noise
 BEYOND = 0.25  # of the number of nodes: after as many more a force ends
 AROUND = 10.0  # nodes whose curvatures have about one size
-ALIKE = 1.0  # how many curvatures the data must tell around a node, to count as much as those of all nodes
+ALIKE = 1.0  # curvatures that the data must constrain around a node, to count as much as the curvatures of all nodes
 PASSES = 2  # of finding the sizes
 WEIGHTS = 240  # of the penalty that are tried for the evidence
 
@@ -28,12 +28,12 @@ class LeastSquares(NamedTuple):
     Attributes
     ----------
     values
-        At the nodes.
+        The values at the nodes.
     gain
-        What each of the data does to them, shape (nodes, points).
+        Their derivatives by the data, shape (nodes, points).
     noise, smoothing
-        Covariance of the values by errors of the data, and by what the penalty hides, shape (nodes, nodes): the values are
-        normal with the sum of both where their curvatures are normal with the variance :math:`\tau^2/\lambda`.
+        Covariance of the values by errors of the data, and by the smoothing of the penalty, shape (nodes, nodes). The values
+        are normal with the sum of both if their curvatures are normal with the variance :math:`\tau^2/\lambda`.
     chi2
         Sum of the squared residuals over the errors.
     reached
@@ -78,7 +78,7 @@ def _standard(matrix: Array, data: Array, error: Array, size: Array) -> _Standar
     bend = np.zeros((nodes, nodes))
     place = np.arange(nodes - 2)
     bend[place, place], bend[place, place + 1], bend[place, place + 2] = 1.0, -2.0, 1.0
-    # slope and value at the last node are what random curvatures beyond it, before the force ends, add up to
+    # slope and value at the last node are sums of random curvatures beyond it, before the force ends
     beyond = BEYOND * nodes
     bend[-2, -2:], bend[-1, -1] = np.array([1.0, -1.0]) / np.sqrt(beyond), np.sqrt(3.0 / beyond**3)
     smooth = scipy.linalg.solve_triangular(bend, np.diag(size))
@@ -113,10 +113,10 @@ def _weight(made: _Standard) -> float:
 
 
 def _sizes(made: _Standard, weight: float) -> Array:
-    r"""Return the size of the curvatures around each node, over the size that was taken.
+    r"""Return the size of the curvatures around each node, over the assumed size.
 
     It is the root of :math:`\lambda \sum c^2 / \sum \gamma` with weights that fall with the distance from the node, where
-    :math:`\gamma` is how much of a curvature c the data tell (MacKay).
+    :math:`\gamma` is the share of a curvature c that the data determine (MacKay).
     """
     share = made.s**2 / (made.s**2 + weight)
     curvature, told = (share / made.s * made.share) @ made.vt, share @ made.vt**2
@@ -129,10 +129,9 @@ def solve(matrix: Array, data: Array, error: Array) -> LeastSquares:
     r"""Return the values that are most likely if their curvatures are random, of the size that makes the data most likely.
 
     Minimizes :math:`\chi^2 + \lambda |L F / \tau|^2` with second differences L between neighboring nodes, and at the last node
-    the value and the first difference. The weight :math:`\lambda` is that of the largest evidence, and :math:`\tau` is the size
-    of the curvatures around each node, found with it (MacKay, Neural Computation 4, 415 (1992)). A weight that makes
-    :math:`\chi^2` the number of points (Morozov) swings with the noise, so that values scatter by more than their covariance
-    says.
+    the value and the first difference. The weight :math:`\lambda` has the largest evidence, and :math:`\tau` is the size of the
+    curvatures around each node, found with it (MacKay, Neural Computation 4, 415 (1992)). A weight that makes :math:`\chi^2`
+    the number of points (Morozov) varies with the noise: values would scatter by more than their covariance.
     """
     size = np.ones(matrix.shape[1])
     made = _standard(matrix, data, error, size)

@@ -1,4 +1,4 @@
-r"""The tip's real path at each point of a curve, and what a force law does along it.
+r"""The tip's real path at each point of a curve, and the work of a force law along it.
 
 A point of a curve is a periodic motion whose fundamental is known: :math:`A \cos\theta` about the height :math:`z_c`.
 The force bends the path by its other harmonics, the mean included,
@@ -18,13 +18,13 @@ import numpy as np
 from dforce.core.arrays import Array, Complexes
 from dforce.inverse.reconstruction._law import Law, force_of, shares
 
-HARMONICS = 24  # with the modes' own response; beyond it differs from that of free masses by 1/h^2 of itself
+HARMONICS = 24  # with the modes' own response; beyond it a mode responds as a free mass, within 1/h^2
 PASSES = 60  # of the fixed point
 SETTLED = 1e-8  # change of a path, as a share of the amplitude, at which it is taken as found
 CLOSER = 0.9  # instants lie ten times closer where the tip turns near the sample
 INSTANTS = 448  # of a period: 3 within the time that a tip of 20 nm amplitude spends in its last 0.2 pm
-FAR_OFF, LEAST_SIZE = 0.3, 0.1  # of the virial: what a law lacks of it, and the least size, of the largest
-AT_ONCE = 64  # points whose paths are held together: what keeps arrays in the cache
+FAR_OFF, LEAST_SIZE = 0.3, 0.1  # of the virial: the part that a law lacks, and the least size, of the largest
+AT_ONCE = 64  # points whose paths are computed together: their arrays fit in the cache
 
 
 class Motions(NamedTuple):
@@ -60,7 +60,7 @@ class Paths(NamedTuple):
     slope: Array
 
     def part(self, which: Any) -> Paths:
-        """Return those of some of the points."""
+        """Return the paths of some points."""
         return Paths(self.bend[which], self.slope[which])
 
 
@@ -87,7 +87,7 @@ class Rows(NamedTuple):
 
 _U = 2.0 * np.pi * np.arange(INSTANTS) / INSTANTS
 ANGLE = np.pi + _U - CLOSER * np.sin(_U)  # phase of the fundamental; the tip is lowest at the first instant
-WEIGHT = (1.0 - CLOSER * np.cos(_U)) / INSTANTS  # share of the period that an instant stands for
+WEIGHT = (1.0 - CLOSER * np.cos(_U)) / INSTANTS  # share of the period of an instant
 COSINE, SINE = np.cos(ANGLE), np.sin(ANGLE)
 ORDER = np.arange(HARMONICS + 1)
 TURNS = np.exp(1j * ORDER[:, None] * ANGLE)
@@ -118,7 +118,7 @@ def _answer(motions: Motions, phasor: Array | Complexes, twice: Array, once: Arr
     mobility = motions.mobility[:, None]
     order = np.maximum(ORDER, 1)
     answer = (motions.response + np.where(ORDER == 0, 0.0, mobility / order**2)) * phasor
-    answer[:, 0] *= 0.5  # a mean is half of what a sum over cosines gives
+    answer[:, 0] *= 0.5  # a mean is half of the sum over cosines
     answer[:, 1] = mobility[:, 0] * phasor[:, 1]  # the fundamental is known: none of it
     return Paths((answer @ TURNS).real - mobility * twice, (1j * ORDER * answer @ TURNS).real - mobility * once)
 
@@ -138,8 +138,8 @@ def _integrated(force: Array) -> tuple[Array, Array]:
 def paths_of(law: Law, motions: Motions, start: Paths, virial: Array | None = None) -> Paths:
     """Return the paths of all points under a law, from a guess.
 
-    Where the `virial` (J) of the fundamental is known, what the law lacks of it is an impulse at the turning point: the mean of
-    a steep force follows from it, and the law need not yet be right at that very point.
+    With a known `virial` (J) of the fundamental, the part that the law lacks acts as an impulse at the turning point. The mean
+    of a steep force follows from it, even if the law is not yet right at that point.
     """
     found = Paths(start.bend.copy(), start.slope.copy())
     for first in range(0, len(start.bend), AT_ONCE):
@@ -159,7 +159,7 @@ def _paths_of(law: Law, motions: Motions, start: Paths, virial: Array | None) ->
         if virial is not None:
             lacking = virial - motions.amplitude * (force @ (WEIGHT * COSINE))
             more, alone = impulse(motions, lacking), impulse(motions, virial)
-            # a law that is far off here says nothing of the path: the virial alone does
+            # a law that is far off here does not determine the path: the virial alone does
             trust = (1.0 / (1.0 + (lacking / (FAR_OFF * np.maximum(np.abs(virial), least))) ** 2))[:, None]
             answer = Paths(
                 *(
@@ -183,7 +183,7 @@ def _distance(motions: Motions, paths: Paths) -> Array:
 
 
 def _force_along(law: Law, motions: Motions, paths: Paths) -> Array:
-    """Return the force (N) along paths, that of the damping included."""
+    """Return the force (N) along paths, with the force of the damping."""
     distance = _distance(motions, paths)
     force = force_of(law, law.force, distance)
     if np.any(law.damping):
@@ -193,7 +193,7 @@ def _force_along(law: Law, motions: Motions, paths: Paths) -> Array:
 
 
 def rows_of(law: Law, motions: Motions, paths: Paths) -> Rows:
-    """Return what each node does along the paths of all points."""
+    """Return the contribution of each node along the paths of all points."""
     parts = [
         _rows_of(law, motions.part(part), paths.part(part))
         for part in (slice(first, first + AT_ONCE) for first in range(0, len(motions.height), AT_ONCE))

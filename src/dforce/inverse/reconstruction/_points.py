@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 LEAST_POINTS = 8
 HEIGHT_TOLERANCE = 3.0  # errors of the height sensor by which a walk may turn back
-# of computed curves at the least, as a share of the free amplitude and in rad; their own virial tells what there is more
+# smallest errors of computed curves, as a share of the free amplitude and in rad; their own virial shows larger errors
 COMPUTED_AMPLITUDE, COMPUTED_PHASE = 1e-6, 1e-5
 SHIFT = 1e-3  # of an error, for derivatives
 LOCKED_BETWEEN = (0.1, 5.0)  # resonance frequencies
@@ -78,7 +78,7 @@ class Balance:
 
 
 def balances(reading: CurvePoints, problem: Problem) -> tuple[Balance, list[Balance]]:
-    """Return what points tell of the force, and what they would tell with each quantity off by a small part of its error."""
+    """Return virial and energy of the points, and the same with each quantity off by a small part of its error."""
     return balance(reading, problem), [balance(reading.shifted(name), problem) for name in reading.errors]
 
 
@@ -90,13 +90,13 @@ def standard_deviation(changes: Iterable[Array]) -> Array:
 def balance(reading: CurvePoints, problem: Problem) -> Balance:
     r"""Return virial and energy of the fundamental at each point.
 
-    The force's own phasor is what the drive alone leaves unexplained of the reading X,
+    The force's own phasor is the part of the reading X that the drive alone leaves unexplained,
 
     .. math:: \hat F = \frac{X - X_\mathrm{free}}{\sum_n w_n G_n}, \qquad V = \tfrac12 \mathrm{Re}(\hat F X_\mathrm{tip}^*),
               \qquad E = -\pi\, \mathrm{Im}(\hat F X_\mathrm{tip}^*),
 
-    with the detector's weights w; for one mode :math:`V = \tfrac12 k A^2 (1 - r^2) - \tfrac12 F_0 A \cos\varphi`. Where the
-    drive of a phase-locked curve was not recorded, V is what it is without loss, and E is not known.
+    with the detector's weights w; for one mode :math:`V = \tfrac12 k A^2 (1 - r^2) - \tfrac12 F_0 A \cos\varphi`. Without a
+    record of the drive of a phase-locked curve, V is its value without loss, and E is unknown.
     """
     if reading.shift is not None:
         return _locked(reading, problem, reading.shift)
@@ -163,12 +163,12 @@ def _mode_responses(problem: Problem, frequency: Array) -> list[Complexes]:
 
 
 def read_points(data: xr.Dataset, case: Case | None, given: Mapping[str, float]) -> tuple[CurvePoints, Case]:
-    """Return what a result of this program or a measured curve holds, and its case; `given` are errors (m, degrees).
+    """Return the points of a result or of a measured curve, and its case; `given` are errors (m, degrees).
 
     Raises
     ------
     ParameterError
-        When it is neither, or says too little.
+        When it is neither, or has too little information.
     """
     check_computed(data)
     computed = "zc" in data.variables and "status" in data.variables
@@ -229,7 +229,7 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
 
 
 def _measured(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
-    """Return the points of a measured curve, and the instrument that its attributes or the given case say."""
+    """Return the points of a measured curve, and the instrument from its attributes or the case."""
     locked = "frequency_shift" in data.variables
     for name in ("height", "amplitude", *(() if locked else ("phase",))):
         if name not in data.variables:
@@ -293,7 +293,7 @@ def _check_order(height: Array, group: Any, error: float) -> None:
 
 
 def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: float) -> Case:
-    """Return the case of the instrument: the given one with the measured free amplitude, or what attributes say."""
+    """Return the case of the instrument: the argument with the measured free amplitude, or a case from attributes."""
     said = {name: data.attrs[name] for name in ("k", "f0", "Q") if name in data.attrs}
     free = data.attrs.get("free_amplitude", data.attrs.get("A0"))
     if case is not None:

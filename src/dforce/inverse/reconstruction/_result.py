@@ -29,7 +29,7 @@ SENTENCES = (
     "no turning point at this distance: the force is unknown",
     "the error of the force is above a tenth of the range of the force, behind a gap or by noise, or only noise leads here",
 )
-BY_NODES = 2e-3  # of the range of the force: what nodes leave of kinks, by known laws
+BY_NODES = 2e-3  # of the range of the force: errors of the nodes at kinks, by known laws
 BY_CHANCE = 3.0  # errors of the distance
 AROUND = 9  # distances within an error of one
 UNSURE = 0.1  # of the range of the force, as far as it is above its errors
@@ -44,11 +44,11 @@ DRAG = (
     "to the whole path"
 )
 BY_PATH = "the sample dissipates energy; the loss belongs to the whole path, so there is no damping"
-FAR, TOO_FAR = 0.05, 0.01  # virial at the far end over the largest: worth a note, and what is far enough
+FAR, TOO_FAR = 0.05, 0.01  # virial at the far end over the largest: worth a note, and small enough
 
 
 def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Dataset, known: bool) -> xr.Dataset:
-    """Return force, errors and what goes with them over the distance, and the points behind them."""
+    """Return force, errors and further quantities over the distance, and the points behind them."""
     import xarray as xr
 
     law, balance = inverse.law, inverse.balance
@@ -145,7 +145,7 @@ def _by_noise(inverse: Inverse, error: float) -> Bools:
 
 
 def _excess(inverse: Inverse) -> float:
-    """Return by how many times residuals are larger than their errors say, if they are clearly so, else 1.
+    """Return the ratio of residuals to their errors if it is clearly above 1, else 1.
 
     Errors are multiplied by it (R. T. Birge, Phys. Rev. 40, 207 (1932)).
     """
@@ -206,7 +206,7 @@ def _known(case: Case, distance: Array) -> Array:
 
 
 def _notes(inverse: Inverse, reading: CurvePoints) -> list[str]:
-    """Return what a reader must know of the result, a sentence each."""
+    """Return the notes on the result, a sentence each."""
     found = [
         f"No turning points from {units.show_range(gap.low, gap.high, 'm', 3)}: force unknown there, less certain below."
         for gap in inverse.gaps
