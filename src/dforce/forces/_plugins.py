@@ -138,7 +138,7 @@ def check_answers(force: Force) -> None:
 
 
 def read_by(function: Callable[..., Any], known: tuple[object, ...] = ()) -> Iterator[FunctionType | bytes]:
-    """Give what a function reads from its file as it is now: its numbers and arrays, and functions with all that they read."""
+    """Give the numbers, arrays and functions that a function reads from its file, through other functions, too."""
     function = inspect.unwrap(function)
     for name in function.__code__.co_names:
         value = function.__globals__.get(name)
