@@ -164,6 +164,11 @@ SPEAKS = {
     "energy_gained": [tapping(CALM, total_dissipated_energy=-1e-19), tapping(CALM, total_dissipated_energy=-1e-19, status=1)],
     "amplitude_beyond_the_drive": [tapping(CALM, amplitude=8e-9, status=1)],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
+    "inaccurate": [
+        tapping(CALM, (5e-9, 4e-9), status=[0, 6], error_estimate=[1e-5, 3e-4]),
+        tapping(over(solver__method="transient"), status=6, error_estimate=np.nan),
+    ],
+    "unresolved": [tapping(CALM, (5e-9, 4e-9), status=[0, 5])],
     "not_repeating": [tapping(CALM, (5e-9, 4e-9), status=[0, 2])],
     "own_time": [over(OF_TIME)],
     "tabor_of_dmt": [
@@ -285,6 +290,10 @@ SILENT = {
         tapping(over(drive__frequency="48 kHz"), amplitude=8e-9), tapping(ALTERNATING, amplitude=8e-9),
     ],
     "not_settled": [tapping(CALM, (5e-9, 4e-9), status=[0, 2])],
+    "inaccurate": [
+        tapping(CALM, error_estimate=1e-5), tapping(CALM, (5e-9, 4e-9), status=[0, 5], error_estimate=[1e-5, np.nan]),
+    ],
+    "unresolved": [tapping(CALM, status=6), tapping(over(*STICKY, cantilever__k=0.1), status=5)],
     "not_repeating": [tapping(CALM, (5e-9, 4e-9), status=[0, 1])],
     "held_tip": [
         tapping(over(*STICKY, cantilever__k=0.1), status=0), tapping(over(*STICKY, cantilever__k=10.0), status=5),

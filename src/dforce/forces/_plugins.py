@@ -108,7 +108,7 @@ def _parts_of(model: type[Force]) -> Iterator[bytes]:
         values = [vars(module).get(name) for code in codes for name in code.__code__.co_names]
     else:
         file = Path(str(module.__file__))
-        yield (_LOADED[file].digest if file in _LOADED else hashlib.sha256(file.read_bytes()).hexdigest()).encode()
+        yield (_LOADED[file].digest if file in _LOADED else hashlib.sha256(read_plugin(file)).hexdigest()).encode()
         values = list(vars(module).values())
     yield from (value.tobytes() for value in values if value is not None and hasattr(value, "tobytes"))
 

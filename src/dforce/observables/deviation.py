@@ -45,14 +45,16 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     free = length[:, None] * modulus(moved)
     read = length[:, None] * modulus(seen * moved + example.readout.base * base)  # A0, at this frequency
     of_modes = free[:, [driving_tone(example, n) for n in range(len(example.modes))]]
-    energy = square / (gain * length[:, None]) * of_modes**2 * np.minimum(1.0, damping / np.sqrt(square))
+    shaken = length[:, None] * np.abs(base).max(axis=1, keepdims=True)  # the tip moves so far beside its deflection
+    path = np.maximum(of_modes * np.minimum(1.0, damping / np.sqrt(square)), shaken)
+    energy = square / (gain * length[:, None]) * of_modes * path
     drives = np.abs(drive_of(tones, len(example.modes)) / gain[:, None]).max(axis=(1, 2))  # of the driving forces (N)
     largest = np.maximum.reduce([np.abs(a["peak_force"]), np.abs(a["min_force"]), FAINT * drives])
     # of observables over tones, over modes, and of all others
     lengths = {"tone": read, "mode": of_modes}
     energies = {"tone": energy[:, example.own_modes], "mode": energy}
     plain = {
-        Scale.SPEED: omega * length,
+        Scale.SPEED: omega * np.maximum(length, shaken[:, 0]),
         Scale.PERIOD: 2.0 * np.pi / omega,
         Scale.ONE: 1.0,
         Scale.FORCE: largest,

@@ -66,10 +66,10 @@ def _scaled_by_case(dataset: xr.Dataset) -> list[tuple[str, Amount]]:
 
 
 def _energy(problem: Problem, n: int) -> float:
-    """Return k A0^2 of a mode, or k A0^2 / Q where that is smaller, with the free amplitude at the tone that drives it."""
+    """Return k A0 of a mode times the larger of A0, or A0 / Q for Q > 1, and the path of the base; A0 at its driving tone."""
     mode = problem.modes[n]
     free = float(abs(problem.free[driving_tone(problem, n), n]))
-    return mode.k * free**2 * min(1.0, 1.0 / mode.Q)
+    return mode.k * free * max(free * min(1.0, 1.0 / mode.Q), float(np.abs(problem.base).max()))
 
 
 @checked

@@ -239,6 +239,50 @@ def not_settled(seen: Evidence) -> Advice | None:
     )
 
 
+def inaccurate(seen: Evidence) -> Advice | None:
+    """Count the points whose estimated error is above the accuracy asked for, or unknown."""
+    status, error = seen.array("status"), seen.array("error_estimate")
+    settings = seen.case.solver
+    if status is None or error is None or error.shape != status.shape:
+        return None
+    off = status == Status.INACCURATE
+    if not off.any() or settings.accuracy is None:
+        return None
+    known = error[off & np.isfinite(error)]
+    amount = f"up to {percent(known.max())} of the scale of a quantity" if known.size else "unknown"
+    steps = (
+        "raise solver.points_per_period"
+        if settings.method == "periodic"
+        else "choose a smaller solver.settle_tolerance"
+    )
+    return Advice(
+        "inaccurate",
+        int(np.count_nonzero(off)),
+        0,
+        f"{np.count_nonzero(off)} of {status.size} points are less accurate than solver.accuracy = {settings.accuracy:.1g}: "
+        f"their estimated error is {amount}. Use them with this error (error_estimate), or {steps}.",
+        "solver.accuracy",
+        ("solver.accuracy", "solver.points_per_period", "solver.settle_tolerance"),
+    )
+
+
+def unresolved(seen: Evidence) -> Advice | None:
+    """Count the points without a result because of a steep force or a tip that sticks."""
+    status = seen.array("status")
+    lost = 0 if status is None else int(np.count_nonzero(status == Status.UNRESOLVED))
+    if status is None or lost == 0 or held_tip(seen) is not None:
+        return None
+    return Advice(
+        "unresolved",
+        lost,
+        0,
+        f"{lost} of {status.size} points have no result: the force is too steep for the samples, or the tip sticks. Raise "
+        "solver.points_per_period. If this does not help, use a larger A0 or a stiffer lever.",
+        "solver.accuracy",
+        ("solver.points_per_period", seen.of_tone(0, "A0"), seen.of_mode(seen.problem.tones[0].mode, "k")),
+    )
+
+
 def not_repeating(seen: Evidence) -> Advice | None:
     """Report along a curve over the distance where the motion does not repeat from period to period."""
     status, zc = seen.array("status"), seen.array("zc")
@@ -331,6 +375,8 @@ PIECES = (
     energy_gained,
     amplitude_beyond_the_drive,
     not_settled,
+    inaccurate,
+    unresolved,
     not_repeating,
     held_tip,
     jump_error,
