@@ -1,6 +1,7 @@
 """Errors to both sides of a fit, and the branches that they are found on."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import fitted_curves as fc
 import numpy as np
@@ -9,6 +10,8 @@ import xarray as xr
 from fitted_curves import ETA, E, H
 
 import dforce as df
+from dforce.inverse.fitting import profile
+from dforce.inverse.fitting.minimize import Minimum
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.selection import PointSelection, checked_reading, measured
 from dforce.inverse.fitting.unknowns import make_unknowns, start_vector
@@ -134,3 +137,21 @@ def test_a_profile_counts_the_correlation_of_the_noise() -> None:
     for name in ("error_low", "error_high", "interval_low", "interval_high"):
         one, other = (float(fit[name].sel(parameter=E)) for fit in (usual, there))
         assert one == pytest.approx(other, rel=0.01), name
+
+
+def test_an_end_is_not_where_a_first_search_was_stuck(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside a fold the first search, from far off, ended at a root of 2.8 in place of 1.1: the interval ended just before."""
+    goal, steep, runs = 1.96, 15.0, []
+
+    def beside(objective: SimpleNamespace, stuck: float) -> Minimum:
+        runs.append(objective.start[0])
+        root = 2.8 if len(runs) == 1 else steep * objective.start[0]
+        return Minimum(objective.start, root**2, SimpleNamespace(lost=np.zeros(1, bool)), 1)
+
+    monkeypatch.setattr(profile, "_beside", beside)
+    monkeypatch.setattr(profile, "Objective", lambda model, start, *_: SimpleNamespace(start=start))
+    monkeypatch.setattr(profile, "limits", lambda unknowns: (np.full(1, -9.0), np.full(1, 9.0)))
+    best = Minimum(np.zeros(1), 0.0, None, 1)
+    way = profile.Way(0, np.ones(1), [], 0.07, goal)
+    end = profile.end_of(SimpleNamespace(unknowns=[]), best, way, 0.0, profile.ProfilePoint([], []), print)
+    assert end.reach(goal) == pytest.approx(goal / steep, rel=1e-6)

@@ -324,6 +324,23 @@ def test_a_sweep_over_the_lag_knows_that_only_some_cases_lag():
     assert phase[1] - phase[0] == pytest.approx(45.0, abs=1e-6)
 
 
+def test_peak_force_tapping_is_a_base_that_is_shaken_slowly():
+    """Against SciPy's DOP853 and LSODA, which agree to nine digits: the deflection at each quarter of the path of the base."""
+    instrument = {
+        "tip": {"radius": 20e-9},
+        "sample": {"youngs_modulus": 20e6, "poisson_ratio": 0.5},
+        "forces": [DMT],
+        "experiment": {"kind": "dwell", "zc": 94e-9},
+    }
+    base = {"excitation": "base", "base_amplitude": 100e-9, "frequency": 2e3}
+    asked = df.Case(cantilever={"f0": 25e3, "k": 0.1, "Q": 2.0}, drive=base, **instrument)
+    found = df.motion_at(df.run(asked))
+    assert pytest.approx(6.37929901e-9, rel=1e-8) == asked.problem.tones[0].A0
+    quarters = found.deflection.values[: found.sizes["time"] // 2 : found.sizes["time"] // 8]
+    assert quarters[:3] == pytest.approx([0.75232373e-9, 6.33459591e-9, 2.13598197e-9], abs=1e-4 * 6.4e-9)
+    assert found.peak_force.item() == pytest.approx(7.556e-10, rel=5e-4)  # the largest of 1024 samples is 7.55398e-10
+
+
 def test_the_error_far_below_resonance_counts_on_the_scale_of_the_base_not_of_the_small_deflection():
     soft = {"f0": 70e3, "k": 0.4, "Q": 20.0}
     slow = {"excitation": "base", "base_amplitude": 20e-9, "frequency": 7e3}

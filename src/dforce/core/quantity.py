@@ -13,11 +13,11 @@ class Scale(enum.Enum):
 
     LENGTH = "A0 of its tone, else of the first tone"
     PHASE = "1 rad times A0/A"
-    SPEED = "omega A0"
+    SPEED = "omega A0, or omega Y where a base moves farther, by Y"
     PERIOD = "period of the first tone"
     ONE = "1"
     FORCE = "largest force of the motion, or 1e-4 of the driving force where that is larger"
-    ENERGY = "k A0^2/Q of its mode, else of the first mode, or k A0^2 where Q < 1"
+    ENERGY = "k A0^2/Q of its mode, else of the first mode; k A0^2 where Q < 1, and k A0 Y where a base moves farther than A0/Q"
     POWER = "such an energy per period"
     NONE = "none: it describes the solution"
 

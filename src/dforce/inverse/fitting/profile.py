@@ -133,7 +133,7 @@ def end_of(
     """
     goal, (low, high) = way.goal, limits(model.unknowns)
     ends = ProfilePoint([0.0, *known.ways], [math.sqrt(max(best.chi2 - floor, 0.0)), *known.roots])
-    ahead, far, root, tries = way.along, way.step, math.inf, 0
+    ahead, far, root, tries, doubted = way.along, way.step, math.inf, 0, False
     while tries <= TRIES:
         is_last = tries == TRIES or abs(root - goal) < CLOSE_ENOUGH * goal
         if is_last:
@@ -154,8 +154,21 @@ def end_of(
             break
         if is_state:
             ahead = (there.varied - best.varied) / far
-        tries, far = tries + 1, _next(ends, goal, far)
+        tries, beyond = tries + 1, _doubtful(ends, goal, far, root)
+        if beyond is None or doubted:
+            far = _next(ends, goal, far)
+        else:
+            doubted, far = True, ends.ways.pop(beyond)
+            ends.roots.pop(beyond)
     return ends
+
+
+def _doubtful(ends: ProfilePoint, goal: float, far: float, root: float) -> int | None:
+    """Return which place above the goal is nearer than where a lower place leads; from there it may be found lower, too."""
+    over = [(way, i) for i, (way, one) in enumerate(zip(ends.ways, ends.roots, strict=True)) if goal <= one < math.inf]
+    if not over or not 0.0 < root < goal or far * goal / root <= min(over)[0]:
+        return None
+    return min(over)[1]
 
 
 def _beside(objective: Objective, stuck: float) -> Minimum:
