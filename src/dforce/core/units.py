@@ -367,8 +367,7 @@ def show_range(low: float, high: float, unit: str, digits: int, between: str = "
 
     def text(end: float) -> str:
         scale, chosen = reader_unit(abs(end) if 0.0 < abs(end) < 0.999e-3 * largest else largest, unit)
-        number = float(f"{end / scale + 0.0:.{digits}g}")
-        return f"{number:.15g}{f' {spelled(chosen)}' if chosen != '1' else ''}"
+        return f"{float(f'{end / scale + 0.0:.{digits}g}'):.15g}{f' {spelled(chosen)}' if chosen != '1' else ''}"
 
     return f"{text(low)} {between} {text(high)}"
 
@@ -391,8 +390,7 @@ def reader_unit(size: float, unit: str) -> tuple[float, str]:
     names = SHOWN.get(unit, (unit,))
     if unit == "1":
         return 1.0, "1"
-    ordered = sorted(names, key=lambda name: -_factor(name, unit))
-    for name in ordered:
+    for name in (ordered := sorted(names, key=lambda name: -_factor(name, unit))):
         # 0.1 nm rather than 100 pm, 0.9 N/m rather than 900 mN/m: so the field writes them.
         least = 0.1 if name in ("nm", "N/m") else 1.0
         if size >= least * _factor(name, unit) * (1 - 1e-12):
