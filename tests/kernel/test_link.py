@@ -2,6 +2,7 @@
 
 import importlib.util
 import math
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -146,6 +147,16 @@ def test_a_law_cannot_take_the_place_of_a_name_of_the_kernel(define):
 def test_what_cannot_be_copied_is_refused_with_a_sentence(define, text, reason):
     with pytest.raises(ForceError, match=reason):
         Linker().add(define(text).law)
+
+
+@pytest.mark.parametrize(
+    "text", ["def law(d):\n    return 7.0 * d\n", "\n\n\ndef law(d):\n    return 4.0 * d\n", "x = 1\n"]
+)
+def test_a_function_whose_file_was_edited_since_is_refused(define, text):
+    module = define("def law(d):\n    return 3.0 * d\n")
+    Path(module.__file__).write_text(text, encoding="utf-8")
+    with pytest.raises(ForceError, match="has changed since Python read it"):
+        Linker().add(module.law)
 
 
 def test_a_function_without_source_is_refused():

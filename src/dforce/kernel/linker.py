@@ -20,7 +20,7 @@ import numpy as np
 
 from dforce.core.arrays import AnyArray
 from dforce.core.errors import ForceError
-from dforce.core.syntax import expression_tree, syntax_tree
+from dforce.core.syntax import expression_tree, is_as_loaded, syntax_tree
 from dforce.kernel import vocabulary
 from dforce.kernel.specialize import fold
 
@@ -254,6 +254,9 @@ def parse_function(function: Callable[..., Any]) -> ast.FunctionDef:
     except (OSError, TypeError):
         raise ForceError(f"the source of '{function.__qualname__}' cannot be read; define it in a file") from None
     nodes = list(ast.walk(syntax_tree(source)))
+    if not function.__module__.startswith("dforce.") and not is_as_loaded(function):
+        name = function.__qualname__
+        raise ForceError(f"the file of '{name}' has changed since Python read it; load it again, or restart Python")
     found = [node for node in nodes if isinstance(node, ast.FunctionDef)]
     if not found or any(isinstance(node, ast.Lambda | ast.Nonlocal | ast.Global) for node in nodes):
         raise ForceError(f"'{function.__qualname__}' must be a plain function without lambda, global or nonlocal")
