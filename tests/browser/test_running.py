@@ -235,7 +235,7 @@ def test_on_a_narrow_screen_the_form_comes_first_and_then_the_chart(window):
     window.page.set_viewport_size({"width": 800, "height": 768})
     try:
         form, chart = (window.page.locator(name).bounding_box() for name in (".df-left", ".df-main"))
-        assert form["y"] + form["height"] < chart["y"]
+        assert form["y"] < chart["y"] < 768 - 320  # the chart stays in sight while the form scrolls behind it
         assert form["width"] == 800 and chart["width"] > 760
     finally:
         window.page.set_viewport_size({"width": 1366, "height": 768})

@@ -106,7 +106,7 @@ def test_empty_fields_of_a_lever_by_name_show_what_the_library_has(tmp_path):
         async with window(tmp_path, live=False) as (user, page):
             view, lever = page.view, {"name": "PPP-NCHR", "Q": 400}
             view.edit(view.document.put(("cantilever",), lever), anew=True)
-            assert hints(user) == {"f0": "330", "k": "42", "Q": ""}
+            assert hints(user) == {"f0": "330", "k": "42", "Q": "400"}
             assert entry(user, "cantilever.f0").props["unit"] == "kHz"
             type_into(user, "cantilever.name", "PPP-CONTR")
             probe = df.cantilevers()["PPP-CONTR"]
