@@ -49,8 +49,7 @@ def memory_after_visits(server: Server) -> float:
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_visit_leaves_next_to_nothing_in_the_server(server: Server) -> None:
     memory_after_visits(server)  # its curves are computed; later visits show them again, which loads more
-    # what is loaded once, the most pages at once, and the states behind the curves, which come late on a busy machine, are no
-    # part of a visit: they come in some rounds, and what a visit leaves in each
+    # modules, the most pages at once, and states behind the curves fill memory in some rounds; a leak fills it in each round
     memory = [memory_after_visits(server) for _ in range(4)]
     assert min(after - before for before, after in itertools.pairwise(memory)) < VISITS * MOST
 

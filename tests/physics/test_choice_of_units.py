@@ -12,8 +12,8 @@ import dforce as df
 from dforce.case.paths import changed, paths, quantity_at, value_at
 from dforce.forces import REGISTRY
 
-# One velocity in both, so that the magnetic constant stays; the electric constant stays by the choice of the charge, and
-# Boltzmann's by that of the temperature.
+# Velocities are equal in both systems, and so is the magnetic constant. The unit of charge keeps the electric constant, and
+# the unit of temperature keeps Boltzmann's constant.
 LENGTH, MASS, TIME = 3.0, 0.5, 3.0
 ENERGY = MASS * LENGTH**2 / TIME**2
 CHARGE = sqrt(ENERGY * LENGTH)

@@ -360,8 +360,8 @@ def show(value: float, unit: str, digits: int | None = None) -> str:
 def show_range(low: float, high: float, unit: str, digits: int, between: str = "to") -> str:
     """Return a range of SI values as text, both ends in the unit of the larger one unless they differ by more than 1000.
 
-    >>> show_range(-6.9e-10, -8.1e-12, "m", 3), show_range(9e-10, 1.2e-9, "N", 3, "and")
-    ('-0.69 nm to -0.0081 nm', '0.9 nN and 1.2 nN')
+    >>> show_range(-6.9e-10, -8.1e-12, "m", 3), show_range(9e-7, 1.2e-6, "m", 3, "and")
+    ('-0.69 nm to -0.0081 nm', '0.9 µm and 1.2 µm')
     """
     largest = max(abs(low), abs(high))
 
