@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from playwright.sync_api import expect
 from served import Window
@@ -308,6 +310,38 @@ def test_the_fields_of_the_first_page_and_its_button_share_a_line(visit):
     assert abs(middles[0] - middles[1]) < 12
     for name in ("Undo", "Redo"):  # of a case that is not in sight
         assert not page.get_by_role("button", name=name).is_visible()
+
+
+def test_a_name_typed_on_the_first_page_without_enter_is_taken_or_said_to_match_nothing(visit):
+    window = visit(enter=Window.go)
+    page, start = window.page, window.page.get_by_role("button", name="Start", exact=True)
+    page.get_by_role("button", name="Safe settings").click()
+    lever, sample = (page.get_by_role("combobox", name=name, exact=True) for name in ("Lever", "Sample"))
+    lever.click()
+    lever.press_sequentially("ppp-nchr")
+    start.click()  # at once: the lever is taken before the case is made
+    expect(window.field("cantilever.name").locator("input")).to_have_value("PPP-NCHR")
+    page.get_by_role("button", name="dForce").click()
+    start.wait_for()
+    sample.click()
+    sample.press_sequentially("xyz")
+    start.click()
+    page.get_by_text("No sample matches “xyz”.").wait_for()
+    assert lever.input_value().startswith("PPP-NCHR")
+    lever.click()
+    lever.fill("otespa")
+    page.get_by_role("option", name="OTESPA").first.wait_for()
+    lever.press("Escape")  # the lever stays
+    expect(lever).to_have_value(re.compile("PPP-NCHR"))
+    sample.click()
+    sample.press_sequentially("borosil")
+    sample.press("Tab")  # before the match is marked
+    expect(sample).to_have_value(re.compile("orosilicate"))
+    sample.fill("xyz")
+    start.click()
+    page.get_by_text("No sample matches “xyz”.").wait_for()
+    start.click()  # once more, with an empty field
+    start.wait_for(state="hidden")
 
 
 def test_one_sentence_at_a_time_lies_over_the_page_and_a_mistake_dims_the_answer(window):

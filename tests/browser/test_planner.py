@@ -43,14 +43,20 @@ def test_a_planner_finds_amplitude_and_set_point_that_keep_the_peak_force_low(vi
     panel.get_by_label("second parameter").select_option("set_point")
     expect(panel.get_by_label("second from")).to_have_value("50 %")
     panel.get_by_label("quantity to keep within a limit").select_option("peak_force")
-    panel.get_by_label("limit to keep").fill("100 pN")
+    limit = panel.get_by_label("limit to keep")
+    limit.fill("0.1")
+    limit.press("Tab")
+    expect(limit).to_have_value("0.1 nN")  # the unit in which it is read
     panel.get_by_role("spinbutton", name="in values", exact=True).fill("4")
     panel.get_by_label("second values").fill("3")
     panel.get_by_role("button", name="Compute").click()
     expect(panel.get_by_text("No setting is allowed")).to_be_visible(timeout=WAIT)
     expect(panel.get_by_text("Search beyond, or relax the limit")).to_be_visible()  # so down from the suggested range
     expect(panel.get_by_role("button", name="Compute")).to_be_visible(timeout=WAIT)
-    panel.get_by_role("textbox", name="from", exact=True).fill("0.3 nm")
+    low = panel.get_by_role("textbox", name="from", exact=True)
+    low.fill("0,3")
+    low.press("Tab")
+    expect(low).to_have_value("0,3 nm")
     panel.get_by_role("textbox", name="to", exact=True).fill("3 nm")
     panel.get_by_role("button", name="Compute").click()
     page.wait_for_function(

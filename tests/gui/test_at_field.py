@@ -58,6 +58,7 @@ def test_the_prior_shown_as_an_example_can_be_typed(name):
         value, error = value_and_error(row.name, example_of(row), document.case().quantity(row.name).unit)
         meant = df.parse(row.value, document.case().quantity(row.name).unit)
         assert value == pytest.approx(meant, rel=0.05) and error > 0.0
+        assert value == 0.0 or error < 0.21 * abs(value)  # 2 in the second digit
 
 
 def test_each_opening_has_a_slider_that_follows_what_is_typed_beyond_its_range(tmp_path):

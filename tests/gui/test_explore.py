@@ -335,6 +335,10 @@ def test_a_range_is_suggested_for_a_parameter_left_at_its_default_and_taken_over
             panel = element(user, ExplorePanel)
             send(panel, "suggest", "forces.kelvin_voigt.viscosity")
             assert (panel.props["suggested"]["low"], panel.props["suggested"]["high"]) == ("50 Pa s", "200 Pa s")
+            page.view.edit(page.view.document.put(("sample", "youngs_modulus"), "1 GPa"))
+            send(panel, "suggest", "sample.youngs_modulus")  # in one unit, that of a number typed without one
+            assert (panel.props["suggested"]["low"], panel.props["suggested"]["high"]) == ("0.5 GPa", "2 GPa")
+            assert {row["name"]: row["unit"] for row in panel.props["rows"]}["sample.youngs_modulus"] == "GPa"
             over = {"forces.kelvin_voigt.viscosity": ["50 Pa s", "80 Pa s"]}
             page.view.session.study.take(Over(df.sweep(page.view.document.case(), over=over, at_set_point=0.8)))
             page.plots.explorer._changed()

@@ -24,7 +24,7 @@ from dforce.gui.document.session import Session
 from dforce.gui.files import project, uploads
 from dforce.gui.files.file_menu import figure_file, script_of, stem, written
 from dforce.gui.measured import fitting, overlay, reading
-from dforce.gui.measured.panel import MeasuredPanel, matched
+from dforce.gui.measured.panel import MeasuredPanel, covering, matched
 from dforce.gui.measured.session import MeasuredSession
 from dforce.gui.window.dialogs import SaveForm, as_sentence
 from dforce.results import hdf5
@@ -691,11 +691,16 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             assert not panel.props["stale"]
             used = fit["used"].values
             before = of(show(page, df.run(page.view.document.case())), "measured phase")
+            assert page.plots.measured.label == f"Fit (χ²/ν {fit.attrs['chi2'] / fit.attrs['degrees_of_freedom']:.2g})"
             send(panel, "take")
             # the points stay where they are until the curve of the new values is there
             assert of(page.view.compose(page.view.result), "measured phase")[0] == pytest.approx(before[0])
             assert np.isclose(page.view.document.case().sample.youngs_modulus, value, rtol=1e-5)
-            assert page.view.document.measured.shift == float(fit["value"].sel(parameter="zc_offset"))
+            shift = page.view.document.measured.shift
+            assert shift == float(fit["value"].sel(parameter="zc_offset"))
+            heights = session.measured.curve["height"].values + shift
+            zc = page.view.document.case().experiment.distances()
+            assert zc.min() < heights.min() + 0.1e-9 and zc.max() > heights.max() - 0.1e-9  # it was from 34 nm to 20 nm
             page.plots.measured.show()
             assert not panel.props["stale"]
             # with what was taken over the model passes through the measured points
@@ -836,6 +841,18 @@ def test_a_fit_is_opened_with_its_curve_and_its_case_and_its_report_is_saved(tmp
             assert page.view.document.case().sample.youngs_modulus == pytest.approx(value, rel=1e-5)
 
     asyncio.run(flow())
+
+
+def test_values_of_a_fit_come_with_a_range_that_covers_the_measured_curve():
+    curve, shift = beside().curve, 0.5e-9
+    wide = matched(Document.of(CASE), curve, shift)
+    assert covering(wide, curve, shift) is wide
+    assert covering(wide, curve, shift + 0.05e-9) is wide
+    narrow = wide.put(("experiment", "zc"), ["30 nm", "20 nm"]).put(("drive", "A0"), "19 nm")
+    case = covering(narrow, curve, shift).case()
+    assert case.experiment == wide.case().experiment and case.drive.A0 == 19e-9  # as it was fitted
+    halfway, sweep = narrow.put(("drive", "A0"), "-"), Document.of(df.example("resonance-curve"))
+    assert covering(halfway, curve, shift) is halfway and covering(sweep, curve, shift) is sweep
 
 
 def test_a_measured_curve_as_dforce_wrote_it_is_opened(tmp_path):

@@ -18,7 +18,7 @@ from dforce.gui.case.sliders import SliderElement
 from dforce.gui.curves import setpoint
 from dforce.gui.curves.figures import Layer
 from dforce.gui.curves.setpoint import SetPointTable, states_of, table_of, three_digits
-from dforce.gui.document.document import Document
+from dforce.gui.document.document import FIRST, Document
 from dforce.gui.document.session import Session
 from dforce.gui.window.shown import DrawnResult
 from dforce.results.curves import Picture
@@ -188,6 +188,8 @@ def test_curves_do_not_wait_for_their_states_which_are_solved_once_they_are_draw
     solving, drawn = [], []
     solve = Crossings.solved
     monkeypatch.setattr(Crossings, "solved", lambda *args: solving.append(args[1].attrs["case"]) or solve(*args))
+
+    df.at_set_point(df.run(df.example(FIRST)), 0.8)  # compiled before anything is waited for
 
     def solved():
         return sum('A0 = "7 nm"' in case for case in solving)

@@ -10,7 +10,9 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 import dforce as df
+from dforce.core.arrays import Array
 from dforce.core.units import show
+from dforce.experiments import Approach
 from dforce.gui.case.entry import QuietElement
 from dforce.gui.case.fields import Field, in_words, with_labels
 from dforce.gui.case.values import ParameterRow, composed
@@ -56,7 +58,7 @@ class MeasuredCurve(Panel):
         if fit is None or not fit.attrs["degrees_of_freedom"]:
             return self.title
         reduced = fit.attrs["chi2"] / fit.attrs["degrees_of_freedom"]
-        return f"{self.title} {reduced:.2g}" if reduced < 99.5 else f"{self.title} {reduced:.0f}"
+        return f"{self.title} (χ²/ν {reduced:.2g})" if reduced < 99.5 else f"{self.title} (χ²/ν {reduced:.0f})"
 
     def make(self) -> None:
         """Make the panel, in the container that is open."""
@@ -231,7 +233,10 @@ class MeasuredCurve(Panel):
         if fit is None:
             return
         shift, turn = fitting.offsets(fit)
-        self.view.edit(fitting.taken_over(self.view.document, fit), anew=True)
+        document, curve = fitting.taken_over(self.view.document, fit), self.view.session.measured.curve
+        if curve is not None and document.measured is not None:
+            document = covering(document, curve, document.measured.shift if shift is None else shift)
+        self.view.edit(document, anew=True)
         self._change(turn=turn, **({} if shift is None else {"shift": shift}))
 
 
@@ -309,13 +314,29 @@ class FitAtFields:
             self.view.edit(self.view.document.put((*PRIORS, key), text or None), name="fit")
 
 
-def matched(document: Document, curve: xr.Dataset, shift: float) -> Document:
-    """Return a document whose experiment goes over the heights of a curve, with its free amplitude."""
+def covering(document: Document, curve: xr.Dataset, shift: float) -> Document:
+    """Return a document whose approach goes over the heights of a curve; the same one where it does so, or has no approach."""
+    try:
+        case = document.case()
+        if not isinstance(case.experiment, Approach):
+            return document
+        zc = case.experiment.distances(case.problem.tones[0].A0)
+    except (df.DForceError, TypeError):  # typed halfway
+        return document
     heights = curve["height"].values + shift
+    covers = zc.min() < heights.min() + EVERY and heights.max() - EVERY < zc.max()
+    return document if covers else document.put(("experiment", "zc"), _distances(heights))
+
+
+def _distances(heights: Array) -> dict[str, Any]:
     start, stop = float(heights.max()), float(heights.min())
     points = min(MOST, max(FEWEST, round((start - stop) / EVERY) + 1))
-    distances = {"start": show(round(start, 12), "m"), "stop": show(round(stop, 12), "m"), "points": points}
-    experiment = {"kind": "approach", "zc": distances, "direction": "both"}
+    return {"start": show(round(start, 12), "m"), "stop": show(round(stop, 12), "m"), "points": points}
+
+
+def matched(document: Document, curve: xr.Dataset, shift: float) -> Document:
+    """Return a document whose experiment goes over the heights of a curve, with its free amplitude."""
+    experiment = {"kind": "approach", "zc": _distances(curve["height"].values + shift), "direction": "both"}
     document = document.choose(("experiment",), str(document.value(("experiment", "kind")) or ""), "", None)
     document = document.put(("experiment",), experiment)
     if "free_amplitude" in curve.attrs:
@@ -355,9 +376,11 @@ def prior_of(document: Document, row: ParameterRow) -> tuple[str, object]:
 
 
 def example_of(row: ParameterRow) -> str:
-    """Return a prior as it is typed: the value with the error of its last digit in brackets."""
+    """Return a prior as it is typed: two digits of the value, and in brackets an error of 2 in the second (2 to 20 %)."""
     number, _, unit = row.value.partition(" ")
     try:
-        return f"{float(f'{float(number):.2g}'):g}(1) {unit}".strip()
+        value = float(f"{float(number):.1e}")
+        decimals = 1 - int(f"{value:e}".partition("e")[2])
     except ValueError:  # typed halfway
         return "180(4)"
+    return f"{value:.{max(0, decimals)}f}({2 * 10 ** max(0, -decimals)}) {unit}".strip()

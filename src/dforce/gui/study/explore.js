@@ -11,15 +11,15 @@ export default {
       <form class="df-vary" @submit.prevent="compute">
         <span class="df-together"><label>Vary <select class="df-box" v-model="path" :disabled="busy" @change="$emit('suggest', path)">
           <option v-for="row in rows" :key="row.name" :value="row.name">{{ row.label }}</option></select></label>
-        <label>from <input class="df-box" v-model="low" maxlength="40" /></label>
-        <label>to <input class="df-box" v-model="high" maxlength="40" /></label>
+        <label>from <input class="df-box" v-model="low" @change="complete('low', unitOf(path))" maxlength="40" /></label>
+        <label>to <input class="df-box" v-model="high" @change="complete('high', unitOf(path))" maxlength="40" /></label>
         <label>in <input class="df-box number df-few" type="number" min="2" :max="most" v-model="points" /> values</label></span>
         <span class="df-together"><label>and <select class="df-box" v-model="path2" aria-label="second parameter" :disabled="busy" @change="$emit('second', path2)">
           <option value="">nothing else</option>
           <option v-for="row in rows.filter((one) => one.name !== path)" :key="row.name" :value="row.name">{{ row.label }}</option></select></label>
         <template v-if="path2">
-          <label>from <input class="df-box" v-model="low2" maxlength="40" aria-label="second from" /></label>
-          <label>to <input class="df-box" v-model="high2" maxlength="40" aria-label="second to" /></label>
+          <label>from <input class="df-box" v-model="low2" @change="complete('low2', unitOf(path2))" maxlength="40" aria-label="second from" /></label>
+          <label>to <input class="df-box" v-model="high2" @change="complete('high2', unitOf(path2))" maxlength="40" aria-label="second to" /></label>
           <label>in <input class="df-box number df-few" type="number" min="2" :max="most" v-model="points2" aria-label="second values" /> values</label>
         </template></span>
         <span class="df-together"><label>Keep <select class="df-box" v-model="limited_" aria-label="quantity to keep within a limit">
@@ -27,7 +27,7 @@ export default {
           <option v-for="one in limitable" :key="one.name" :value="one.name">{{ one.label }}</option></select></label>
         <template v-if="limited_"><select class="df-box" v-model="above_" aria-label="side of the limit">
             <option :value="false">below</option><option :value="true">above</option></select>
-          <input class="df-box" v-model="limit_" aria-label="limit to keep" :placeholder="'1 ' + limitable.find((one) => one.name === limited_)?.unit" maxlength="40" /></template></span>
+          <input class="df-box" v-model="limit_" @change="complete('limit_', unit)" aria-label="limit to keep" :placeholder="'1 ' + unit" maxlength="40" /></template></span>
         <label>in <select class="df-box" v-model="regime" aria-label="regime to keep">
           <option value="">any regime</option><option value="attractive">the attractive regime</option>
           <option value="repulsive">the repulsive regime</option></select></label>
@@ -76,6 +76,9 @@ export default {
              regime: "", all: false, whole: false, before: JSON.parse(sessionStorage.getItem(KEPT)) };
   },
   computed: {
+    unit() {
+      return this.limitable.find((one) => one.name === this.limited_)?.unit;
+    },
     // the first ones, and the one that is shown; all once they were asked for
     offered() {
       return this.whole ? this.quantities : this.quantities.filter((one, n) => n < this.few || one.name === this.quantity);
@@ -111,6 +114,13 @@ export default {
     takeUp(typed) {
       Object.assign(this, typed);
       this.$nextTick(() => Object.assign(this, typed));
+    },
+    unitOf(path) {
+      return this.rows.find((row) => row.name === path)?.unit;
+    },
+    // a number alone has the unit of the parameter or quantity
+    complete(name, unit) {
+      if (unit && unit !== "1" && /^[-+\d.,e\s]*\d\s*$/i.test(this[name])) this[name] = `${this[name].trim()} ${unit}`;
     },
     choose(changed) {
       this.$emit("choose", changed);

@@ -16,7 +16,7 @@ from dforce.core.units import show
 from dforce.findings.set_point import states_meant
 from dforce.gui.case.entry import QuietElement
 from dforce.gui.case.fields import in_words, with_labels, within_sentence
-from dforce.gui.case.values import ParameterRow, composed
+from dforce.gui.case.values import ParameterRow, composed, in_unit, taken_apart
 from dforce.gui.curves.chart import Chart
 from dforce.gui.curves.figures import Figure
 from dforce.gui.curves.panel import Panel, Scene
@@ -109,7 +109,8 @@ class Explorer(Panel):
         if self.seen != self.study.number:
             self._take_in()
         job, document = self.study.job, self.view.document
-        shown = dict[str, Any](rows=[{"name": row.name, "label": row.label} for row in self._rows()], most=MOST_VALUES)
+        rows = [{"name": row.name, "label": row.label, "unit": _unit_of(row)} for row in self._rows()]
+        shown = dict[str, Any](rows=rows, most=MOST_VALUES)
         shown |= {"suggested": self.suggested, "second": self.second, "limitable": _limitable()}
         shown |= {"busy": self.study.busy, "share": job.share if job is not None else 0.0}
         shown |= {"words": job.words() if job is not None and job.state != "failed" else ""}
@@ -239,7 +240,9 @@ class Explorer(Panel):
             except (df.DForceError, TypeError):  # typed halfway: the ends are left for the person
                 value = 0.0
             if value > 0.0:
-                suggested |= {"low": show(0.5 * value, unit, 4), "high": show(2.0 * value, unit, 4)}
+                own = _unit_of(row) or unit  # of both ends, and of a number that is typed without one
+                ends = (in_unit(f"{factor * value:.4g}", unit, own, unit) for factor in (0.5, 2.0))
+                suggested |= dict(zip(("low", "high"), (explore.with_unit(end, own) for end in ends), strict=True))
         if second:
             self.second = suggested
         else:
@@ -335,6 +338,11 @@ class Explorer(Panel):
                 document = document.put(place, value if unit == "1" else show(value, unit, DIGITS))
         self.view.edit(document, anew=True)
         self.view.session.look(dataclasses.replace(self.view.document, set_point=share))
+
+
+def _unit_of(row: ParameterRow) -> str:
+    """Return the unit of a parameter's value; empty for a number alone, and for a share."""
+    return "" if row.name == SET_POINT else taken_apart(row.value, "")[1]
 
 
 def _ends(given: dict[str, Any], which: str = "") -> dict[str, str]:

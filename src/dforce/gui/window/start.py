@@ -20,6 +20,7 @@ from dforce.gui.files.file_menu import FileMenu
 from dforce.gui.window.classroom import PAGE as CLASS_PAGE
 from dforce.gui.window.classroom import Classroom, told
 from dforce.gui.window.dialogs import as_sentence, dialog, say
+from dforce.gui.window.name_field import NameField
 from dforce.gui.window.security import SHARED
 from dforce.gui.window.view import View
 from dforce.library import FOLDERS, measured_data
@@ -171,11 +172,6 @@ ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as 
 TWO_MODES = "The second mode belongs to an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
 # the keyboard focus moves to the chart, because its element is gone
 TO_CHART = 'dforceFocus.before?.closest(".df-start") && dforceFocus.go(".df-main .df-chart")'
-# Enter takes the first of the names that match the input, once their list is there
-FIRST_MATCH = """(text) => text && setTimeout(() => {
-    const list = getElement(%d).$refs.qRef;
-    if (list?.getOptionIndex() === -1) list.moveOptionSelection(1, true);
-}, 100)"""
 NO_Q = "The library has no quality factor of this lever. Type your value at “Quality factor Q”."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (
@@ -224,15 +220,13 @@ class StartPage:
                     if question.key != "class" or view.session.person is None:  # a guest teaches nobody
                         self._picture(question)
             with ui.element("div").classes("df-choices"):
-                self.lever = ui.select(lever_labels(), label="Lever", with_input=True, clearable=True)
+                self.lever = NameField(lever_labels(), "lever")
                 self.medium = ui.select(MEDIA, value="", label="Medium")
-                self.sample = ui.select(sample_labels(), label="Sample", with_input=True, clearable=True)
+                self.sample = NameField(sample_labels(), "sample")
                 self.q = ui.input(label="Quality factor Q")
                 for one in (self.lever, self.medium, self.sample, self.q):
                     one.props("outlined dense options-dense")
                     one.on_value_change(self._follow)
-                for one in (self.lever, self.sample):
-                    one.on("input-value", js_handler=FIRST_MATCH % one.id)
                 ui.button("Start", icon="arrow_forward", on_click=self._start).props("unelevated no-caps color=primary")
             self.note = ui.label().classes("df-text")
             self.offers = ui.element("div").classes("df-offers").props('role="group" aria-label="examples"')
@@ -331,6 +325,10 @@ class StartPage:
 
     async def _start(self) -> None:
         """Open the case of the question without the results and the curve of another; a curve to explain stays."""
+        for field in (self.lever, self.sample):
+            if field.error:
+                field.run_method("focus")
+                return
         asks = self.q.visible
         if asks and not self.q.value:
             say(NO_Q)
