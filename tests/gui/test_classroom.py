@@ -12,7 +12,7 @@ import dforce as df
 from dforce.gui.document.document import Document
 from dforce.gui.document.session import Session
 from dforce.gui.window.address import from_link
-from dforce.gui.window.classroom import LETTERS, new_code, people, told
+from dforce.gui.window.classroom import LETTERS, limits_in_words, new_code, people
 from dforce.gui.window.security import GUEST, SHARED, Guard
 
 SECRET, CODE = "s" * 43, "abcd2345"
@@ -67,7 +67,7 @@ def test_a_code_can_be_read_from_a_wall_and_is_another_one_each_time():
 
 
 def test_the_limits_are_told_as_they_are():
-    assert "A run may take 5 min and have 2000 points." in told(SHARED)
+    assert "A run may take 5 min and have 2000 points." in limits_in_words(SHARED)
 
 
 def test_the_teacher_sees_the_guests_that_are_there_and_their_cases(tmp_path):

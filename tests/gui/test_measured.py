@@ -105,7 +105,7 @@ def answer(roles=("height", "amplitude", "phase"), **more):
 def test_answers_let_a_file_be_read(tmp_path):
     data = csv(heading="one,two,three")
     question = asked(data, folder=tmp_path)
-    settings = reading.told(question.head, {}, [], answer())
+    settings = reading.with_choices(question.head, {}, [], answer())
     assert settings == LAG | {
         "columns": {"height": "one", "amplitude": "two", "phase": "three"},
         "units": {"height": "nm", "amplitude": "nm", "phase": "deg"},
@@ -117,10 +117,10 @@ def test_answers_let_a_file_be_read(tmp_path):
 
 def test_what_a_reader_does_by_itself_is_not_named(tmp_path):
     question = asked(csv(), folder=tmp_path)
-    assert reading.told(question.head, {}, [], answer(convention="lead")) == {"phase_convention": "lead"}
+    assert reading.with_choices(question.head, {}, [], answer(convention="lead")) == {"phase_convention": "lead"}
     volts = asked(csv(heading="height_nm,amplitude_V,phase_deg"), folder=tmp_path)
     more = answer(sensitivity="50 nm/V", amplitude="rms", grows="toward")
-    assert reading.told(volts.head, {}, [], more) == LAG | {
+    assert reading.with_choices(volts.head, {}, [], more) == LAG | {
         "read": {"sensitivity": "50 nm/V", "amplitude_is": "rms", "height_grows": "toward"}
     }
 
@@ -132,7 +132,7 @@ def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path)
     assert {place[:2] for place in question.asked} == {
         ("calibrate", "free_amplitude"), ("calibrate", "free_phase"), ("calibrate", "errors")}  # fmt: skip
     told = ["20 nm", "90 deg", "30 pm", "0.2 deg"]
-    settings = reading.told(question.head, LAG, list(question.asked), answer(more=told))
+    settings = reading.with_choices(question.head, LAG, list(question.asked), answer(more=told))
     assert reading.curve_from(near, "c.csv", settings, CASE, tmp_path).sizes["point"] == 61
 
 

@@ -23,7 +23,7 @@ def f(y, log):
         total += y[k]
     for k in range(mode_count()):
         total += 10 * y[k]
-    last = size if not memory_size() else -1
+    last = -1 if memory_size() else size
     return total + last
 """
 

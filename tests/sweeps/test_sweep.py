@@ -10,7 +10,7 @@ import xarray as xr
 from compiled import ProblemBatch
 
 import dforce as df
-from dforce.maps._grid import NOWHERE, ProblemGrid
+from dforce.maps._grid import ProblemGrid
 from dforce.maps.axes import make_axes
 from dforce.validity import advice_in
 
@@ -134,20 +134,11 @@ def test_problems_of_a_grid_are_those_of_the_cases():
             one = one.replace(path, value)
         problems.append(one.problem)
     wanted, batch = ProblemBatch.of(problems), grid.batch(np.arange(grid.size))
-    for name in ("numbers", "tones", "kinks", "jumps"):
+    for name in ("numbers", "tones", "kinks"):
         np.testing.assert_allclose(getattr(batch, name), getattr(wanted, name), rtol=1e-14)
     for number in (0, 17, grid.size - 1):
         assert grid.problem(number).modes == problems[number].modes
         assert grid.problem(number).tones == problems[number].tones
-
-
-def test_cases_whose_force_jumps_are_known_among_those_whose_force_does_not():
-    """They are the ones that are run one by one."""
-    base = case(forces=[df.forces.Hertz(), df.forces.KelvinVoigt()])
-    grid = ProblemGrid(
-        base, make_axes(base, {"forces.kelvin_voigt.geometry": ["sphere", "punch"], "contact.a0": [1e-10, 2e-10]})
-    )
-    assert grid.batch(np.arange(4)).jumps.ravel().tolist() == [NOWHERE, NOWHERE, 1e-10, 2e-10]
 
 
 def test_cases_of_different_free_amplitudes_are_not_taken_for_badly_sampled(as_sampled):

@@ -218,11 +218,11 @@ def test_a_wrong_argument_is_answered_with_one_sentence(name, workdir):
             plt.close("all")
             said = answer(function, right | {argument: given})
             if isinstance(said, Exception):
-                wrong.append(f"{name}({argument}={kinds.told(given)}): {type(said).__name__}: {said}")
+                wrong.append(f"{name}({argument}={kinds.as_text(given)}): {type(said).__name__}: {said}")
             elif not fits and not said:
-                wrong.append(f"{name}({argument}={kinds.told(given)}) is accepted")
+                wrong.append(f"{name}({argument}={kinds.as_text(given)}) is accepted")
             elif "\n" in said or len(said) > MOST_CHARACTERS:
-                wrong.append(f"{name}({argument}={kinds.told(given)}): no short sentence: {said}")
+                wrong.append(f"{name}({argument}={kinds.as_text(given)}): no short sentence: {said}")
     assert not wrong, "\n".join(wrong)
 
 

@@ -214,10 +214,10 @@ def _sentence(name: str, allowed: tuple[ArgumentKind, ...], given: object) -> st
     denied = f"not {words[0]}" if len(words) == 1 else f"neither {' nor '.join(words)}"
     measured = [OF_MEASURED] if name == "data" else []
     sources = "; ".join(measured or (kind.source for kind in allowed if kind.source))
-    return f"{name} = {told(given)} is {denied}{f'; {sources}' if sources else ''}"
+    return f"{name} = {as_text(given)} is {denied}{f'; {sources}' if sources else ''}"
 
 
-def told(given: object) -> str:
+def as_text(given: object) -> str:
     """Return an argument as text: in words, or as it would be typed."""
     for module, name, words, _ in CLASSES.values():
         if _is_one(module, name, False, given):

@@ -74,8 +74,7 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
         end = driven_step(y, tau, h, drive, forces, p)
     elif not has_states():
         limits = between_kinks(distance(y, p), kinks, p)
-        first = h * crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
-        first += 0.5 * NEAR * h
+        first = h * (share_to(kinks[which], y, end, dt, p) + 0.5 * NEAR)
         for _ in range(TRIES):
             if not 0.0 < first < h:
                 break
@@ -107,6 +106,11 @@ def cut_at_kink(y: Any, end: Any, f: float, u: Any, i: int, drive: Any, forces: 
             return end
         end = driven_step(y, tau, h, drive, forces, p)
     return cut_step(y, end, tau, h, drive, forces, p)
+
+
+def share_to(kink: float, y: Any, end: Any, dt: float, p: Any) -> float:
+    """Return the share of a step of length `dt` (s) at which a kink lies, nearly, by the cubic through both ends."""
+    return crossing(kink, 0.0, 1.0, 1e-5, (dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p)))
 
 
 @uncounted
@@ -197,9 +201,7 @@ def first_event(y: Any, end: Any, start: float, h: float, drive: Any, forces: An
     above = margin(which, y, end, t + seconds(h, p), forces, p)
     guess = low + (high - low) * below / (below - above)
     if which < kinks.shape[0]:
-        dt = seconds(h, p)
-        share = crossing(kinks[which], dt, distance(y, p), rate_of(y, p), distance(end, p), rate_of(end, p))
-        guess = (share + 0.5 * NEAR) * h
+        guess = h * (share_to(kinks[which], y, end, seconds(h, p), p) + 0.5 * NEAR)
     side = 1.0
     for attempt in range(60):
         if high - low <= 3.0 * LANDED * h:

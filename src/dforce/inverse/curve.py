@@ -34,7 +34,7 @@ CLEAR = 5.0  # errors
 GIVE_THE_SIGN = "write height_grows = 'toward' if larger numbers are nearer to the sample, else 'away'"
 
 
-class Told(TypedDict, total=False):
+class ReadKeywords(TypedDict, total=False):
     """The same as a user types it; see :func:`dforce.read_measured`."""
 
     columns: Mapping[str, str] | None
@@ -48,7 +48,7 @@ class Told(TypedDict, total=False):
 
 
 @dataclass(frozen=True)
-class Asked:
+class ReadOptions:
     """The user's statements on a file, checked; see :func:`dforce.read_measured`."""
 
     columns: Mapping[str, str]
@@ -61,7 +61,7 @@ class Asked:
     direction: str | None = None
 
     @classmethod
-    def of(cls, told: Told | Mapping[str, Any]) -> Asked:
+    def of(cls, keywords: ReadKeywords | Mapping[str, Any]) -> ReadOptions:
         """Return the settings, after a check of their words.
 
         Raises
@@ -69,7 +69,7 @@ class Asked:
         ParameterError
             For an unknown word, with the nearest word.
         """
-        asked = cls(**{**told, "columns": told.get("columns") or {}, "units": told.get("units") or {}})
+        asked = cls(**{**keywords, "columns": keywords.get("columns") or {}, "units": keywords.get("units") or {}})
         for name, table in (("columns", asked.columns), ("units", asked.units)):
             for key, value in table.items():
                 if key not in MEANINGS:
@@ -92,7 +92,7 @@ class Asked:
         return asked
 
 
-def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
+def curve_of(table: MeasuredTable, asked: ReadOptions, name: str) -> xr.Dataset:
     """Return a curve as a Dataset, in the order of its walk.
 
     Raises
@@ -150,7 +150,7 @@ def curve_of(table: MeasuredTable, asked: Asked, name: str) -> xr.Dataset:
 
 
 def _values(
-    found: Mapping[str, Column], table: MeasuredTable, asked: Asked, name: str, history: list[str]
+    found: Mapping[str, Column], table: MeasuredTable, asked: ReadOptions, name: str, history: list[str]
 ) -> dict[str, Array]:
     """Return the columns that are used, in SI units."""
     values: dict[str, Array] = {}

@@ -13,7 +13,7 @@ import numpy as np
 
 from dforce.core import units
 from dforce.core.errors import DForceError, ParameterError, ResultError, checked, shorten
-from dforce.inverse.curve import Asked, Told, curve_of
+from dforce.inverse.curve import ReadKeywords, ReadOptions, curve_of
 from dforce.inverse.heights import WAYS, is_disordered
 from dforce.inverse.placing import FEWEST, LARGEST, place, split_curves
 from dforce.inverse.readers import content_of, own, tables_in
@@ -87,7 +87,7 @@ def read_measured(
     ParameterError
         If a necessary setting is missing in the file, or a setting is not allowed.
     """
-    asked = Asked.of(
+    asked = ReadOptions.of(
         {
             "columns": columns,
             "units": units,
@@ -109,7 +109,7 @@ def read_measured(
 
 
 @checked
-def read_curves(path: str | os.PathLike[str], **how: Unpack[Told]) -> list[xr.Dataset]:
+def read_curves(path: str | os.PathLike[str], **how: Unpack[ReadKeywords]) -> list[xr.Dataset]:
     """Return all curves of a file, each as from :func:`read_measured`; on a map with the attributes `x` and `y` (m).
 
     A column `curve`, or the columns `x` and `y`, distinguish the curves; in HDF5 each group is a curve, in .nid each row.
@@ -129,7 +129,7 @@ def read_curves(path: str | os.PathLike[str], **how: Unpack[Told]) -> list[xr.Da
     ParameterError
         As :func:`read_measured`.
     """
-    return [make() for make in _each(path, Asked.of(how), None)]
+    return [make() for make in _each(path, ReadOptions.of(how), None)]
 
 
 def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.Dataset | DForceError]:
@@ -147,10 +147,10 @@ def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.
     DForceError
         When the file itself cannot be read.
     """
-    told = dict(how)
-    number = told.pop("curve", None)
+    keywords = dict(how)
+    number = keywords.pop("curve", None)
     out: list[xr.Dataset | DForceError] = []
-    for make in _each(path, Asked.of(told), number):
+    for make in _each(path, ReadOptions.of(keywords), number):
         try:
             out.append(make())
         except DForceError as error:
@@ -158,7 +158,7 @@ def each_curve(path: str | os.PathLike[str], how: Mapping[str, Any]) -> list[xr.
     return out
 
 
-def _each(path: str | os.PathLike[str], asked: Asked, number: int | None) -> list[Callable[[], xr.Dataset]]:
+def _each(path: str | os.PathLike[str], asked: ReadOptions, number: int | None) -> list[Callable[[], xr.Dataset]]:
     """Return the functions that make the curves of a file."""
     content, name = content_of(path)
     kept = own.kept_in(content, name)

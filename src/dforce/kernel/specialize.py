@@ -43,20 +43,6 @@ class _Folder(ast.NodeTransformer):
         known = isinstance(node.ctx, ast.Load) and node.id in self.known
         return ast.Constant(self.known[node.id]) if known else node
 
-    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
-        self.generic_visit(node)
-        match node:
-            case ast.BinOp(ast.Constant(value=int(a)), ast.Mult(), ast.Constant(value=int(b))):
-                return ast.Constant(a * b)
-        return node
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
-        self.generic_visit(node)
-        match node:
-            case ast.UnaryOp(ast.Not(), ast.Constant(value=a)):
-                return ast.Constant(not a)
-        return node
-
     def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
         self.generic_visit(node)
         if not isinstance(node.test, ast.Constant):

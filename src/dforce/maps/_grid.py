@@ -27,7 +27,7 @@ from dforce.solvers.blocks import composition_of
 from dforce.solvers.problem_batch import ProblemBatch
 
 MODES, TONES, CONTACT = "modes", "tones", "contact"
-LAW, KINKS, JUMPS = FORCE_PARTS = ("law", "kinks", "jumps")
+LAW, KINKS = FORCE_PARTS = ("law", "kinks")
 NOWHERE = -1.0  # m; a distance that no tip reaches fills up the kinks of a force that has fewer than others
 
 
@@ -146,7 +146,7 @@ class ProblemGrid:
         ratio = TWO_PI * f0 / omega[:, None]
         per_mode = np.stack([ratio**2, ratio / Q, ratio**2 / (k * length[:, None])], axis=2)
         first = np.stack([np.zeros(len(numbers)), length, length * omega, omega, piece(CONTACT)[:, 0]], axis=1)
-        laws, kinks, jumps = ([piece(f"{part} {place}") for place in example.places] for part in FORCE_PARTS)
+        laws, kinks = ([piece(f"{part} {place}") for place in example.places] for part in FORCE_PARTS)
         fluid = piece(MODES)[:, 3 * count :] / omega[:, None]
         table = np.zeros((len(numbers), len(example.tones), FIRST_DRIVE + 2 * count + 3))
         drive = tones[:, :, 6:].reshape(len(numbers), -1, count, 2)
@@ -158,8 +158,7 @@ class ProblemGrid:
             example,
             np.concatenate([first, per_mode.reshape(len(numbers), -1), fluid, *laws], axis=1),
             table,
-            _distinct(_joined(kinks, len(numbers))),
-            _joined(jumps, len(numbers)),
+            _distinct(np.concatenate([np.empty((len(numbers), 0)), *kinks], axis=1)),
         )
 
 
@@ -181,11 +180,7 @@ def _piece(problem: Problem, name: str) -> list[float]:
         return [problem.a0]
     part, place = name.split()
     force = problem.forces[problem.places.index(int(place))]
-    return list({LAW: force.numbers, KINKS: force.kinks, JUMPS: force.jumps}[part]())
-
-
-def _joined(parts: list[Array], rows: int) -> Array:
-    return np.concatenate([np.empty((rows, 0)), *parts], axis=1)
+    return list(force.numbers() if part == LAW else force.kinks())
 
 
 def _distinct(kinks: Array) -> Array:

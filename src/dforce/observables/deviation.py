@@ -10,10 +10,10 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.core.quantities import OBSERVABLES
 from dforce.core.quantity import Scale
-from dforce.kernel import base_of, drive_of, modes_of, stiffness_of
+from dforce.kernel import base_of, drive_of, modes_of
 from dforce.kernel.codegen import LENGTH, OMEGA
 from dforce.observables.complex_numbers import modulus
-from dforce.observables.finish import driving_tone
+from dforce.observables.finish import driving_tone, free_signals
 from dforce.problem import Problem
 
 FAINT = 1e-4  # of the drive: a weaker force hardly moves the lever, and where the tip just touches it is none
@@ -35,15 +35,8 @@ def deviations(example: Problem, numbers: Array, tones: Array, a: Mapping[str, A
     count = len(numbers)
     length, omega = numbers[:, LENGTH], numbers[:, OMEGA]
     square, damping, gain = np.moveaxis(modes_of(numbers, len(example.modes)), 2, 0)
-    driven = [tone.mode for tone in example.tones]
-    at = np.repeat(tones[:, :, :1], len(example.modes), axis=2)
-    every = stiffness_of(numbers[:, None], len(example.modes), example.late_fluid, at)
-    response = every[:, np.arange(len(driven)), driven]
-    drive = drive_of(tones, len(example.modes))[:, np.arange(len(driven)), driven]
-    base, seen = base_of(tones), np.array(example.readout.weights)[np.arange(len(driven)), driven]
-    moved = drive / response - base  # as solved, the deflection of a tone's mode has the motion of the base in it
-    free = length[:, None] * modulus(moved)
-    read = length[:, None] * modulus(seen * moved + example.readout.base * base)  # A0, at this frequency
+    base, (_, moved, seen) = base_of(tones), free_signals(example, numbers, tones)
+    free, read = length[:, None] * modulus(moved), length[:, None] * modulus(seen)  # read: A0, at this frequency
     of_modes = free[:, [driving_tone(example, n) for n in range(len(example.modes))]]
     shaken = length[:, None] * np.abs(base).max(axis=1, keepdims=True)  # the tip moves so far beside its deflection
     path = np.maximum(of_modes * np.minimum(1.0, damping / np.sqrt(square)), shaken)

@@ -162,19 +162,24 @@ def apparent_energy(problem: Problem, total: Complexes, numbers: Array, tables: 
 
     Source: J. P. Cleveland, B. Anczykowski, A. E. Schmid, V. B. Elings, Appl. Phys. Lett. 72, 2613 (1998).
     """
-    own, each = problem.own_modes, range(len(problem.tones))
-    count, length = len(problem.modes), numbers[:, LENGTH, None]
-    gain, w = kernel.modes_of(numbers, count)[:, own, 2], tables[:, :, 0]
-    stiffness = kernel.stiffness_of(
-        numbers[:, None], count, problem.late_fluid, np.repeat(w[:, :, None], count, axis=2)
-    )
-    stiffness = stiffness[:, each, own]
-    base, seen = kernel.base_of(tables), np.array(problem.readout.weights)[each, own]
-    moved = kernel.drive_of(tables, count)[:, each, own] / stiffness - base
-    free = seen * moved + problem.readout.base * base
+    gain = kernel.modes_of(numbers, len(problem.modes))[:, problem.own_modes, 2]
+    stiffness, _, free = free_signals(problem, numbers, tables)
     lost = modulus(free) * -total.imag - modulus(total) ** 2
     # k r / Q is the imaginary part of the force over the deflection
-    return np.asarray(np.pi * stiffness.imag / gain * length * lost)
+    return np.asarray(np.pi * stiffness.imag / gain * numbers[:, LENGTH, None] * lost)
+
+
+def free_signals(problem: Problem, numbers: Array, tables: Array) -> tuple[Complexes, Complexes, Complexes]:
+    """Return the stiffness and the free signals at each tone, (motions, tones), scaled.
+
+    These are the force over the deflection of the tone's own mode, its free deflection, and the detector's reading of that.
+    """
+    count, own, each = len(problem.modes), problem.own_modes, range(len(problem.tones))
+    w = np.repeat(tables[:, :, :1], count, axis=2)
+    stiffness = kernel.stiffness_of(numbers[:, None], count, problem.late_fluid, w)[:, each, own]
+    base, seen = kernel.base_of(tables), np.array(problem.readout.weights)[each, own]
+    moved = kernel.drive_of(tables, count)[:, each, own] / stiffness - base  # as solved, it has the base in it
+    return stiffness, moved, seen * moved + problem.readout.base * base
 
 
 def driving_tone(problem: Problem, mode: int) -> int:

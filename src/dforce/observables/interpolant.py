@@ -51,15 +51,18 @@ def quintic_rate(s: float, h: float, x0: float, v0: float, x1: float, v1: float,
     return cubic_rate(s, h, x0, v0, x1, v1) + more / h
 
 
-def crossing(level: float, h: float, d0: float, v0: float, d1: float, v1: float) -> float:
-    """Return where the interpolant passes a level that lies between its ends, by Newton's steps kept in a bracket.
+def crossing(level: float, low: float, high: float, near: float, ends: Any) -> float:
+    """Return where the interpolant passes a level between two shares of a step, by Newton's steps kept in this bracket.
 
-    It is a first guess: the last step squares an error of 1e-5, but may miss by half a step where the interpolant turns.
+    It ends where it misses the level by less than `near`, a share of the step's way, or gets no farther. `ends` are as of
+    `cut_at`. The last step squares the error, but may miss by half a step where the interpolant turns.
     """
-    low, high, s = 0.0, 1.0, (level - d0) / (d1 - d0)
-    for _ in range(12):
-        miss = cubic(s, h, d0, v0, d1, v1) - level
-        if (miss > 0.0) == (d0 > level):
+    h, d0, v0, d1, v1 = ends
+    at_low, at_high = cubic(low, h, d0, v0, d1, v1), cubic(high, h, d0, v0, d1, v1)
+    s = low + (high - low) * (level - at_low) / (at_high - at_low)
+    for _ in range(50):
+        before, miss = s, cubic(s, h, d0, v0, d1, v1) - level
+        if (miss > 0.0) == (at_low > level):
             low = s
         else:
             high = s
@@ -67,29 +70,7 @@ def crossing(level: float, h: float, d0: float, v0: float, d1: float, v1: float)
         s = s - miss / slope if slope != 0.0 else 0.5 * (low + high)
         if not low < s < high:
             s = 0.5 * (low + high)
-        if abs(miss) < 1e-5 * abs(d1 - d0):
-            break
-    return s
-
-
-def crossing_between(
-    level: float, low: float, high: float, h: float, d0: float, v0: float, d1: float, v1: float
-) -> float:
-    """Return where the interpolant passes a level between two shares of a step that bracket it, by Newton in a bracket."""
-    above = cubic(low, h, d0, v0, d1, v1) > level
-    s = 0.5 * (low + high)
-    for _ in range(50):
-        miss = cubic(s, h, d0, v0, d1, v1) - level
-        if (miss > 0.0) == above:
-            low = s
-        else:
-            high = s
-        slope = h * cubic_rate(s, h, d0, v0, d1, v1)
-        step = miss / slope if slope != 0.0 else 1.0
-        if not low < s - step < high:
-            step = s - 0.5 * (low + high)
-        s -= step
-        if abs(step) < 1e-15:
+        if abs(miss) < near * abs(d1 - d0) or abs(s - before) < 1e-15:
             break
     return s
 
@@ -126,9 +107,9 @@ def cut_at(cuts: Any, count: int, level: float, event: float, turn: float, ends:
     h, d0, v0, d1, v1 = ends
     d_turn = cubic(turn, h, d0, v0, d1, v1) if turn > 0.0 else d0
     if turn > 0.0 and (d0 - level) * (d_turn - level) < 0.0:
-        count = insert(cuts, count, crossing_between(level, 0.0, turn, h, d0, v0, d1, v1), event)
+        count = insert(cuts, count, crossing(level, 0.0, turn, 0.0, ends), event)
     if (d_turn - level) * (d1 - level) < 0.0:
-        count = insert(cuts, count, crossing_between(level, turn, 1.0, h, d0, v0, d1, v1), event)
+        count = insert(cuts, count, crossing(level, turn, 1.0, 0.0, ends), event)
     return count
 
 

@@ -28,7 +28,7 @@ from matplotlib.figure import Figure, FigureBase, SubFigure
 from matplotlib.text import Text
 
 from dforce.core import units
-from dforce.core.argument_kinds import told
+from dforce.core.argument_kinds import as_text
 from dforce.core.arrays import Array
 from dforce.core.files import check_target, write_whole
 from dforce.core.notation import first_phrase
@@ -208,7 +208,7 @@ def figure_of(axes: object) -> Figure:
     first = next(iter(np.ravel(np.asarray(axes, dtype=object))), None) if several else axes
     holder: Any = first if isinstance(first, FigureBase) else getattr(first, "figure", None)
     if not isinstance(holder, Figure | SubFigure):
-        raise ParameterError(f"axes = {told(axes)} is not a result of a function of df.plot")
+        raise ParameterError(f"axes = {as_text(axes)} is not a result of a function of df.plot")
     whole: Figure = holder.figure if isinstance(holder, SubFigure) else holder
     return whole
 

@@ -112,7 +112,7 @@ class Writer:
         ResultError
             When the folder holds other files.
         """
-        with self._told():
+        with self._as_sentence():
             files = encoded(plan)
             there = {key for key in self.files.all_keys() if TEMPORARY.fullmatch(Path(key).name) is None}
             for key in sorted(there - {*files}):
@@ -126,7 +126,7 @@ class Writer:
 
     def repair(self, plan: Plan) -> None:
         """Write the damaged ones of the files that are written once anew."""
-        with self._told():
+        with self._as_sentence():
             files = encoded(plan)
             self._write_once({key: files[key] for key in self.damaged if key in self.seal.files})
 
@@ -139,7 +139,7 @@ class Writer:
 
     def mark(self, attrs: Mapping[str, object]) -> None:
         """Add attributes to the store, such as its unfinished state, and mend damaged attributes."""
-        with self._told():
+        with self._as_sentence():
             self._put_attributes(self.attributes | plain(attrs))
 
     def _put_attributes(self, attributes: Mapping[str, object]) -> None:
@@ -196,7 +196,7 @@ class Writer:
             The status where there is none.
         """
         block = blocks.name(place)
-        with self._told():
+        with self._as_sentence():
             chunks: dict[str, bytes] = {}
             sums = dict.fromkeys(self.seal.arrays, ABSENT)
             for name, array in self._arrays.items():
@@ -240,7 +240,7 @@ class Writer:
         """Add a sentence to the notes of the store on its blocks."""
         before = str(self.attributes.get(NOTES, "")).splitlines()
         if sentence not in before:
-            with self._told():
+            with self._as_sentence():
                 self._put_attributes(self.attributes | {NOTES: "\n".join([*before, sentence])})
 
     def finish(self, attrs: Mapping[str, object], empty: Sequence[str], without: Sequence[str]) -> None:
@@ -249,12 +249,12 @@ class Writer:
         gone = [f"{name}/{ROOT}" for name in empty if name in self._arrays] if self._filled.isdisjoint(empty) else []
         files = {key: one for key, one in self.seal.files.items() if key not in gone}
         self.seal = replace(self.seal, files=files)
-        with self._told():
+        with self._as_sentence():
             self._put_attributes(kept | plain(attrs))
             self.files.remove(gone)
 
     @contextlib.contextmanager
-    def _told(self) -> Iterator[None]:
+    def _as_sentence(self) -> Iterator[None]:
         """Turn an error inside into a sentence."""
         try:
             yield

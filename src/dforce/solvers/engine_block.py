@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from dforce.core.arrays import Array, Bools, Indices
+from dforce.core.arrays import Array, Indices
 from dforce.core.errors import ParameterError
 from dforce.engine.marching import Marched, Marcher, Start
 from dforce.kernel import modes_of
@@ -32,36 +32,6 @@ BESIDE = 1e-4  # of the free amplitude, or of the parameter's unit: neighbors, w
 FINE = 0.01  # times the errors of steps, for such neighbors
 LONGEST = 16  # periods in one call, so that Ctrl-C and Stop answer at once
 FINER = 4.0  # errors of steps fall with this power of the samples that a finer block is asked for
-
-
-class NewtonOrbits(NamedTuple):
-    """The orbits that Newton's method has found, a row for each slot.
-
-    Attributes
-    ----------
-    value
-        The parameter, (slots,).
-    x, memory, branch
-        The state at the start of a common period.
-    monodromy, by_parameter, slope
-        Derivatives of the map by the motion and by the parameter (per unit), and of the orbit by the parameter.
-    rows
-        The measurements over each period; NaN where they were not wanted.
-    residual, steps, good
-        Distance of the orbit's end from its start, Newton steps, and whether it was found.
-    """
-
-    value: Array
-    x: Array
-    memory: Array
-    branch: Array
-    monodromy: Array
-    by_parameter: Array
-    slope: Array
-    rows: Array
-    residual: Array
-    steps: Indices
-    good: Bools
 
 
 class EngineBlock(Block):
@@ -126,66 +96,44 @@ class EngineBlock(Block):
         out.columns[:, :, -1] = (ends[1] - ends[0]) / BESIDE
         return out
 
-    def newton(
-        self,
-        which: Indices,
-        states: States,
-        at: Array,
-        wanted: Bools,
-        repeats: int = 1,
-        normal: Array | None = None,
-        at_once: bool = False,
-    ) -> NewtonOrbits:
-        """Find orbits near states by Newton's method, and measure the wanted orbits.
+    def find(self, which: Indices, slots: Slots, orbits: Orbits, repeats: int, at_once: bool = False) -> None:
+        """Find the orbits of some problems near motions by Newton's method; see :meth:`Block.find`.
 
-        `normal` borders the equations, see ``newton``; left out: the parameter stays. `at_once` is for accurate predictions:
-        the first march may be the last, so it is measured.
+        `at_once` is for accurate predictions: the first march may be the last, so it is measured.
         """
         count, size, periods = len(which), self.size, self.common * repeats
-        if normal is None:
-            normal = np.zeros((count, size + 1))
-            normal[:, size] = 1.0
+        wanted = slots.wanted != NOTHING
         harmonics = self.harmonics if wanted.any() else None
         accepted = ACCEPTED * min(self.accuracy, ACCURACY)
-        found = NewtonOrbits(
-            at.astype(float),
-            states.x.copy(),
-            states.memory.copy(),
-            states.branch.copy(),
-            np.full((count, size, size), np.nan),
-            np.full((count, size), np.nan),
-            np.full((count, size), np.nan),
-            np.full((count, periods, self.columns), np.nan),
-            np.full(count, np.nan),
-            np.zeros(count, np.int64),
-            np.zeros(count, bool),
-        )
-        state, before = States(found.x, found.memory, found.branch), np.full(count, np.inf)
+        for part in (orbits.monodromy, orbits.by_parameter, orbits.slope, orbits.residual):
+            part[:] = np.nan
+        orbits.steps[:], orbits.outcome[:] = 0, FAILED
+        state, before = States(slots.x, slots.memory, slots.branch), np.full(count, np.inf)
         going, near = np.arange(count), [np.empty(0, np.int64)]
         for turn in range(MOST_STEPS):
             if not len(going):
                 break
             measured = harmonics if at_once and turn == 0 else None
-            out = self.derived(which[going], state.take(going), found.value[going], repeats, measured)
+            out = self.derived(which[going], state.take(going), slots.value[going], repeats, measured)
             by, miss = out.columns, out.path[:, -1] - state.x[going]
-            step, slope = bordered(by, normal[going], miss)
+            step, slope = bordered(by, orbits.normal[going], miss)
             length = np.abs(step[:, :size]).max(axis=1)
             fine = (length < np.inf) & ~((length > CONTRACTS * before[going]) & (length > NEARBY))
             going, by, miss, step, slope, length = (one[fine] for one in (going, by, miss, step, slope, length))
-            found.steps[going] += 1
-            found.monodromy[going], found.by_parameter[going] = by[:, :, :size], by[:, :, size]
-            found.slope[going], found.residual[going] = slope[:, :size], np.abs(miss).max(axis=1)
+            orbits.steps[going] += 1
+            orbits.monodromy[going], orbits.by_parameter[going] = by[:, :, :size], by[:, :, size]
+            orbits.slope[going], orbits.residual[going] = slope[:, :size], np.abs(miss).max(axis=1)
             part = np.minimum(1.0, LONG / np.maximum(length, 1e-300))
             state.x[going] += part[:, None] * step[:, :size]
-            found.value[going] += part * step[:, size] * self.unit[which[going]]
+            slots.value[going] += part * step[:, size] * self.unit[which[going]]
             state.memory[going], state.branch[going] = out.memory[fine], out.branch[fine]
             before[going] = np.where(part == 1.0, length, np.inf)
             close = length < NEARBY
             done = close & ~wanted[going]
             if measured is not None:
-                found.rows[going] = out.rows[fine]
+                slots.rows[going] = out.rows[fine]
                 done = length < accepted
-            found.good[going[done]] = True
+            orbits.outcome[going[done]] = CONVERGED
             near.append(going[close & ~done])
             going = going[~close]
         going = np.concatenate(near)
@@ -193,25 +141,24 @@ class EngineBlock(Block):
         for _ in range(MOST_PASSES):
             if not len(going):
                 break
-            out = self.marched(which[going], state.take(going), found.value[going], periods, harmonics=harmonics)
+            out = self.marched(which[going], state.take(going), slots.value[going], periods, harmonics=harmonics)
             miss = out.path[:, -1] - state.x[going]
-            by = np.concatenate([found.monodromy[going], found.by_parameter[going, :, None]], axis=2)
-            step, _ = bordered(by, normal[going], miss)
+            by = np.concatenate([orbits.monodromy[going], orbits.by_parameter[going, :, None]], axis=2)
+            step, _ = bordered(by, orbits.normal[going], miss)
             length = np.abs(step[:, :size]).max(axis=1)
             same = (out.branch == state.branch[going]).all(axis=1)
-            found.residual[going] = np.where(same, np.abs(miss).max(axis=1), np.inf)
+            orbits.residual[going] = np.where(same, np.abs(miss).max(axis=1), np.inf)
             if harmonics is not None:
-                found.rows[going] = out.rows
+                slots.rows[going] = out.rows
             lost = ~(length < STRAY) | ((length > CONTRACTS * before[going]) & same)
             done = (length < accepted) & same
             kept = ~lost
             state.x[going[kept]] += step[kept, :size]
-            found.value[going[kept]] += step[kept, size] * self.unit[which[going[kept]]]
+            slots.value[going[kept]] += step[kept, size] * self.unit[which[going[kept]]]
             state.memory[going], state.branch[going] = out.memory, out.branch
-            found.good[going[done]] = True
+            orbits.outcome[going[done]] = CONVERGED
             before[going] = length
             going = going[~done & ~lost]
-        return found
 
     def follow(
         self,
@@ -255,16 +202,6 @@ class EngineBlock(Block):
         start = Start(numbers, tones, places, states.x, states.memory, states.branch)
         out = self._marcher.march(start, self.common, self.limits(numbers), harmonics=self.harmonics)
         return States(out.path[:, -1].copy(), out.memory, out.branch), out.rows
-
-    def find(self, which: Indices, slots: Slots, orbits: Orbits, repeats: int) -> None:
-        """Find the orbits of some problems near motions by Newton's method."""
-        states = States(slots.x, slots.memory, slots.branch)
-        wanted = np.asarray(slots.wanted != NOTHING)
-        found = self.newton(which, states, slots.value, wanted, repeats, orbits.normal)
-        slots.value[:], slots.x[:], slots.memory[:], slots.branch[:] = found[:4]
-        orbits.monodromy[:], orbits.by_parameter[:], orbits.slope[:] = found[4:7]
-        slots.rows[:], orbits.residual[:], orbits.steps[:] = found[7:10]
-        orbits.outcome[:] = np.where(found.good, CONVERGED, FAILED)
 
     def derivatives(self, which: Indices, states: States, at: Array) -> tuple[Array, Array]:
         """Return where motions end one common period later, and the map's derivatives there."""

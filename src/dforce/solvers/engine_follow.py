@@ -12,6 +12,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from dforce.core.arrays import Array, Bools, Indices
+from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits
+from dforce.solvers.period_map import ALL, NOTHING, Slots
 from dforce.solvers.quasi_static import ENDED, FIRST, FOLLOWED, SMALLEST, Stretch
 from dforce.solvers.quasi_static_steps import (
     BENT,
@@ -42,10 +44,11 @@ class OrbitFinder(Protocol):
     predicted: float
     unit: Array
 
-    def newton(
-        self, which: Indices, states: States, at: Array, wanted: Bools, repeats: int = 1, *, at_once: bool = False
-    ) -> Any:
-        """Find orbits near states, and measure the wanted orbits."""
+    def slots(self, states: States, at: Array, repeats: int) -> Slots:
+        """Return slots that hold copies of states."""
+
+    def find(self, which: Indices, slots: Slots, orbits: Orbits, repeats: int, at_once: bool) -> None:
+        """Find the orbits near motions."""
 
     def check_cancelled(self) -> Any:
         """Raise when the run is to stop."""
@@ -109,19 +112,29 @@ class Follower:
         states = States(guess, found.last_memory[going], found.last_branch[going])
         # the others are measured side by side with the values that they passed; near a fold that would be another orbit
         wanted = (place >= 0) & (fresh | (self.most[going] == ONE_BY_ONE) | np.isfinite(found.fold[going]))
-        orbits = self.block.newton(self.which[going], states, value, wanted, self.repeats)
-        fits = orbits.good.copy()
+        slots, orbits = self._sought(going, states, value, wanted)
+        converged = orbits.outcome == CONVERGED
+        fits = converged.copy()
         for i in np.flatnonzero(fits).tolist():
             fits[i] = is_stable(orbits.monodromy[i])
-        fits &= fresh | self._continues(going, value, orbits, guess)
-        astray = np.abs(orbits.x - guess).max(axis=1)
-        self._refuse(going[~fits], value[~fits], np.where(orbits.good, astray, np.inf)[~fits])
+        fits &= fresh | self._continues(going, value, slots.x, orbits.slope, guess)
+        astray = np.abs(slots.x - guess).max(axis=1)
+        self._refuse(going[~fits], value[~fits], np.where(converged, astray, np.inf)[~fits])
         for i in np.flatnonzero(fits).tolist():
-            self._take(int(going[i]), int(place[i]), i, orbits, astray[i])
+            self._take(int(going[i]), int(place[i]), i, slots, orbits, astray[i])
             if wanted[i]:
-                self.keep(int(going[i]), int(place[i]), i, orbits)
+                self.keep(int(going[i]), int(place[i]), i, slots, orbits)
         self.going[going] &= self.found.outcome[going] == FOLLOWED
         self.going[going] &= self.place[going] < self.counts[going] - 1
+
+    def _sought(
+        self, cases: Indices, states: States, value: Array, wanted: Bools, at_once: bool = False
+    ) -> tuple[Slots, Orbits]:
+        """Return the orbits that are found near states of some problems; the wanted ones are measured."""
+        slots, orbits = self.block.slots(states, value, self.repeats), empty_orbits(len(cases), states.x.shape[1])
+        slots.wanted[:] = np.where(wanted, ALL, NOTHING)
+        self.block.find(self.which[cases], slots, orbits, self.repeats, at_once)
+        return slots, orbits
 
     def _foretold(self, case: int, value: float) -> Array:
         """Return the state at a value by the cubic through the last anchor and one far enough before, or by a line.
@@ -141,17 +154,17 @@ class Follower:
         away = np.array([(one.value - value) / self.unit[case] for one in anchors])
         return hermite(away, np.array([one.x for one in anchors]), np.array([one.slope for one in anchors]))
 
-    def _continues(self, going: Indices, value: Array, orbits: Any, guess: Array) -> Bools:
+    def _continues(self, going: Indices, value: Array, here: Array, slopes: Array, guess: Array) -> Bools:
         """Return which orbits continue the last orbits of their problems in value, state and slope."""
         found = self.found
         x, slope = found.last_x[going], found.last_slope[going]
         step = ((value - found.last_value[going]) / self.unit[going])[:, None]
-        moved = orbits.x - x
+        moved = here - x
         with np.errstate(invalid="ignore"):
-            astray, chord = np.abs(orbits.x - guess).max(axis=1), np.abs(moved).max(axis=1)
-            turned = np.abs(step * (orbits.slope - slope)).max(axis=1)
-            bent = np.abs(moved - 0.5 * step * (orbits.slope + slope)).max(axis=1)
-            steepest = np.maximum(np.abs(orbits.slope).max(axis=1), np.abs(slope).max(axis=1))
+            astray, chord = np.abs(here - guess).max(axis=1), np.abs(moved).max(axis=1)
+            turned = np.abs(step * (slopes - slope)).max(axis=1)
+            bent = np.abs(moved - 0.5 * step * (slopes + slope)).max(axis=1)
+            steepest = np.maximum(np.abs(slopes).max(axis=1), np.abs(slope).max(axis=1))
             near = (chord < CHORD) & (bent < BENT * np.abs(step[:, 0]) * steepest)
             return np.asarray((turned < TURNED) & ((astray < self.block.predicted) | near))
 
@@ -167,30 +180,30 @@ class Follower:
         ended |= self.reach[cases] < SMALLEST
         self.found.outcome[cases[ended]] = ENDED
 
-    def _take(self, case: int, place: int, i: int, orbits: Any, astray: float) -> None:
+    def _take(self, case: int, place: int, i: int, slots: Slots, orbits: Orbits, astray: float) -> None:
         """Make an orbit the next anchor of a problem."""
         found, begun = self.found, float(self.found.last_value[case])
         slopes = float(np.abs(orbits.slope[i]).max()), float(np.abs(found.last_slope[case]).max())
-        found.fold[case] = fold_ahead(float(orbits.value[i]), slopes[0], begun, slopes[1])
-        found.last_value[case], found.last_x[case] = orbits.value[i], orbits.x[i]
-        found.last_memory[case], found.last_branch[case] = orbits.memory[i], orbits.branch[i]
+        found.fold[case] = fold_ahead(float(slots.value[i]), slopes[0], begun, slopes[1])
+        found.last_value[case], found.last_x[case] = slots.value[i], slots.x[i]
+        found.last_memory[case], found.last_branch[case] = slots.memory[i], slots.branch[i]
         found.last_slope[case], found.last_monodromy[case] = orbits.slope[i], orbits.monodromy[i]
         if place >= 0:
             self.place[case] = place
         if self.anchors[case]:
-            step = abs(orbits.value[i] - begun) / self.unit[case]
+            step = abs(slots.value[i] - begun) / self.unit[case]
             fitting = self._fitting(astray)
             longer = step * max(1.0, fitting) if fitting < GROWTH else max(self.reach[case], GROWTH * step)
             self.reach[case] = longer if astray < EXACT else min(LARGEST, longer)
-        here = orbits.x[i], orbits.slope[i], orbits.memory[i], orbits.branch[i]
+        here = slots.x[i], orbits.slope[i], slots.memory[i], slots.branch[i]
         x, slope, memory, branch = (one.copy() for one in here)
-        self.anchors[case].append(Anchor(float(orbits.value[i]), x, slope, memory, branch, int(self.place[case])))
+        self.anchors[case].append(Anchor(float(slots.value[i]), x, slope, memory, branch, int(self.place[case])))
 
-    def keep(self, case: int, place: int, i: int, orbits: Any) -> None:
+    def keep(self, case: int, place: int, i: int, slots: Slots, orbits: Orbits) -> None:
         """Keep an orbit at a value of its path."""
         found, where = self.found, (case, place)
-        found.x[where], found.memory[where], found.branch[where] = orbits.x[i], orbits.memory[i], orbits.branch[i]
-        found.monodromy[where], found.rows[where] = orbits.monodromy[i], orbits.rows[i]
+        found.x[where], found.memory[where], found.branch[where] = slots.x[i], slots.memory[i], slots.branch[i]
+        found.monodromy[where], found.rows[where] = orbits.monodromy[i], slots.rows[i]
         found.residual[where], found.steps[where] = orbits.residual[i], orbits.steps[i]
 
     def _fill(self) -> bool:
@@ -204,15 +217,12 @@ class Follower:
             value = self.values[case, place]
             guesses = [self._between(*one) for one in zip(case.tolist(), place.tolist(), strict=True)]
             states = States(*(np.array(column) for column in zip(*guesses, strict=True)))
-            guess = states.x.copy()
-            orbits = self.block.newton(
-                self.which[case], states, value, np.ones(len(case), bool), self.repeats, at_once=True
-            )
+            slots, orbits = self._sought(case, states, value, np.ones(len(case), bool), at_once=True)
             with np.errstate(invalid="ignore"):
-                fits = orbits.good & (np.abs(orbits.x - guess).max(axis=1) < self.block.predicted)
+                fits = (orbits.outcome == CONVERGED) & (np.abs(slots.x - states.x).max(axis=1) < self.block.predicted)
             for i in range(len(case)):
                 if fits[i] and is_stable(orbits.monodromy[i]):
-                    self.keep(int(case[i]), int(place[i]), i, orbits)
+                    self.keep(int(case[i]), int(place[i]), i, slots, orbits)
             self.block.check_cancelled()
         for one in range(len(self.values)):
             missing = np.flatnonzero(np.isnan(found.residual[one, : self.place[one] + 1]))

@@ -20,13 +20,13 @@ import numpy as np
 
 from dforce import kernel
 from dforce.core.arrays import Array, Complexes
-from dforce.instrument.history import FluidMemory
 from dforce.instrument.noise import time_constant
 from dforce.integrators.loops import TAU, seconds, tabulate
 from dforce.integrators.rk4 import next_sample
 from dforce.kernel.vocabulary import distance, force, from_vector, mode_count, motion_size, rate_of, unpacked
 from dforce.problem import Problem
 from dforce.solvers.integrator import CALLED, Integrator, Motion
+from dforce.solvers.langevin import free_motion
 from dforce.solvers.stability import STABLE, stability
 
 DOUBLINGS = 60  # of the periods that are summed: with a multiplier below 1 by rounding they are still enough
@@ -226,31 +226,18 @@ def _augmented(problem: Problem, change: Array, bases: Array, decay: float, pole
     return list(zip(A, added, strict=True))
 
 
-def _add_late_fluid(strength: Array, n: int, problem: Problem, memory: FluidMemory, unit: float) -> None:
-    r"""Add the noise of a mode's late fluid, and its correlation with the mode's own noise.
-
-    A part :math:`W, s` of :class:`dforce.instrument.history.FluidMemory` moves as a mass :math:`m W / s` that a dashpot
-    :math:`m W` ties to the lever: its noise pushes both, one way and the other. `unit` is :math:`2 k_B T / m`, scaled.
-    """
-    for j, (rate, weight) in enumerate(zip(memory.rates, memory.weights, strict=True)):
-        if weight > 0.0:
-            place = 2 * len(problem.modes) + n * len(memory.rates) + j
-            strength[place, place] = unit * rate**2 / weight
-            strength[place, 2 * n + 1] = strength[2 * n + 1, place] = -unit * rate
-
-
 def _step_noise(problem: Problem, change: Array, h: float) -> Array:
     """Return the covariance that thermal noise adds to motion and memory over each step, by Simpson's rule."""
     inner = change.shape[1]
     strength, scale = np.zeros((inner, inner)), kernel.scales(problem)
+    late = 2 * len(problem.modes) + np.arange(problem.late_fluid)
     for n, mode in enumerate(problem.modes):
-        frequency, Q = mode.oscillator
-        omega = 2.0 * math.pi * frequency
-        # 2 kT / m, and 2 kT c / m^2, in scaled units of velocity and time
-        unit = 2.0 * problem.noise.kT * omega**2 / mode.k / (scale.speed**2 * scale.omega)
-        strength[2 * n + 1, 2 * n + 1] = unit * omega / Q
-        if mode.memory is not None:
-            _add_late_fluid(strength, n, problem, mode.memory, unit)
+        _, B = free_motion(mode)
+        omega = 2.0 * math.pi * mode.oscillator[0]
+        # kT / m in scaled units of velocity, per unit of time
+        unit = problem.noise.kT * omega**2 / mode.k / scale.speed**2 * (omega / scale.omega)
+        own = np.array([2 * n, 2 * n + 1, *(late + n * problem.late_fluid)])
+        strength[np.ix_(own, own)] = unit * B @ B.T
     rest = change - np.eye(inner)
     # the root of the tangent, which leads over half a step
     root = np.eye(inner) + 0.5 * rest @ (np.eye(inner) - 0.25 * rest @ (np.eye(inner) - 0.5 * rest))

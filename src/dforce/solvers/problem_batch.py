@@ -100,8 +100,8 @@ class ProblemBatch:
         The kernel's parameters, with 0 in the place of zc, shape (problems, parameters).
     tones
         The kernel's tone tables, shape (problems, tones, columns).
-    kinks, jumps
-        Distances (m) at which the forces are not smooth, and not continuous, shape (problems, kinks).
+    kinks
+        Distances (m) at which the forces are not smooth, shape (problems, kinks).
     levers
         The levers that change with their height, whose numbers hold far away; None for constant levers.
     """
@@ -110,7 +110,6 @@ class ProblemBatch:
     numbers: Array
     tones: Array
     kinks: Array
-    jumps: Array
     levers: Levers | None = None
 
     @classmethod
@@ -124,16 +123,13 @@ class ProblemBatch:
             np.array([kernel.parameters(problem, 0.0) for problem in far]),
             np.array([kernel.tone_table(problem) for problem in far]),
             np.array([kernel.kink_distances(problem) for problem in far]),
-            np.array([[jump for force in problem.forces for jump in force.jumps()] for problem in far]),
             Levers.of(problems),
         )
 
     def take(self, which: Any) -> ProblemBatch:
         """Return some of the problems, by their numbers."""
         levers = None if self.levers is None else self.levers.take(which)
-        return ProblemBatch(
-            self.example, self.numbers[which], self.tones[which], self.kinks[which], self.jumps[which], levers
-        )
+        return ProblemBatch(self.example, self.numbers[which], self.tones[which], self.kinks[which], levers)
 
     def at_heights(self, zc: Array) -> ProblemBatch:
         """Return the problems with their levers as they are at distances (m), one for each."""

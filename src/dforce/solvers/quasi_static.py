@@ -42,10 +42,8 @@ SMALLEST = 1e-7  # of the parameter's unit: a state that has no step so short ha
 LEAP = 4.0  # steps to the last orbit that is sought at once, at most: from farther Newton's method starts too badly
 BRIDGES = (1e-6, 1e-5, 1e-4)  # of the parameter's unit: steps tried over an edge of the map
 COLUMNS = 32  # motions that are marched at once for each problem: several orbits ahead, with their neighbors
-SHORT, MOST_SHORT = (
-    1e-4,
-    300,
-)  # of the parameter's unit: with more steps so short between two values the map is too rough
+SHORT = 1e-4  # of the parameter's unit: a step so short
+MOST_SHORT = 300  # such steps between two values, at most: with more the map is too rough
 FOLLOWED, ENDED, TOO_ROUGH = 0, 1, 2
 
 

@@ -28,9 +28,7 @@ ARRIVED = 3e-4  # of the free amplitude: Newton step from which an orbit is near
 GROWTH, SHRINK = 3.0, 0.1  # of the next leap, at most and at least
 SAFETY = 0.7  # of the cube root of the correction allowed over the correction
 LONGEST = 1 << 20  # periods in a leap
-MOST_LOOKS = (
-    16_384  # leaps: motions that have no state after so many have short leaps, and plain integration is quicker
-)
+MOST_LOOKS = 16_384  # leaps: behind so many they are short, and plain integration is quicker
 LOOKS = 64  # leaps after which the motions that still leap are checked
 GOING, SETTLED, LOST = 0, 1, 2  # outcome of a motion
 

@@ -18,10 +18,8 @@ from dforce.solvers.states import States
 ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
 SAME_STATE = 10.0  # times the rest of the way: an orbit farther from the rough state is another one
 AWAY, MOST_AWAY = 0.1, 60  # of the free amplitude: so far a motion has left; decay times for that, at most
-AT_REST, STAYS = (
-    1e-9,
-    20,
-)  # of the free amplitude, and quarters of a decay time: a motion that gets no farther so long does not leave
+AT_REST = 1e-9  # of the free amplitude: a motion that gets no farther than this has stopped
+STAYS = 20  # quarters of a decay time: a motion that has stopped for so long does not leave
 MEMORY_STEPS = 8  # periods in which a memory comes to rest with other samples, at most
 NEARLY = 0.35  # of its distance from rest in the first of them: the remainder changes an error little
 MOST_GHOSTS = 20  # retries behind the ghost of a saddle-node: a slow passage that looks settled

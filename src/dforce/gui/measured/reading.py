@@ -263,7 +263,7 @@ def ask_table(
 
     async def answered(event: GenericEventArguments) -> None:
         made.close()
-        await read(told(head, settings, list(more), event.args))
+        await read(with_choices(head, settings, list(more), event.args))
 
     form.on("read", answered)
     form.on("cancel", made.close)
@@ -317,7 +317,7 @@ def _few(column: HeadColumn) -> list[float | None]:
     return [float(value) if np.isfinite(value) else None for value in column.values[::step]]
 
 
-def told(
+def with_choices(
     head: FileHead, settings: Mapping[str, Any], more: Sequence[Place], answer: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return settings with a person's choices, without choices that a reader makes by itself."""

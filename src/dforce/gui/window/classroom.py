@@ -30,7 +30,7 @@ def new_code() -> str:
     return "".join(secrets.choice(LETTERS) for _ in range(LENGTH))
 
 
-def told(limits: Limits) -> str:
+def limits_in_words(limits: Limits) -> str:
     """Return words for the limits of each guest."""
     return (
         f"A run may take {duration(limits.seconds)} and have {limits.count:.0f} points. "
@@ -59,7 +59,7 @@ class Classroom:
         if session.person:
             return
         with ui.element("section").classes("df-class-bar").props('aria-label="class"') as bar:
-            ui.label(f"You are in a class. {told(self.limits)}").classes("df-text")
+            ui.label(f"You are in a class. {limits_in_words(self.limits)}").classes("df-text")
             name = ui.input("Your name", value=session.person).props(f"dense outlined maxlength={LONGEST}")
 
             def take() -> None:
@@ -108,7 +108,7 @@ class Classroom:
             with ui.element("section").props('aria-label="how to join"'):
                 ui.label("Join the class").classes("df-class-title").props('role="heading" aria-level="1"')
                 self.invitation()
-                ui.label(told(self.limits)).classes("df-text")
+                ui.label(limits_in_words(self.limits)).classes("df-text")
             with ui.element("section").props('aria-label="who is there"'):
                 count = ui.label().classes("df-class-title").props('role="heading" aria-level="2"')
                 rows = ui.element("div").classes("df-class-people").props('role="list"')

@@ -18,7 +18,7 @@ from dforce.gui.case.fields import in_words
 from dforce.gui.document.document import FIRST, Document
 from dforce.gui.files.file_menu import FileMenu
 from dforce.gui.window.classroom import PAGE as CLASS_PAGE
-from dforce.gui.window.classroom import Classroom, told
+from dforce.gui.window.classroom import Classroom, limits_in_words
 from dforce.gui.window.dialogs import as_sentence, dialog, say
 from dforce.gui.window.name_field import NameField
 from dforce.gui.window.security import SHARED
@@ -368,7 +368,7 @@ class StartPage:
                     ui.label(HOW_TO_TEACH).classes("df-text")
                     TextElement(tag="code", text=COMMAND).classes("df-command")
                     name, press = "Copy the command", self._copy
-                ui.label(f"Your students read: “{told(SHARED)}”").classes("df-text")
+                ui.label(f"Your students read: “{limits_in_words(SHARED)}”").classes("df-text")
                 with ui.element("div").classes("df-save-buttons"):
                     quiet("Close").on("click", made.close)
                     quiet(name).classes("df-main-button").on("click", press)
