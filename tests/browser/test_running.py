@@ -14,7 +14,7 @@ import dforce as df
 from dforce.gui.document.document import FIRST
 
 AMPLITUDE = "drive.A0"
-# paths of lines and rings after a move of the slider, and after a full redraw; not while a newer move is under way
+# paths of lines and rings after a move of the slider, and after a full redraw; not before a newer move or height is drawn
 BOTH_WAYS = """() => {
     const chart = document.querySelector(".df-main .df-chart"), plot = chart.querySelector(".df-plot");
     const seen = () => [...plot.querySelectorAll(".js-line, .shapelayer path")].map((one) => one.getAttribute("d"));
@@ -24,6 +24,7 @@ BOTH_WAYS = """() => {
     Plotly.animate = (...all) => { begun += 1; sent = all[1].data; return animate(...all); };
     plot.on("plotly_transitioning", () => { drawn = begun; });
     new MutationObserver(() => {
+        if (Math.abs(plot._fullLayout.height - chart.clientHeight) > 1) return;
         if (drawn !== begun || drawn === told || sent.some((one, n) => one.y?.bdata !== plot.data[n].y?.bdata)) return;
         told = drawn;
         const followed = seen();
@@ -81,6 +82,54 @@ def test_the_lines_that_follow_a_slider_are_those_of_a_chart_that_is_drawn_anew(
         assert share == pytest.approx(
             0.8, rel=1e-3
         )  # the ring of this curve at its set point, not that of the one before
+
+
+def test_a_chart_fills_its_room_where_that_changes_while_a_slider_is_held(window):
+    chart = window.page.locator(".df-main .df-chart")
+    _, middle, box = window.grip(slider(window, AMPLITUDE))
+    with window.redrawn():
+        window.page.mouse.move(box["x"] + 0.2 * box["width"], middle)
+    chart.evaluate(
+        """(one) => {
+            const plot = one.querySelector(".df-plot");
+            window.beyond = [];
+            new MutationObserver(() => window.beyond.push(Math.round(plot._fullLayout.height - one.clientHeight)))
+                .observe(one, {attributeFilter: ["data-revision"]});
+            one.style.height = "80%";  // as a longer answer above it takes room
+        }"""
+    )
+    for share in (0.3, 0.4):
+        with window.redrawn():
+            window.page.mouse.move(box["x"] + share * box["width"], middle)
+    beyond = window.page.evaluate("() => window.beyond")
+    chart.evaluate("(one) => { one.style.height = ''; }")
+    window.page.mouse.up()
+    assert len(beyond) > 1
+    assert not any(beyond)
+
+
+def test_the_curve_from_which_a_slider_came_stays_where_it_was(visit):
+    window = visit()
+    curve = """(ghost) => { const traces = document.querySelector(".df-main .df-plot")._fullData;
+                            return [...traces.find((one) => (one.meta === "ghost") === ghost).y]; }"""
+    before = window.page.evaluate(curve, False)
+    window.page.evaluate(
+        """() => {
+            document.querySelector(".df-main .df-chart").style.height = "80%";  // drawn anew with its ghost before it moves
+            window.dispatchEvent(new Event("df-hold"));
+        }"""
+    )
+    window.page.wait_for_function(
+        "() => document.querySelector('.df-main .df-plot')._fullData.some((one) => one.meta === 'ghost')"
+    )
+    _, middle, box = window.grip(slider(window, AMPLITUDE))
+    for share in (0.2, 0.3, 0.4):
+        with window.redrawn():
+            window.page.mouse.move(box["x"] + share * box["width"], middle)
+    window.page.evaluate("() => Plotly.redraw(document.querySelector('.df-main .df-plot'))")
+    ghost, now = (window.page.evaluate(curve, which) for which in (True, False))
+    window.page.mouse.up()
+    assert ghost == before != now
 
 
 def test_a_slider_sends_the_newest_value_and_no_two_messages_close_together(window):

@@ -343,6 +343,19 @@ def test_another_package_adds_a_force_and_a_broken_one_takes_no_other_with_it(tm
     )
 
 
+def test_advice_names_the_distance_where_a_law_of_a_file_has_no_value(folder):
+    """The law fails in Python where its compiled form gives NaN, and the curve ended with Python's error."""
+    rooted = GOOD.replace(
+        "strength * exp(-max(d, a0) / 1e-9)", "strength * (sqrt(d / 9e-9) - 1.0) if d < 9e-9 else 0.0"
+    )
+    (folder / "repulsion.py").write_text(rooted.replace("import exp", "import sqrt"))
+    case = df.load_case(folder / "case.toml").set("forces.1.strength=20 pN").replace(solver={})
+    curve = df.approach(case, zc=["15 nm", "12 nm", "9 nm", "6 nm"])
+    assert curve["status"].values[0] == df.Status.OK and curve["status"].values[-1] == df.Status.FAILED
+    (piece,) = [one for one in df.advice(curve) if one.name == "law_without_value"]
+    assert "repulsion gives no finite number at d = -" in piece.text
+
+
 @pytest.mark.parametrize("name", ["hertz", "capillary"])
 def test_a_file_of_the_package_itself_is_checked_like_any_other(name):
     file = Path(sys.modules[df.forces.REGISTRY[name].__module__].__file__)

@@ -150,6 +150,10 @@ SPEAKS = {
         over(experiment={"kind": "frequency_sweep", "zc": "5 nm", "frequency": [40, 60]}),
         over(sample__youngs_modulus="1 mPa"), over(drive__A0="10 um"), over(DMT(hamaker=2e-17)), over(DMT(hamaker=2e-24)),
     ],
+    "law_without_value": [
+        tapping(over(df.forces.Custom(law="1e-9*sqrt(d)")), (8e-9, 4e-9), status=[0, 4]),
+        tapping(over(df.forces.Custom(law="1e-9*sqrt(velocity)")), status=5),
+    ],
     "sampling": [
         tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9),
         tapping(CALM, mean_force=0.0, mean_deflection=1e-12),
@@ -266,6 +270,10 @@ SPEAKS = {
 }  # fmt: skip
 SILENT = {
     "unusual_value": [CALM, AIR, over(cantilever__k="0.03 N/m", cantilever__f0="7 kHz", sample__youngs_modulus="1 kPa")],
+    "law_without_value": [
+        tapping(over(df.forces.Custom(law="1e-9*sqrt(d)")), status=0), tapping(CALM, status=4),
+        tapping(over(df.forces.Custom(law="1e-9*sqrt(max(d, a0))")), status=4),
+    ],
     "sampling": [
         tapping(CALM, mean_force=1e-11, mean_deflection=1.002e-11 / 0.9),
         tapping(CALM, (5e-9, 4e-9), mean_force=[1e-11, 1e-16], mean_deflection=[1e-11 / 0.9, 2e-16]),

@@ -243,8 +243,10 @@ def test_the_window_shows_it_on_a_logarithmic_scale_and_takes_its_file(tmp_path)
 
 
 def test_a_record_that_is_stopped_in_the_window_leaves_no_empty_result_in_the_list(tmp_path, monkeypatch):
-    compute = pytest.importorskip("dforce.gui.document.compute")
+    pytest.importorskip("nicegui")
     from simulated import window
+
+    from dforce.gui.document import compute
 
     monkeypatch.setattr(compute.Job, "compute", lambda job: made)
 

@@ -39,7 +39,7 @@ def test_a_signature_names_the_kinds_that_are_taken(model):
 
 def test_the_help_of_a_class_fits_on_a_page():
     text = pydoc.render_doc(df.Tip, renderer=pydoc.plaintext)
-    assert len(text.splitlines()) < 60
+    assert len(text.splitlines()) < 70  # Python 3.13 gives each parameter a line of its own
     assert "radius: Length = None" in text
 
 

@@ -170,7 +170,7 @@ def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
     names = (*result["zc"].dims[:-1], *("zc", "peak_force", "phase", "direction", "regime"))
     for place in np.argwhere(np.isfinite(result["zc"].values)):
         one = result.isel(dict(zip(result["zc"].dims, place.tolist(), strict=True)))
-        yield {str(name): one[name].values.ravel().tolist()[0] for name in names if name in one.variables}
+        yield {str(name): np.ravel(one[name].values.tolist())[0].item() for name in names if name in one.variables}
 
 
 def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:

@@ -142,7 +142,7 @@ def _decimal(scale: float) -> float:
 
 
 def _pint_unit(unit: str) -> Any:
-    return registry().parse_units(unit.replace("·", " ").replace("^", "**"))
+    return registry().parse_units(re.sub(r"·|\.(?!\d)", " ", unit).replace("^", "**"))  # N.m is N m
 
 
 @functools.lru_cache(maxsize=4096)

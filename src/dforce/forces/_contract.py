@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import math
 import sys
 from collections.abc import Callable, Mapping
 from itertools import product
@@ -291,6 +292,15 @@ def _is_rooted(
         if abs(near - edge) > ROOT_SHARE * abs(deep - edge) and abs(deep - edge) > ROUNDING * abs(edge):
             return True
     return False
+
+
+def in_first_contact(force: Force, d: float, rate: float, zc: float) -> float:
+    """Return a bound force (N) with rested memories, on the branch of a contact that is there; NaN where it has no value."""
+    given = {"d": d, "rate": rate, "t": 0.0, "memory": [0.0] * force.memory, "latched": 1.0, "zc": zc}
+    try:
+        return float(force.law_function()(*(given[name] for name in force.leading()), *force.values()))
+    except (ArithmeticError, ValueError):  # as it would be compiled, or infinite
+        return math.nan
 
 
 def makes_its_laws(cls: type[Force]) -> bool:

@@ -30,7 +30,7 @@ class Status(enum.IntEnum):
     NOT_SETTLED = 1, "the motion did not settle within the largest number of periods"
     NOT_REPEATING = 2, "the motion settled, but does not repeat from period to period"
     NOT_COMPUTED = 3, "the run was stopped before this point"
-    FAILED = 4, "the motion grew beyond all bounds; this point has no result"
+    FAILED = 4, "the motion or a force became infinite or not a number; this point has no result"
     UNRESOLVED = 5, "the force is too steep for the samples, or the tip sticks; this point has no result"
     INACCURATE = 6, "the motion settled, but its numbers are less accurate than solver.accuracy"
     BROKEN = 7, "these cases ended with an error; see `notes`"

@@ -74,7 +74,7 @@ def crests_of(laws: tuple[Law, ...], a0: float, inside: float, outside: float) -
     def force(d: float, rate: float = 0.0) -> float:
         try:
             return sum(law(d, rate, 0.0, *taken) for law, taken in laws)
-        except ArithmeticError:  # beyond the range of the law
+        except (ArithmeticError, ValueError):  # beyond the range of the law
             return math.nan
 
     places = [*(a0 - s for s in _spaced(inside)[::-1]), a0, *(a0 + s for s in _spaced(outside))]

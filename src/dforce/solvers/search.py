@@ -28,6 +28,7 @@ from itertools import combinations, islice, product
 import numpy as np
 
 from dforce.core.arrays import Array
+from dforce.forces import in_first_contact
 from dforce.problem import Problem
 from dforce.solvers.continuation import Curve
 from dforce.solvers.integrator import Integrator, with_amplitudes
@@ -107,10 +108,8 @@ def why_unproven(problem: Problem) -> str:
             return f"{force.name} has a memory"
         if force.jumps():
             return f"{force.name} jumps at {1e9 * force.jumps()[0]:.3g} nm"
-        law, leading, values = force.law_function(), force.leading(), force.values()
-        places = (0.0,) if "zc" in leading else ()
         for d in (-1e-9, *force.kinks(), 1e-10, 1e-9, 1e-8):
-            away, toward = (law(d, rate, 0.0, *places, *values) for rate in (STILL, -STILL))
+            away, toward = (in_first_contact(force, d, rate, 0.0) for rate in (STILL, -STILL))
             if abs(away - toward) > JUMPS * max(abs(away), abs(toward)):
                 return f"{force.name} jumps where the tip turns"
     return ""

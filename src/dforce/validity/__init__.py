@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from dforce.case import Case, case_of
 from dforce.core.errors import ParameterError, checked
 from dforce.results.kinds import check_shape, swept
-from dforce.validity import contact, drive, dynamics, inputs, locks, long_range, noise, sampling, states
+from dforce.validity import contact, drive, dynamics, inputs, laws, locks, long_range, noise, sampling, states
 from dforce.validity._advice import Advice, Advices, advice_in, attributes
 from dforce.validity._evidence import Evidence
 
@@ -22,6 +22,7 @@ __all__ = ["PIECES", "Advice", "Advices", "Evidence", "advice", "advice_in", "at
 
 PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
     *inputs.PIECES,
+    *laws.PIECES,
     *sampling.PIECES,
     *contact.PIECES,
     *long_range.PIECES,

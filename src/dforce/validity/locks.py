@@ -7,6 +7,7 @@ import numpy as np
 from dforce.results.status import Status
 from dforce.validity._advice import Advice, percent, shown
 from dforce.validity._evidence import Evidence
+from dforce.validity.laws import force_at
 
 PULL = 0.05  # of the indentation or a0, the smaller: shift of the turning point by harmonics
 FALSE = 0.1  # of the energy that a mode loses: energy that harmonics dissipate in the medium
@@ -91,9 +92,9 @@ def sticks(seen: Evidence) -> Advice | None:
     [tone, *others], status = seen.problem.tones, seen.array("status")
     if tone.lock is None or others or (status is not None and not (status == Status.NO_STATE).any()):
         return None
-    laws = [(one.law_function(), one.values()) for one in seen.problem.forces if one.leading() == ("d", "rate", "t")]
+    forces = [one for one in seen.problem.forces if one.leading() == ("d", "rate", "t")]
     distances = seen.problem.a0 * np.geomspace(1.0, LONG, STEPS)
-    pull = -min(sum(law(d, 0.0, 0.0, *values) for law, values in laws) for d in distances.tolist())
+    pull = -min(sum(force_at(seen, force, d, 0.0) for force in forces) for d in distances.tolist())
     spring = seen.problem.modes[tone.mode].k * tone.A0
     if pull <= spring:
         return None

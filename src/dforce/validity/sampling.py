@@ -14,6 +14,7 @@ from dforce.results.status import Status, repeats
 from dforce.solvers.integrator import sample_count
 from dforce.validity._advice import Advice, percent, shown
 from dforce.validity._evidence import Evidence
+from dforce.validity.laws import force_at
 
 SEEN = 2e-4  # of the drive: 0.01 degrees at resonance; RK4 by itself may turn a mode by half of that
 CLOSURE = 0.005  # of the mean force
@@ -160,15 +161,8 @@ def _fastest(seen: Evidence, d: float) -> float:
 
 
 def _force(seen: Evidence, d: float, rate: float) -> float:
-    """Return the sum of the forces (N) in first contact: rested memories, and the branches of a contact that is there."""
-    total, place = 0.0, seen.range_of_zc or (d, d)
-    for force in seen.problem.forces:
-        given = {"d": d, "rate": rate, "t": 0.0, "memory": [0.0] * force.memory, "latched": 1.0, "zc": place[0]}
-        try:
-            total += force.law_function()(*(given[name] for name in force.leading()), *force.values())
-        except (ArithmeticError, ValueError):
-            return math.nan
-    return total
+    """Return the sum of the forces (N) in first contact."""
+    return sum(force_at(seen, force, d, rate) for force in seen.problem.forces)
 
 
 def energy_gained(seen: Evidence) -> Advice | None:

@@ -85,6 +85,7 @@ function themed(figure, narrow, height) {
   for (const shape of layout.shapes ?? []) if (shape.line) shape.line.color = of(shape.line.color ?? "line");
   const data = (figure.data ?? []).map((trace) => {
     const copy = { ...trace };
+    for (const key of ["x", "y"]) if (copy[key]?.bdata) copy[key] = { ...copy[key] }; // a move writes into it: a ghost has its own
     if (copy.line) copy.line = { ...copy.line, color: of(copy.line.color) };
     if (Array.isArray(copy.colorscale)) copy.colorscale = copy.colorscale.map(([at, name]) => [at, of(name)]);
     if (copy.marker) copy.marker = { ...copy.marker, color: of(copy.marker.color) };
@@ -195,7 +196,9 @@ export default {
                        displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
                        modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"],
                        edits: { shapePosition: this.figure.drag ?? false } };
-      const look = this.ranges ? JSON.stringify([data, layout], moving) : null;
+      // a move draws lines for the present size, and leaves the axes at the one before
+      const size = [this.$el.clientWidth, this.height];
+      const look = this.ranges ? JSON.stringify([data, layout, size], moving) : null;
       if (look !== null && look === this.look) await this.move(data, layout);
       else await window.Plotly.react(this.$refs.plot, data, layout, config);
       this.look = look;
