@@ -179,17 +179,19 @@ def full(*_, **__):
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
-def test_of_two_files_opened_at_once_the_last_one_stays_open(tmp_path, monkeypatch):
-    quick = uploads.document_from
+@pytest.mark.parametrize("slow", ["the disk", "what is read"])
+def test_of_two_files_opened_at_once_the_last_one_stays_open(tmp_path, monkeypatch, slow):
+    def slow_at_first(quick):
+        def read(given):
+            time.sleep(0.2 if "slow" in str(given)[:20] else 0.0)
+            return quick(given)
 
-    def slow_at_first(data):
-        time.sleep(0.2 if data.startswith(b'title = "slow"') else 0.0)
-        return quick(data)
-
-    monkeypatch.setattr(uploads, "document_from", slow_at_first)
+        return read
 
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
+            owner, name = (page.files.last, "take") if slow == "the disk" else (uploads, "document_from")
+            monkeypatch.setattr(owner, name, slow_at_first(getattr(owner, name)))
             for name in ("slow", "quick"):
                 page.files.last.keep(CASE.replace("title", name).to_toml().encode(), f"{name}.toml")
             await asyncio.gather(page.files.open_last("slow.toml"), page.files.open_last("quick.toml"))

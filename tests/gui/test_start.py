@@ -159,7 +159,7 @@ def test_the_last_files_are_listed_and_opened_again_and_one_that_is_gone_says_so
     async def flow():
         async with window(tmp_path, Session({}, tmp_path), live=False) as (_, page):
             text = df.example("figure-3-water").to_toml().encode()
-            await page.files._open_and_keep(text, "my case.toml")
+            await page.files._open_and_keep(asyncio.sleep(0, text), "my case.toml")
             page.start.show()
             [one] = page.files.last.listed()
             assert one.name == "my case.toml" and page.start.last.visible

@@ -18,6 +18,7 @@ from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
 from dforce.solvers.newton import TOLERANCE
 from dforce.solvers.settling import remeasured
+from dforce.validity import advice_in
 
 NUISANCE = ("zc_offset", "A0", "phase_offset")
 Q = "cantilever.Q"
@@ -239,7 +240,7 @@ def test_a_model_whose_branch_ends_early_counts_lost_points() -> None:
     assert np.isfinite(told.values).all()
 
 
-def test_a_branch_goes_on_where_its_motion_doubles_its_period_and_comes_back() -> None:
+def test_a_branch_goes_on_where_its_motion_doubles_its_period_and_comes_back_and_a_fit_counts_these_points() -> None:
     case = df.Case(
         cantilever={"modes": [{"f0": 75e3, "k": 2.0, "Q": 180.0}, {"f0": 470e3, "k": 80.0, "Q": 450.0}]},
         drive={"tones": [{"A0": 20e-9, "mode": 1}, {"A0": 0.5e-9, "mode": 2}]},
@@ -250,9 +251,10 @@ def test_a_branch_goes_on_where_its_motion_doubles_its_period_and_comes_back() -
     curve = df.approach(case, zc=height)
     assert set(curve["repeat_periods"].values[-4:]) == {15.0, 30.0} and curve["repeat_periods"].values[-1] == 30.0
     amplitude, phase = (curve[name].values for name in ("amplitude", "phase"))
-    points = MeasuredPoints(
-        height, amplitude, phase, np.ones(71, int), np.ones(71, bool), np.full(2, 1e-12), np.full(2, 0.1), 0.0, {}
-    )
+    data = fc.dataset(height, amplitude[:, 0], phase[:, 0], np.ones(71), (1e-12, 0.1))
+    data = data.assign(amplitude_2=("point", amplitude[:, 1]), phase_2=("point", phase[:, 1]))
+    data.attrs |= {"amplitude_2_error": 1e-12, "phase_2_error": 0.1}
+    points = measured(data, PointSelection())
     told = CurveModel(case, make_unknowns(case, 2, [E], ("zc_offset",), {}, {}, {}), points).predict(
         np.array([np.log(1.5e9), 0.0])
     )
@@ -260,6 +262,10 @@ def test_a_branch_goes_on_where_its_motion_doubles_its_period_and_comes_back() -
     # the orbit at the center of a doubled motion is near its mean
     assert told.values[:, :2] == pytest.approx(amplitude, abs=1e-12)
     assert told.values[:, 2:] == pytest.approx(phase, abs=0.1)
+    fit = df.fit(case, data, free=[E], nuisance=["zc_offset"], search=False)
+    text = next(piece.text for piece in advice_in(fit) if piece.name == "unstable_points")
+    count = int((curve["repeat_periods"] == 30.0).sum())
+    assert f"doubles its period, or becomes a torus, at {count} of 71 points" in text
 
 
 def test_a_branch_behind_a_jump_may_begin_at_the_phase_of_free_motion() -> None:

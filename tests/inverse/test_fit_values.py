@@ -68,6 +68,7 @@ def test_attractive_curve_gives_the_reference_values_and_does_not_see_the_modulu
     assert float(fit["value"].sel(parameter=E)) == pytest.approx(fc.TRUTH["air"][0], rel=1e-12)  # where it started
     assert [piece.name for piece in advice_in(fit)] == ["not_seen"]
     assert "not constrained by these data" in df.fit_report(fit)
+    assert "The other values and errors are valid for sample.youngs_modulus = 1 GPa only." in df.fit_report(fit)
 
 
 def test_attractive_curve_without_nuisance_gives_the_reference_values() -> None:

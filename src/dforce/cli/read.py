@@ -72,7 +72,7 @@ class FileReading:
         str | None, option("--sensitivity", "LENGTH/V", 'Sensitivity that converts volts, such as "52 nm/V".')
     ] = None
     amplitude_is: Annotated[
-        str | None, option("--amplitude-is", "peak|rms", "Amplitudes in the file; peak is zero to peak.")
+        str | None, option("--amplitude-is", "peak|rms|peak-to-peak", "Amplitudes in the file; peak is zero to peak.")
     ] = None
     height: Annotated[str | None, option("--height", "sensor|piezo", "Height to use, if the file has both.")] = None
     height_grows: Annotated[

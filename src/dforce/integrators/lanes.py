@@ -44,7 +44,7 @@ def cut_lanes(here: Any, there: Any, i: int, lanes: Any, drive: Any, crossed: An
     """Do step i again in each lane that is marked as `crossed`, from its sample `here` to the one `there`."""
     (numbers, forcing, kinks, tones), (phases, period, points, waves) = lanes, drive
     h, place, levels = TAU / points, motion_size(), work[1, : kinks.shape[0]]
-    forces = work[0, :0], work[0, :0], levels, work
+    forces = work[0, :0], work[0, :0], levels, work  # no memory, no branches
     c0, c1, c2 = waves_at(waves, 2 * i), waves_at(waves, 2 * i + 1), waves_at(waves, 2 * i + 2)
     for j in range(crossed.shape[0]):
         if crossed[j]:

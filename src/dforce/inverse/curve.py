@@ -17,7 +17,7 @@ from dforce.inverse.heights import height_error, sensor_noise, walk_of
 from dforce.inverse.quantities import MEASURED
 from dforce.inverse.readers import READERS
 from dforce.inverse.table import RETRACT, Column, MeasuredTable, Reader, segment_of
-from dforce.inverse.words import MEANINGS
+from dforce.inverse.words import MEANINGS, TO_PEAK
 from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class ReadOptions:
                 if not isinstance(value, str):
                     raise ParameterError(f"{name}: {key} = {shorten(value)} is not text")
         choices = {
-            "amplitude_is": ("peak", "rms"),
+            "amplitude_is": tuple(TO_PEAK),
             "phase_convention": tuple(CONVENTIONS),
             "height": ("sensor", "piezo"),
             "height_grows": ("away", "toward"),

@@ -64,7 +64,7 @@ class FileHead(Shown):
     height_grows
         Guess of the sign of the heights, as in :func:`dforce.read_measured`; None if neither file nor curve shows the sign.
     amplitude_is
-        ``"rms"`` or ``"peak"`` by the heading; None if the heading has neither.
+        ``"rms"``, ``"peak"`` or ``"peak-to-peak"`` by the heading; None if the heading has none.
     phase_convention
         Convention of the phases in the notes of the file; None if they have none.
     """

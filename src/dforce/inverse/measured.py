@@ -57,7 +57,7 @@ def read_measured(
     sensitivity
         Sensitivity that converts volts (m/V, or text such as ``"52 nm/V"``).
     amplitude_is
-        Kind of the amplitudes in the file: ``"peak"`` (zero to peak) or ``"rms"``.
+        Kind of the amplitudes in the file: ``"peak"`` (zero to peak), ``"rms"`` or ``"peak-to-peak"``.
     phase_convention
         The phases in the file, relative to the lag behind the drive (90° when free at resonance, above in net attraction):
         ``"lag"``, ``"lag-90"``, ``"90-lag"`` or ``"lead"``. Without a convention here and in the file, the phases are

@@ -15,6 +15,7 @@ from dforce.inverse.values import above_zero
 from dforce.inverse.words import (
     DENSITY,
     MEANINGS,
+    TO_PEAK,
     amplitude_kind,
     bare,
     is_of,
@@ -149,10 +150,12 @@ def refuse_size(quantity: str, values: Array, unit: str, name: str) -> None:
     span = float(np.ptp(values)) if quantity == "height" else float(np.abs(values).max())
     if MEANINGS[quantity].unit == "m" and span > LARGEST:
         says = "range of heights" if quantity == "height" else f"largest {quantity.replace('_', ' ')}"
-        raise ResultError(
-            f"{name} has a {says} of {known_units.show(span, 'm', 3)}; '{unit}' is a wrong unit, so write: "
-            f"units = {{'{quantity}': ...}}"
+        remedy = (
+            "write the sensitivity with its unit, such as '52 nm/V'"
+            if is_of(unit, "V")
+            else f"'{unit}' is a wrong unit, so write: units = {{'{quantity}': ...}}"
         )
+        raise ResultError(f"{name} has a {says} of {known_units.show(span, 'm', 3)}; {remedy}")
 
 
 def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | str | None, name: str) -> Array:
@@ -224,9 +227,12 @@ def amplitude_scale(column: Column, asked: str | None, reader: Reader, name: str
             f"{name} comes from software of {reader.maker}, with amplitudes in rms or zero to peak, depending on the version: "
             "write amplitude_is = 'rms' or amplitude_is = 'peak'"
         )
-    if kind == "rms":
-        return float(np.sqrt(2.0)), "amplitude: rms in the file, multiplied by the square root of 2"
-    return 1.0, f"amplitude: zero to peak, {'as set' if kind else 'the default'}"
+    done = {
+        "rms": "rms in the file, multiplied by the square root of 2",
+        "peak-to-peak": "peak to peak in the file, halved",
+    }
+    usual = f"zero to peak, {'as set' if kind else 'the default'}"
+    return TO_PEAK[kind or "peak"], f"amplitude: {done.get(kind or '', usual)}"
 
 
 def split_curves(table: MeasuredTable, found: Mapping[str, Column], name: str) -> list[MeasuredTable]:

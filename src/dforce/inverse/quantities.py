@@ -64,6 +64,8 @@ FITS = table(
     Quantity("phase_residual", "", "1", "1", "residual of the phase",
              "model minus measured phase in standard deviations", ("point", "tone")),
     Quantity("used", "", "1", "", "used", "whether the fit uses a point", ("point",)),
+    Quantity("left_out", "", "1", "", "left out", "why the fit leaves a point out: beside a jump, spike, or not selected "
+             "(use, direction, branch); empty for a used point", ("point",)),
     Quantity("lost", "", "1", "", "lost", "whether the best fit has no such state at a point", ("point",)),
     Quantity("bootstrap_value", "", "SI", "", "redrawn value", "value from a fit to redrawn residuals",
              ("draw", "parameter")),

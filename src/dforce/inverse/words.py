@@ -54,10 +54,17 @@ ABOVE_THE_SAMPLE = ("zc", "heightabovesample")  # names of heights that are larg
 OF_A_NAME = {name: quantity for quantity, meaning in MEANINGS.items() for name in meaning.names}
 # units that may end a name behind an underscore or a slash; any other word there belongs to the name
 ENDINGS = (
-    "m", "mm", "um", "µm", "μm", "nm", "pm", "A", "Å", "V", "mV", "uV", "µV", "μV", "deg", "degree", "degrees", "°", "rad",
-    "mrad", "Hz", "kHz", "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
+    "m", "mm", "um", "µm", "μm", "nm", "pm", "A", "Å", "V", "mV", "uV", "µV", "μV", "deg", "Deg", "degree", "degrees", "°",
+    "rad", "mrad", "Hz", "kHz", "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
 )  # fmt: skip
-SPELLED = {"°": "deg", "º": "deg", "degrees": "deg", "A": "angstrom", "Å": "angstrom", "arb": "", "none": "", "-": ""}
+SPELLED = {"°": "deg", "º": "deg", "A": "angstrom", "Å": "angstrom", "arb": "", "none": "", "-": ""}
+SPELLED |= dict.fromkeys(("Deg", "DEG", "degrees", "Degree", "Degrees"), "deg")
+TO_PEAK = {
+    "peak": 1.0,
+    "rms": math.sqrt(2.0),
+    "peak-to-peak": 0.5,
+}  # factors from the kinds of amplitudes to zero to peak
+PEAK_TO_PEAK = ("peaktopeak", "pkpk", "pp")  # ends of names
 LONGEST_HEADING = 200  # characters; a longer text is a name without a unit
 BRACKETS = re.compile(r"^(.*?)\s*(?:\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$", re.DOTALL)
 
@@ -103,16 +110,16 @@ def split_heading(heading: str) -> tuple[str, str | None]:
 
 def quantity_of(name: str, names: Mapping[str, str] | None = None) -> str | None:
     """Return the quantity that a column of this name has, by a maker's own names first; None for an unknown name."""
-    word = re.sub(r"(rms|zerotopeak|peak)$", "", bare(name))
+    word = re.sub(rf"({'|'.join(PEAK_TO_PEAK)}|rms|zerotopeak|peak)$", "", bare(name))
     return (names or {}).get(word) or OF_A_NAME.get(word)
 
 
 def amplitude_kind(name: str) -> str | None:
-    """Return "rms" or "peak" where the name of an amplitude contains it."""
+    """Return the key of :data:`TO_PEAK` that the name of an amplitude ends in, if any."""
     word = bare(name)
-    if word.endswith("rms"):
-        return "rms"
-    return "peak" if word.endswith("peak") and not word.endswith("peaktopeak") else None
+    if word.endswith(PEAK_TO_PEAK):
+        return "peak-to-peak"
+    return next((kind for kind in ("rms", "peak") if word.endswith(kind)), None)
 
 
 def scale_to(unit: str, stored: str) -> float:

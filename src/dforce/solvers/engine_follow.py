@@ -195,9 +195,8 @@ class Follower:
             fitting = self._fitting(astray)
             longer = step * max(1.0, fitting) if fitting < GROWTH else max(self.reach[case], GROWTH * step)
             self.reach[case] = longer if astray < EXACT else min(LARGEST, longer)
-        here = slots.x[i], orbits.slope[i], slots.memory[i], slots.branch[i]
-        x, slope, memory, branch = (one.copy() for one in here)
-        self.anchors[case].append(Anchor(float(slots.value[i]), x, slope, memory, branch, int(self.place[case])))
+        state = slots.x[i], orbits.slope[i], slots.memory[i], slots.branch[i]
+        self.anchors[case].append(Anchor(float(slots.value[i]), *state, int(self.place[case])))
 
     def keep(self, case: int, place: int, i: int, slots: Slots, orbits: Orbits) -> None:
         """Keep an orbit at a value of its path."""

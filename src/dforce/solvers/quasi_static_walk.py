@@ -22,7 +22,7 @@ from dforce.solvers.points import Points, StateJump, amplitude_at, amplitude_of,
 from dforce.solvers.quasi_static import ENDED, FOLLOWED, SMALLEST, TOO_ROUGH, Stretch
 from dforce.solvers.quasi_static_steps import CHORD
 from dforce.solvers.settling import apart, gone, polished, settled
-from dforce.solvers.state_ends import End, Ended, Left, ahead_of, assured_places, directions, doubled
+from dforce.solvers.state_ends import End, Ended, Left, ahead_of, assured_places, behind_doublings, directions
 from dforce.solvers.states import States
 from dforce.solvers.transient import steady
 
@@ -30,7 +30,6 @@ CHUNK = 64  # values that are followed in one stretch: at its start only the sta
 AT_ONCE = 1e-4  # of the free amplitude: the motion settles to an orbit so near to the start
 BEYOND = 4.0 * SMALLEST  # of the parameter's unit: distance behind the end from which the motion is sure to leave
 KICK = 0.02  # of the free amplitude: how far from its end, to the side to which it leaves, a motion starts
-DOUBLED = 1e-3  # of the parameter's unit: how far behind the period doubling the doubled state is sought
 STRIDE = 0.02  # of the parameter's unit: step between values at which motions settle in time, or a longer one:
 MOST_STRIDES = 10  # from one value to the next, so that a point far from the last one costs no hours
 SUDDEN = CHORD  # of the free amplitude: a smaller change is no jump, for a step may lead across it
@@ -246,24 +245,22 @@ class Walk:
                 self.at[case] = found.last_value[i]
 
     def _leave(self, cases: Indices, ends: Stretch, targets: Array, cycles: int) -> None:
-        """Integrate away from the folds along the unstable directions, until each motion is on another state."""
+        """Integrate away from the ends of states, until each motion is on another one; behind a doubling that is at hand.
+
+        A motion starts just behind the end, a little to the side on which it leaves. It notes a jump, unless it comes to the
+        state where that ended: then the state goes on.
+        """
         unit = self.block.unit[cases]
         known = np.isfinite(ends.last_monodromy).all(axis=(1, 2))
         last = States.last_of(ends)
         way = np.sign(targets - ends.last_value)
         doubling, folding, aside = directions(ends, way)
         left = np.ones(len(cases), dtype=bool)
-        for i in np.flatnonzero(known & doubling).tolist():
-            case, ended = int(cases[i]), float(ends.last_value[i])
-            # behind the next value, maybe: it is followed back then
-            at = ended + math.copysign(DOUBLED * float(unit[i]), float(targets[i]) - ended)
-            single = last.take([i])
-            single.x[:] += ends.last_slope[i] * (at - ended) / unit[i]
-            state = doubled(self.block, case, at, single, aside[i], cycles) if 2 * cycles <= MOST_CYCLES else None
-            if state is not None:
-                left[i] = False
-                self.state.put(np.array([case]), state)
-                self.at[case], self.cycles[case] = at, 2 * cycles
+        doubling &= known & (2 * cycles <= MOST_CYCLES)
+        for i, at, state in behind_doublings(self.block, cases, ends, way, aside, np.flatnonzero(doubling), cycles):
+            left[i] = False
+            self.state.put(cases[[i]], state)
+            self.at[cases[i]], self.cycles[cases[i]] = at, 2 * cycles
         rest = np.flatnonzero(left)
         if not len(rest):
             return
@@ -275,11 +272,11 @@ class Walk:
         beyond = np.where(way * (targets - beyond) < 0.0, targets, beyond)
         start = last.copy()
         start.x[:] += KICK * aside
-        left_it = start if self.block.is_smooth else gone(self.block, cases, start, last, beyond)
-        self.state.put(cases, left_it)
+        away = start if self.block.is_smooth else gone(self.block, cases, start, last, beyond)
+        self.state.put(cases, away)
         self.at[cases], self.cycles[cases] = beyond, 0
         self.ends[cases] += 1
-        found, good, _ = self._settled(cases, left_it, beyond)
+        found, good, _ = self._settled(cases, away, beyond)
         # up to a fold the state moves like the root of the way that is left: by twice its slope
         edge = last.x + 2.0 * ends.last_slope * (way * ahead / unit)[:, None]
         goes_on = good & (np.nan_to_num(np.abs(found.last_x - edge), nan=np.inf).max(axis=1) <= SUDDEN)

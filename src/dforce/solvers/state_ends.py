@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +21,7 @@ from dforce.solvers.states import States
 NEARER = 0.2  # of the next multiplier's distance from the unit circle: beside a fold the largest is nearer
 FORETOLD = 1e-4  # of the parameter's unit: largest distance of a predicted fold behind the last orbit
 ALIKE = 1e-3  # of the parameter's unit: an end found with more samples is the same one, if it is so near
+DOUBLED = 1e-3  # of the parameter's unit: how far behind the period doubling the doubled state is sought
 KICKS = np.geomspace(0.002, 0.3, 17)  # of the free amplitude: guesses of how far a doubled state is from the single one
 JUMP = 1e-3  # of the free amplitude: states that differ by less are one
 STILL_INSIDE = 0.1  # how far from the unit circle the multiplier of a state that ends may still be
@@ -170,6 +173,23 @@ def assured_places(block: Block, ended: Ended) -> tuple[Array, Array]:
     between = (places - ended.values) * (ended.behind - places) > 0.0
     errors += np.where(between, 0.0, np.abs(places - ended.places) / unit)
     return np.where(between, places, ended.places), errors
+
+
+def behind_doublings(
+    block: Block, cases: Indices, ends: Stretch, way: Array, aside: Array, which: Indices, cycles: int
+) -> Iterator[tuple[int, float, States]]:
+    """Give the doubled states behind some of these ends: the number of each, its value of the parameter, and the state.
+
+    The value may lie behind the next one of the path: the state is followed back then.
+    """
+    for i in which.tolist():
+        case, unit, ended = int(cases[i]), float(block.unit[cases[i]]), float(ends.last_value[i])
+        at = ended + math.copysign(DOUBLED * unit, way[i])
+        single = States.last_of(ends).take([i])
+        single.x[:] += ends.last_slope[i] * (at - ended) / unit
+        state = doubled(block, case, at, single, aside[i], cycles)
+        if state is not None:
+            yield i, at, state
 
 
 def doubled(block: Block, case: int, at: float, single: States, aside: Array, cycles: int) -> States | None:

@@ -10,7 +10,7 @@ import tempfile
 import threading
 import tomllib
 import weakref
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -104,19 +104,19 @@ class FileMenu:
             with self.upload:
                 say(REFUSED)
             return
-        data, name = await event.file.read(), event.file.name
         with self._telling(UNOPENED):
-            await self._open_and_keep(data, name)
+            await self._open_and_keep(event.file.read(), event.file.name)
 
-    async def _open_and_keep(self, data: bytes, name: str) -> None:
-        async with self._turn:
+    async def _open_and_keep(self, read: Awaitable[bytes], name: str) -> None:
+        async with self._turn:  # from the reading on, which may also end in another order
+            data = await read
             await self.open(data, name)
             await asyncio.to_thread(self.last.keep, data, name)
 
     async def open_last(self, name: str) -> None:
         """Open one of the last files again, or say that it is gone."""
         with self._telling(UNOPENED):
-            await self._open_and_keep(await asyncio.to_thread(self.last.take, name), name)
+            await self._open_and_keep(asyncio.to_thread(self.last.take, name), name)
 
     async def open_shipped(self, name: str) -> None:
         """Open an example, or a measured file that is shipped, with the case that fits it."""

@@ -36,7 +36,7 @@ PHASES = {
     "lag-90": "0° when free, and they rise when the tip is attracted",
     "90-lag": "0° when free, and they fall when the tip is attracted",
 }
-AMPLITUDES = {"peak": "zero to peak", "rms": "root mean square (rms)"}
+AMPLITUDES = {"peak": "zero to peak", "rms": "root mean square (rms)", "peak-to-peak": "peak to peak"}
 HEIGHTS = {"toward": "nearer to the sample", "away": "farther from the sample"}
 UNITS = {"height": "nm", "phase": "deg"}
 # the questions that the table of columns answers

@@ -145,9 +145,11 @@ def _bounds(found: Fitted) -> Iterator[Advice]:
 
 def _unseen(found: Fitted) -> Iterator[Advice]:
     if names := found.unseen:
+        values = zip(found.model.unknowns, found.model.values(found.best.varied), strict=True)
+        held = ", ".join(f"{one.name} = {units.show(float(v), one.unit, 4)}" for one, v in values if one.name in names)
         text = (
-            f"not constrained by these data: {', '.join(names)}. The value is meaningless and has no error. dforce fit "
-            "--identify finds a measurement that constrains it."
+            f"not constrained by these data: {', '.join(names)}. The value is meaningless and has no error. The other values "
+            f"and errors are valid for {held} only. dforce fit --identify finds a measurement that constrains it."
         )
         yield Advice("not_seen", float(len(names)), 0.0, text, SPEC, tuple(names))
 

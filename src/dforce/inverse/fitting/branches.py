@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dforce.core.arrays import Array, Indices
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, NEIGHBORS, MeasuredPoints
 
 if TYPE_CHECKING:
@@ -17,21 +18,28 @@ if TYPE_CHECKING:
 
 STEP_SIGMAS, STEP_MEDIANS = 6.0, 5.0  # a step of amplitude or phase beyond both is a jump
 FOUND = 1  # default margin: points left out beside a jump that is found in the data
+BACK = 0.5  # of a step: a point whose neighbors differ by less is a spike
 RIGHT_ANGLE = 90.0
 ATTRACTED = 4.0  # errors by which a phase of attraction is above that, at least, and of free motion below, at most
 
 
-def branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tuple[Any, Any]:
-    """Return the branch of each point, and which points are beside a jump."""
+def branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tuple[Any, Any, Any]:
+    """Return the branch of each point, which points are beside a jump, and which are spikes.
+
+    Where the data name the branch of each point, no spike is sought.
+    """
+    height, spikes = found.height, np.zeros(len(found.height), bool)
     if "branch" in data.variables:
         branch = np.where(np.asarray(data["branch"].values, dtype=float) < 0.0, BEHIND_JUMP, FROM_FREE)
-        return branch, _beside_known_jump(found.height, branch, margin or 0)
+        return branch, _beside_known_jump(height, branch, margin or 0), spikes
     margin = FOUND if margin is None else margin
-    branch, beside = np.full(len(found.height), FROM_FREE), np.zeros(len(found.height), bool)
+    branch, beside = np.full(len(height), FROM_FREE), np.zeros(len(height), bool)
     ways, walks = found.direction, []
     for way in dict.fromkeys(ways.tolist()) if ways is not None else [None]:
-        chosen = np.flatnonzero(ways == way) if way is not None else np.arange(len(found.height))
-        order = chosen[np.argsort(-found.height[chosen], kind="stable")]  # from far to near
+        chosen = np.flatnonzero(ways == way) if way is not None else np.arange(len(height))
+        order = chosen[np.argsort(-height[chosen], kind="stable")]  # from far to near
+        spikes[order] = _spikes(found, order)
+        order = order[~spikes[order]]
         walks.append(_Walk(str(way), order, _jumps(found, order)))
     for walk in _with_hidden_jump(found, walks):
         for cut in walk.cuts:
@@ -39,7 +47,9 @@ def branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tup
         for start, stop in itertools.pairwise([0, *(walk.cuts or _turn(found, walk.order)), len(walk.order)]):
             if start > 0 and _is_behind(found, walk.order[start:stop]):
                 branch[walk.order[start:stop]] = BEHIND_JUMP
-    return branch, beside
+        for place in np.flatnonzero(spikes & (ways == walk.way if ways is not None else True)).tolist():
+            branch[place] = branch[walk.order[np.argmin(np.abs(height[walk.order] - height[place]))]]
+    return branch, beside, spikes
 
 
 @dataclass(frozen=True)
@@ -106,13 +116,31 @@ def _beside_known_jump(height: Array, branch: object, margin: int) -> Any:
     return beside
 
 
-def _jumps(found: MeasuredPoints, order: Any) -> list[int]:
+def _spikes(found: MeasuredPoints, order: Indices) -> Bools:
+    """Return which points along a curve are spikes: large steps of amplitude or phase lead to them and back, none remains."""
+    back, jumps = np.zeros((2, len(order)), bool)
+    for values, over in _large_steps(found, order):
+        step = np.diff(values)
+        large = np.maximum(np.abs(step[:-1]) * over[:-1], np.abs(step[1:]) * over[1:])
+        returns = np.abs(step[:-1] + step[1:]) < BACK * large
+        back[1:-1] |= returns
+        jumps[1:-1] |= (large > 0.0) & ~returns
+    return np.asarray(back & ~jumps)
+
+
+def _jumps(found: MeasuredPoints, order: Indices) -> list[int]:
     """Return before which places along a curve amplitude or phase jumps."""
-    over = np.zeros(max(len(order) - 1, 0), bool)
+    over = np.any([large for _, large in _large_steps(found, order)], axis=0)
+    return [int(cut) + 1 for cut in np.flatnonzero(over)]
+
+
+def _large_steps(found: MeasuredPoints, order: Indices) -> Iterator[tuple[Array, Bools]]:
+    """Give amplitude and phase along a curve, each with which of its steps are too large for noise and slope."""
     for values, sigma in ((found.amplitude[:, 0], found.amplitude_error[0]), (found.phase[:, 0], found.phase_error[0])):
         step = np.abs(np.diff(values[order]))
+        over = np.zeros(len(step), bool)
         least = max(STEP_SIGMAS * math.sqrt(2.0) * sigma, STEP_MEDIANS * float(np.median(step)) if len(step) else 0.0)
         for place in np.flatnonzero(step > least).tolist():
             beside = np.delete(step[max(0, place - NEIGHBORS) : place + NEIGHBORS + 1], min(place, NEIGHBORS))
-            over[place] |= not len(beside) or step[place] > STEP_MEDIANS * np.median(beside)  # a steep onset is no jump
-    return [int(cut) + 1 for cut in np.flatnonzero(over)]
+            over[place] = not len(beside) or step[place] > STEP_MEDIANS * np.median(beside)  # a steep onset is no jump
+        yield values[order], over

@@ -18,6 +18,7 @@ from scipy.special import ndtr, ndtri, stdtrit
 from dforce.core.arrays import Array, Bools, Indices, Texts
 
 FROM_FREE, BEHIND_JUMP = 1, -1  # the two branches, as the variable `branch` of measured curves numbers them
+BESIDE_JUMP, SPIKE, NOT_SELECTED = "beside a jump", "spike", "not selected"  # why points are left out
 NEIGHBORS = 4  # steps on both sides for the slope of a curve
 STRETCH = 5.0  # errors of a height to each side: over that the noise of the heights does not flatten a slope
 
@@ -48,6 +49,8 @@ class MeasuredPoints:
         Standard deviation of a height (m).
     direction
         Direction of each point, (points,); None where the data do not distinguish them.
+    left_out
+        Why each point is left out of the fit, empty where it counts, (points,).
     """
 
     height: Array
@@ -62,6 +65,7 @@ class MeasuredPoints:
     noise_points: float = math.inf
     height_error: float = 0.0
     direction: Texts | None = None
+    left_out: Texts | None = None
 
     @property
     def tones(self) -> int:

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dforce.core import units
 from dforce.core.errors import ParameterError, checked
 from dforce.core.listing import aligned, in_parts
 from dforce.findings.finding import with_error
 from dforce.findings.fits import NO_MODEL, VERDICTS, WHY, fitted, independent, judged_fit, verdict, without_error
+from dforce.inverse.fitting.points import BESIDE_JUMP, NOT_SELECTED, SPIKE
 from dforce.validity import advice_in
 
 if TYPE_CHECKING:
@@ -21,6 +23,7 @@ TELLING = 0.5  # correlations from here on are listed
 UNDECIDED = 6.0  # of AIC or BIC: models nearer to the best are not excluded
 ALIKE = 1.2  # ratio of the errors to both sides from which both are reported
 OPEN = 100.0  # times the standard deviation: a side where chi2 has not risen by then has no end
+NAMED = 12  # heights of points left out are listed up to this number
 NOISE = ("amplitude_error", "phase_error", "height_error")  # attributes
 LITTLE = 0.01  # of an error: a smaller part from given values is not reported
 
@@ -91,6 +94,8 @@ def _data_lines(result: xr.Dataset) -> list[str]:
         f"data: {used} of {result.sizes['point']} points, {', '.join(counts)}; errors {sigma[0][0] * 1e9:.3g} nm, "
         f"{sigma[1][0]:.3g} deg"
     ]
+    if reasons := list(_left_out(result)):
+        lines.append(f"left out: {'; '.join(reasons)}")
     unsure = float(result.attrs.get("height_error", 0.0))
     if unsure:
         lines.append(f"noise: heights have an error of {unsure * 1e9:.2g} nm, important on steep parts of the curve")
@@ -98,6 +103,18 @@ def _data_lines(result: xr.Dataset) -> list[str]:
     if wider > 1.0:
         lines.append(f"noise: neighbors are correlated, so all errors are {wider:.2f} times as large")
     return lines
+
+
+def _left_out(result: xr.Dataset) -> Iterator[str]:
+    """Give the points that are left out, by their reason, with their heights where the user did not choose them."""
+    if "left_out" not in result:  # a file of an older version
+        return
+    why, heights = result["left_out"].values.astype(str), result["height"].values
+    for reason in (SPIKE, BESIDE_JUMP, NOT_SELECTED):
+        places = heights[why == reason]
+        where = ", ".join(units.show(float(height), "m", 4) for height in places) if len(places) <= NAMED else ""
+        if len(places):
+            yield f"{len(places)} {reason}" + (f" at {where}" if where and reason != NOT_SELECTED else "")
 
 
 def _each(result: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:

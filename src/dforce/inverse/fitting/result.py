@@ -76,6 +76,8 @@ def to_dataset(found: Fitted, data: xr.Dataset) -> xr.Dataset:
     out.attrs = _attributes(found, values) | {f"{DATA}{key}": value for key, value in found.model.data.attrs.items()}
     noise = independence(out)
     out.attrs |= attributes(advice_on(found, noise)) | {"independence": noise}
+    if "branch" not in data.variables:
+        out.attrs["branches_found"] = 1
     if found.interrupted:
         out.attrs["interrupted"] = 1
     return out
@@ -143,6 +145,7 @@ def _of_points(found: Fitted) -> dict[str, Any]:
         "amplitude_residual": (both, apart[:, :tones]),
         "phase_residual": (both, apart[:, tones:]),
         "used": ("point", data.used),
+        "left_out": ("point", np.asarray(data.left_out)),
         "lost": ("point", lost),
     }
 
@@ -275,10 +278,11 @@ def together(done: Mapping[str, xr.Dataset | str], case: Case) -> xr.Dataset:
 
 
 def data_of(result: xr.Dataset) -> xr.Dataset:
-    """Return the measured curve that a fit was made of, from its result."""
+    """Return the measured curve that a fit was made of, from its result; branches that the fit found are no data."""
     import xarray as xr
 
-    columns = {name: ("point", result[name].values) for name in ("height", "branch")}
+    known = ("height",) if result.attrs.get("branches_found") else ("height", "branch")
+    columns = {name: ("point", result[name].values) for name in known}
     for tone, ending in enumerate(("", "_2")[: result.sizes["tone"]]):
         for name in ("amplitude", "phase"):
             columns[f"{name}{ending}"] = ("point", result[name].values[:, tone])

@@ -13,7 +13,7 @@ from dforce.core import units
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, shorten
 from dforce.inverse.fitting.branches import RIGHT_ANGLE, branches
-from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
+from dforce.inverse.fitting.points import BEHIND_JUMP, BESIDE_JUMP, FROM_FREE, NOT_SELECTED, SPIKE, MeasuredPoints
 from dforce.inverse.values import number_of
 
 if TYPE_CHECKING:
@@ -85,13 +85,16 @@ def measured(data: xr.Dataset, reading: PointSelection) -> MeasuredPoints:
         _height_error(data, reading),
         np.asarray(data["direction"].values).astype(str) if "direction" in data.variables else None,
     )
-    branch, beside = branches(data, found, reading.margin)
-    used = ~beside & _chosen(found, reading)
+    branch, beside, spikes = branches(data, found, reading.margin)
+    asked = _chosen(found, reading)
+    used = asked & ~beside & ~spikes
     if reading.branch != "measured":
-        used &= _on_branch(found, branch, used, reading.branch)
+        asked &= _on_branch(found, branch, used, reading.branch)
+        used &= asked
     if used.sum() < FEWEST:
         raise ParameterError(f"a fit needs at least {FEWEST} points, {used.sum()} are left: widen the range of use")
-    return replace(found, branch=branch, used=used)
+    left_out = np.select([used, ~asked, spikes], ["", NOT_SELECTED, SPIKE], BESIDE_JUMP)
+    return replace(found, branch=branch, used=used, left_out=left_out)
 
 
 def _column(data: xr.Dataset, name: str) -> Array:

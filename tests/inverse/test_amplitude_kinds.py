@@ -1,0 +1,43 @@
+"""Zero to peak, rms or peak to peak: the amplitude of a file becomes zero to peak, or a sentence tells what is missing."""
+
+import measured_curve
+import numpy as np
+import pytest
+
+import dforce as df
+
+AMPLITUDE = measured_curve.numbers()[1]
+
+
+def read(tmp_path, heading, **how):
+    path = tmp_path / "curve.csv"
+    path.write_text(measured_curve.text(heading=heading), encoding="utf-8")
+    return df.read_measured(path, **how)
+
+
+@pytest.mark.parametrize(
+    "name", ["Amp p-p (nm)", "Amplitude_pp_nm", "Amplitude pk-pk [nm]", "Amplitude peak-to-peak (nm)"]
+)
+def test_an_amplitude_that_is_named_peak_to_peak_is_halved(tmp_path, name):
+    found = read(tmp_path, f"height_nm,{name},phase_deg")
+    np.testing.assert_allclose(found.amplitude, 0.5 * AMPLITUDE, atol=1e-13)
+    assert "amplitude: peak to peak in the file, halved" in found.attrs["history"]
+    with pytest.raises(df.ParameterError, match="but amplitude_is = 'peak'"):
+        read(tmp_path, f"height_nm,{name},phase_deg", amplitude_is="peak")
+
+
+def test_an_amplitude_of_another_name_is_halved_on_request_or_by_the_name_of_its_column(tmp_path):
+    asked = read(tmp_path, "height_nm,amplitude_nm,phase_deg", amplitude_is="peak-to-peak")
+    named = read(tmp_path, "height_nm,Vpp (nm),phase_deg", columns={"amplitude": "Vpp"})
+    for found in (asked, named):
+        np.testing.assert_allclose(found.amplitude, 0.5 * AMPLITUDE, atol=1e-13)
+
+
+@pytest.mark.parametrize("heading", ["Phase_Deg", "Phase (Deg)", "Phase [DEG]", "Phase (Degrees)"])
+def test_degrees_are_known_in_capitals(tmp_path, heading):
+    assert read(tmp_path, f"height_nm,amplitude_nm,{heading}").phase[0] == pytest.approx(90.0, abs=1.0)
+
+
+def test_a_sensitivity_without_its_unit_is_the_reason_of_an_amplitude_of_meters(tmp_path):
+    with pytest.raises(df.ResultError, match="write the sensitivity with its unit, such as '52 nm/V'"):
+        read(tmp_path, "height_nm,amplitude_V,phase_deg", sensitivity=50)
