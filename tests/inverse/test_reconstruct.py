@@ -356,6 +356,20 @@ def without(curve, name):
     return curve
 
 
+def test_joined_curves_of_different_levers_are_refused():
+    """Both were taken for curves of the first lever."""
+    case, zc = df.example("figure-3-air"), np.linspace(14e-9, 10e-9, 10)
+    curve, stiffer = (
+        df.approach(one, zc=zc + off) for one, off in ((case, 5e-9), (case.replace("cantilever.k", 2.0), 0.0))
+    )
+    joined = xr.concat([curve, stiffer], "zc", data_vars="minimal", coords="minimal", compat="override")
+    with pytest.raises(df.ParameterError, match="points of another case"):
+        df.reconstruct(joined)
+    (piece,) = [one for one in df.advice(joined) if one.name == "step_error"]
+    assert "joined results" in piece.text
+    assert "step_error" not in {one.name for one in df.advice(curve)}
+
+
 def test_a_curve_of_two_tones_is_refused():
     curve = xr.Dataset(
         {"zc": ("zc", [1e-9]), "status": ("zc", [0]), "amplitude": (("zc", "tone"), [[1e-9, 1e-9]]),

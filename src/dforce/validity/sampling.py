@@ -9,7 +9,7 @@ import numpy as np
 from dforce.core.arrays import Array
 from dforce.core.units import show_range
 from dforce.forces.adhesion_hysteresis import AdhesionHysteresis
-from dforce.observables.misfit import MEASURED, OF_MODES, misfit
+from dforce.observables.misfit import GROSS, MEASURED, OF_MODES, misfit
 from dforce.results.status import Status, repeats
 from dforce.solvers.integrator import sample_count
 from dforce.validity._advice import Advice, percent, shown
@@ -65,14 +65,21 @@ def step_error(seen: Evidence) -> Advice | None:
     if off is None or not off.size or off.max() <= SEEN:
         return None
     found = float(off.max())
+    text = (
+        f"The error of the steps acts on the tip like a force of {percent(found)} of the drive. Phases are off by about "
+        f"{math.degrees(found):.2g}° and energies by {percent(found)} of the largest energy from the drive; forces and the "
+        "mean deflection may be off by more. Raise solver.points_per_period until this advice is gone."
+    )
+    if found > GROSS:  # a run gives such a motion no numbers
+        text = (
+            f"The motions miss the tip equation of the case by {percent(found)} of the drive, as in joined results of several "
+            "cases. Pass the result of each case by itself."
+        )
     return Advice(
         "step_error",
         found,
         SEEN,
-        f"The error of the steps acts on the tip like a force of {percent(found)} of the drive. Phases are off by about "
-        f"{math.degrees(found):.2g}° and energies by {percent(found)} of the largest energy from the drive; forces and the "
-        f"mean "
-        "deflection may be off by more. Raise solver.points_per_period until this advice is gone.",
+        text,
         "the tip equation over a period, component by component",
         ("solver.points_per_period",),
     )

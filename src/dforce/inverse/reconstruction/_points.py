@@ -13,7 +13,10 @@ from dforce.core.arrays import Array, Complexes
 from dforce.core.errors import ParameterError
 from dforce.instrument import Cantilever, Drive, ModeNumbers
 from dforce.inverse.reconstruction._path import HARMONICS, Motions
+from dforce.observables.misfit import GROSS
 from dforce.results.status import check_computed, repeats
+from dforce.validity import Evidence
+from dforce.validity.sampling import step_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -208,6 +211,8 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
         walk, group = data.rename(point="place"), data["branch"].values
     else:
         raise ParameterError("this result is not a single curve over the distance; choose one with .isel or .sel")
+    if (off := step_error(Evidence(case, data))) is not None and off.found > GROSS:
+        raise ParameterError(f"this result has points of another case. {off.text}")
     walk = walk.transpose("place", ...)
     good = repeats(walk["status"].values)
     if "repeat_periods" in walk:
