@@ -354,6 +354,10 @@ def test_advice_names_the_distance_where_a_law_of_a_file_has_no_value(folder):
     assert curve["status"].values[0] == df.Status.OK and curve["status"].values[-1] == df.Status.FAILED
     (piece,) = [one for one in df.advice(curve) if one.name == "law_without_value"]
     assert "repulsion gives no finite number at d = -" in piece.text
+    # motions without an end have no winding number: samples were added between them for many minutes
+    found = df.branches(case, zc=["12 nm", "9 nm"])
+    assert (found["status"] == df.Status.OK).any() and (found["index_sum"] != 1).any()
+    assert "law_without_value" in {one.name for one in df.advice(found)}
 
 
 @pytest.mark.parametrize("name", ["hertz", "capillary"])

@@ -43,7 +43,9 @@ class Square:
             moves = among.vectors(among.later(among.states(x, none), value, 1)) - x
             angles = np.arctan2(moves[:, 1], moves[:, 0])
             turned = (np.diff(angles) + math.pi) % (2.0 * math.pi) - math.pi
-            coarse = ~(np.abs(turned) < TURN)
+            if np.isnan(turned).any():  # a motion has no end: no sample between resolves it
+                return None
+            coarse = np.abs(turned) >= TURN
             if not coarse.any():
                 return round(float(turned.sum()) / (2.0 * math.pi))
             places = np.sort(np.append(places, 0.5 * (places[1:] + places[:-1])[coarse]))

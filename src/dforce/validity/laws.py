@@ -21,11 +21,20 @@ def force_at(seen: Evidence, force: Force, d: float, rate: float) -> float:
     return in_first_contact(force, d, rate, (seen.range_of_zc or (d, d))[0])
 
 
-def law_without_value(seen: Evidence) -> Advice | None:
-    """Look for a law of the user's own that is no finite number where points have no result."""
-    status, zc = seen.array("status"), seen.array("zc")
+def _lost(seen: Evidence) -> tuple[int, str]:
+    """Return how many points have no result, or at how many values branches lack states, and the words for it."""
+    status, sums = seen.array("status"), seen.array("index_sum")
+    if sums is not None:
+        lost = int((sums != 1).sum())
+        return lost, f"states are missing at {lost} of {sums.size} searched values"
     lost = 0 if status is None else int(np.isin(status, WITHOUT_RESULT).sum())
-    if status is None or zc is None or lost == 0:
+    return lost, "" if status is None else f"{lost} of {status.size} points have no result"
+
+
+def law_without_value(seen: Evidence) -> Advice | None:
+    """Look for a law of the user's own that is no finite number where results are missing."""
+    (lost, words), zc = _lost(seen), seen.array("zc")
+    if zc is None or lost == 0:
         return None
     tone = seen.problem.tones[0]
     reach = AROUND * max(tone.A0, abs(seen.problem.base[0]))
@@ -41,8 +50,8 @@ def law_without_value(seen: Evidence) -> Advice | None:
                         "law_without_value",
                         lost,
                         0,
-                        f"The law of {force.name} gives no finite number at {at}, and {lost} of {status.size} points have no "
-                        "result. Make the law finite at every distance and velocity that the tip reaches, as max(d, a0) does.",
+                        f"The law of {force.name} gives no finite number at {at}, and {words}. Make the law finite at every "
+                        "distance and velocity that the tip reaches, as max(d, a0) does.",
                         "values of the law",
                         (seen.path(force),),
                     )
