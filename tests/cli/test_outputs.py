@@ -151,7 +151,7 @@ def test_a_result_that_finds_no_place_is_kept_with_the_temporary_files(
 
 
 def failed_dwell(case: df.Case, **_: object) -> Any:
-    """Return a dwell whose motion grew beyond all bounds: it has no record."""
+    """Return a dwell whose motion became infinite: it has no record."""
     kept = synthetic.dwell().drop_dims(["time", "frequency"])
     for variable in kept.data_vars.values():
         if variable.dtype.kind == "f":
@@ -163,7 +163,7 @@ def test_a_point_without_a_result_is_told_as_such_where_it_cannot_be_drawn(workd
     run_as(failed_dwell)
     done = dforce("run table-1-am -o kept.nc --plot picture.png")
     assert done.exit_code == 1 and "written: kept.nc\n" in done.stdout
-    assert "1 of 1 point: the motion grew beyond all bounds" in done.stderr
+    assert "1 of 1 point: the motion or a force became infinite or not a number" in done.stderr
     assert "dforce: no motion can be drawn" in done.stderr
     told = json.loads(dforce("run table-1-am -o kept.nc --plot picture.png --json").stdout)
     assert (told["exit_code"], told["picture"]) == (1, None)

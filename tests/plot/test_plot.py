@@ -201,7 +201,7 @@ def test_spectrum_marks_the_harmonics_of_the_drive():
 def test_motion_without_a_result_has_no_picture_and_the_reason_is_told():
     law = df.forces.Custom(law="1e-9*exp(-1e12*d)")
     failed = df.run(df.example("table-1-am").replace(forces=[law]))
-    with pytest.raises(ParameterError, match="no motion can be drawn: the motion grew beyond all bounds"):
+    with pytest.raises(ParameterError, match="no motion can be drawn: the motion or a force became infinite"):
         plot.overview(failed)
 
 
