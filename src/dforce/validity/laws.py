@@ -34,7 +34,7 @@ def _lost(seen: Evidence) -> tuple[int, str]:
 def law_without_value(seen: Evidence) -> Advice | None:
     """Look for a law of the user's own that is no finite number where results are missing."""
     (lost, words), zc = _lost(seen), seen.array("zc")
-    if zc is None or lost == 0:
+    if zc is None or not np.isfinite(zc).any() or lost == 0:
         return None
     tone = seen.problem.tones[0]
     reach = AROUND * max(tone.A0, abs(seen.problem.base[0]))
