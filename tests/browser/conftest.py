@@ -20,6 +20,15 @@ def server(tmp_path_factory):
         yield started
 
 
+@pytest.fixture(autouse=True)
+def no_traceback(server):
+    """Fail a test during which the server printed a traceback."""
+    before = len(server.said)
+    yield
+    said = "".join(server.said[before:])
+    assert "Traceback" not in said, said
+
+
 # Not for the whole session: Playwright keeps an event loop running, beside which other tests could not use asyncio.
 @pytest.fixture(scope="package")
 def browser():
