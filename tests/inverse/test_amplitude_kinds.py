@@ -1,4 +1,4 @@
-"""Zero to peak, rms or peak to peak: the amplitude of a file becomes zero to peak, or a sentence tells what is missing."""
+"""Amplitudes of files, zero to peak, rms or peak to peak: the reader converts them to zero to peak, or says why not."""
 
 import measured_curve
 import numpy as np
