@@ -283,7 +283,7 @@ def states_at(curve: xr.Dataset, set_point: float, found: xr.Dataset | None = No
     states = []
     names = [name for name in (*SHOWN, "zc") if name in found]
     words = [name for name in ("direction", "regime", "stable") if name in found.coords]
-    read = {name: found[name].values for name in (*names, *words)}
+    read = {name: found.variables[name].values for name in (*names, *words)}
     for place in np.lexsort((-read["zc"], way)):
         values: dict[str, Any] = dict.fromkeys(SHOWN, np.nan)
         values |= {name: float(np.ravel(read[name][place])[0]) for name in names}

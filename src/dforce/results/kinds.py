@@ -187,8 +187,9 @@ def check_shape(result: xr.Dataset) -> None:
         raise ParameterError(
             f"this result has no value along {dim} left: a slice in .sel starts at the value that comes first{order}"
         )
+    indexes = result.indexes  # made anew at each call
     for dim in ("direction", "component", "parameter", *COLUMN_DIMS):
-        if dim in result.indexes and not result.indexes[dim].is_unique:
+        if dim in indexes and not indexes[dim].is_unique:
             raise ParameterError(f"this result has a value twice along {dim}; choose one of each with .isel({dim}=...)")
     if not {"status", "amplitude"} <= result.variables.keys() or MAPS & result.attrs.keys():
         return  # no motions, or over parameters of any name

@@ -150,7 +150,7 @@ def _columns(layers: Sequence[Layer], wanted: Picture) -> list[ReadoutColumn]:
 
 def of_quantity(states: xr.Dataset, name: str) -> Iterator[ReadoutColumn]:
     """Give the columns of a quantity, one for each tone or mode."""
-    variable = states[name]
+    variable = states.variables[name]
     dims = variable.dims[1:]
     for index in np.ndindex(*variable.shape[1:]):
         which = [f"{dim} {n + 1}" for dim, n in zip(dims, index, strict=True) if variable.sizes[dim] > 1]
@@ -193,11 +193,11 @@ def _rows(layer: Layer, columns: Sequence[ReadoutColumn], several: bool) -> list
     assert states is not None
     merged: dict[tuple[str, ...], list[str]] = {}
     none = nones_of(states, columns)
+    words = {name: states.variables[name].values for name in ("stable", "regime", "direction") if name in states}
     for n in range(states.sizes["crossing"]):
-        unstable = "stable" in states and not bool(states["stable"][n])
-        state = " ".join(["unstable"] * unstable + [str(states["regime"].values[n])])
+        state = " ".join(["unstable"] * ("stable" in words and not words["stable"][n]) + [str(words["regime"][n])])
         cells = tuple(cell_of(states, none, column, n) for column in columns)
         ways = merged.setdefault((state, *cells), [])
-        ways += [str(states["direction"].values[n])] if "direction" in states.coords else []
+        ways += [str(words["direction"][n])] if "direction" in words else []
     name = {"name": layer.name, "color": layer.color} if several else {}
     return [{"ways": " and ".join(ways), "state": key[0], "cells": key[1:], **name} for key, ways in merged.items()]
