@@ -148,6 +148,16 @@ def test_a_result_finds_its_plugin_from_anywhere(folder, tmp_path_factory, monke
     np.testing.assert_array_equal(df.noise(df.read("curve.nc"), "1 kHz").amplitude_noise, wanted)
 
 
+def test_a_result_with_a_plugin_does_not_show_the_home_of_the_user(folder, tmp_path_factory, monkeypatch):
+    monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
+    monkeypatch.setenv("HOME", str(folder.parent))
+    monkeypatch.setenv("USERPROFILE", str(folder.parent))
+    curve = df.run(curve_of(df.load_case(folder / "case.toml")))
+    assert str(folder.parent) not in str(curve.attrs)
+    df.write(curve, "curve.nc")
+    assert np.isfinite(df.noise(df.read("curve.nc"), "1 kHz").amplitude_noise).any()
+
+
 def test_a_result_is_understood_by_the_model_that_it_was_computed_with(folder, monkeypatch):
     monkeypatch.chdir(folder)
     case = curve_of(df.load_case("case.toml"))
