@@ -66,7 +66,9 @@ TO_PEAK = {
 }  # factors from the kinds of amplitudes to zero to peak
 PEAK_TO_PEAK = ("peaktopeak", "pkpk", "pp")  # ends of names
 TO_ZERO = ("rms", "zerotopeak", "0peak", "0pk", "peak", "pk")
-KIND = re.compile(r"[\W_]*(rms|(peak[\W_]*to[\W_]*|0[\W_]*)?peak|((pk|0)[\W_]*)?pk|p[\W_]*p)\W*$", re.IGNORECASE)  # of a unit
+KIND = re.compile(
+    r"[\W_]*(rms|(peak[\W_]*to[\W_]*|0[\W_]*)?peak|((pk|0)[\W_]*)?pk|p[\W_]*p)\W*$", re.IGNORECASE
+)  # of a unit
 LONGEST_HEADING = 200  # characters; a longer text is a name without a unit
 BRACKETS = re.compile(r"^(.*?)\s*(?:\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$", re.DOTALL)
 
