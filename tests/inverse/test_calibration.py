@@ -351,8 +351,11 @@ def test_a_spike_beyond_the_free_part_is_doubted(name, place):
     data = measured_curve.dataset()
     assert not any("spike" in line for line in doubts(df.calibrate(data).attrs))
     data[name][place] += {"amplitude": 3e-9, "phase": 15.0}[name]
-    spike = f"the {name} of the approach has a spike at {1e9 * float(data['height'][place]):.5g} nm; remove this point"
-    assert spike in doubts(df.calibrate(data).attrs)
+    at = f"{1e9 * float(data['height'][place]):.5g} nm"
+    found = df.calibrate(data)
+    # and nothing else is wrong
+    assert doubts(found.attrs) == [f"the {name} of the approach has a spike at {at}; a fit leaves out this point"]
+    assert np.flatnonzero(found["spike"]).tolist() == [place]
 
 
 def test_a_jump_or_a_slope_between_missing_points_is_no_spike():

@@ -52,6 +52,7 @@ def check_passive(work: Work, case: Case | None) -> None:
     error = np.hypot(np.abs(np.cos(lag)) * turn + 0.5 * turn**2, own)
     margin = passive_margin(lever, amplitude, lag) / error
     work.data["passive_margin"] = ("point", margin)
+    margin = np.where(work.kept, margin, np.inf)
     below, worst = np.flatnonzero(margin < -WIDE), int(np.argmin(margin))
     if len(below) <= np.ceil(BY_CHANCE * len(margin)) and margin[worst] > -FAR:
         which = (
@@ -73,8 +74,8 @@ def check_turn(work: Work) -> None:
     """Doubt phases that hardly turn while the amplitude falls: radians taken for degrees, or a phase that was held."""
     if "frequency_shift" in work.data:
         return
-    share = float(work.values("amplitude").min()) / float(work.data.attrs["free_amplitude"])
-    turn = float(np.ptp(work.values("phase")))
+    share = float(work.values("amplitude")[work.kept].min()) / float(work.data.attrs["free_amplitude"])
+    turn = float(np.ptp(work.values("phase")[work.kept]))
     if share < FALL and turn < TURN:
         work.history.append(
             f"{DOUBT}the phase turns by only {turn:.2g}° while the amplitude falls to {100.0 * share:.2g} %; the file may have "
@@ -103,9 +104,7 @@ def check_spikes(work: Work) -> None:
             )
             least = np.maximum(SPIKE * float(work.data.attrs[f"{name}_error"]), SHARP * bend)
             found = rows[here][(np.abs(v[here] - cubic).min(axis=0) > least) & even & ~free[rows[here]]]
-            if len(found):
-                told = ", ".join(units.show(float(height[point]), "m", 5) for point in found)
-                work.history.append(f"{DOUBT}the {name} of the {word} has a spike at {told}; remove this point")
+            work.note_spikes(f"{name} of the {word}", found)
 
 
 def check_slope(work: Work) -> None:
@@ -147,7 +146,7 @@ def tell_energies(work: Work) -> None:
     lost = work.values("dissipated_energy")
     noise, common = (work.values(f"dissipated_energy{end}") for end in ("_error", "_common_error"))
     clear = lost / np.hypot(noise, common)
-    seen = clear > CLEAR
+    seen = (clear > CLEAR) & work.kept
     most = int(np.argmax(np.where(seen, lost, -np.inf))) if seen.any() else int(np.argmax(clear))
     where = units.show(float(work.values("height")[most]), "m", 5)
     size = (
