@@ -112,6 +112,7 @@ def calibrate(
     checks.check_spikes(work)
     checks.check_passive(work, case)
     checks.check_turn(work)
+    checks.check_sign(work)
     checks.check_slope(work)
     checks.estimate_offset(work)
     work.data.attrs["history"] = work.history

@@ -10,7 +10,7 @@ import numpy as np
 from dforce.core import units
 from dforce.inverse.energies import Lever, passive_margin
 from dforce.inverse.free_part import SPIKE, line_of
-from dforce.inverse.steps import Work
+from dforce.inverse.steps import AT_RESONANCE, Work
 from dforce.inverse.values import show as shown
 from dforce.results.dataset import ELECTRONVOLT
 
@@ -22,6 +22,8 @@ BY_CHANCE = 0.005  # of the points may be below by more, as noise makes it
 REPULSIVE = 5.0  # degrees below 90 at which a point is counted as net repulsive
 FEWEST = 5  # points of a slope, or around a spike
 SHALLOW = 0.01  # slope of the amplitude over a sample too soft to be felt
+NEAR_RESONANCE = 10.0  # degrees from 90 of a free phase: there attraction alone raises a phase
+CHANGED = 2.0  # degrees from the free phase, at which a point is counted as attracted or repelled
 TURN, FALL = 4.0, 0.8  # degrees, and of the free amplitude: where it falls so far, the phase turns by more
 SHARP = 3.0  # times the change of slope around it: how far off a spike is
 EVEN = 1.8  # median steps: a longer step may hide a jump
@@ -65,8 +67,7 @@ def check_passive(work: Work, case: Case | None) -> None:
     work.history.append(
         f"doubt: sin(phase) is below A/A0 at {len(below)} of {len(margin)} points, largest at {where}, by "
         f"{-margin[worst]:.1f} errors. Possible reasons: a wrong offset or sign of the phase, a drive off resonance, a wrong "
-        f"free amplitude"
-        f"{others}, or an active sample"
+        f"free amplitude or its drift{others}, or an active sample"
     )
 
 
@@ -81,6 +82,23 @@ def check_turn(work: Work) -> None:
             f"{DOUBT}the phase turns by only {turn:.2g}° while the amplitude falls to {100.0 * share:.2g} %; the file may have "
             "radians"
         )
+
+
+def check_sign(work: Work) -> None:
+    """Doubt the sign of phases that are first below the free one and nearer above it: a tip is attracted before it touches."""
+    free = work.data["free"].values
+    lag = float(work.values("phase")[free].mean()) if free.any() else AT_RESONANCE
+    if abs(lag - AT_RESONANCE) > NEAR_RESONANCE or "frequency_shift" in work.data:
+        return
+    least = max(CHANGED, FAR * float(work.data.attrs["phase_error"]))
+    for word in work.directions:
+        turned = (work.values("phase") - lag)[[row for row in work.rows(word) if work.kept[row]]]
+        signs = np.sign(turned[np.abs(turned) > least])
+        if len(signs) >= 2 * FEWEST and signs[:FEWEST].max() < 0.0 < signs[-FEWEST:].min():
+            work.history.append(
+                f"{DOUBT}the phase of the {word} is below the free phase far away and above it nearer, as of a tip that is "
+                "repelled first and then attracted; its sign may be wrong (phase_convention)"
+            )
 
 
 def check_spikes(work: Work) -> None:

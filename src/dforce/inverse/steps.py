@@ -123,7 +123,8 @@ def find_free_part(work: Work) -> None:
             count, tilted = (len(chosen), False) if len(chosen) >= 3 else (0, False)
         else:
             channels = {name: work.values(name)[rows] for name in work.channels}
-            count, tilted = free_count(height[rows], channels.values(), [_allowed(*one) for one in channels.items()])
+            allowed, drifting = [_allowed(*one) for one in channels.items()], ["amplitude" in name for name in channels]
+            count, tilted = free_count(height[rows], channels.values(), allowed, drifting)
             chosen = rows[:count]
         if not count:
             continue
@@ -209,8 +210,8 @@ def together(work: Work, name: str) -> tuple[float, float]:
         if abs(apart) > WIDE * math.hypot(parts[0][1].error, parts[1][1].error):
             error = math.hypot(error, 0.5 * apart)
             work.history.append(
-                f"drift: the free {name} of approach and retract differ by {shown(apart, None, UNITS[name])}, "
-                "and half of this is added to its error"
+                f"doubt: the free {name} drifts, by {shown(-apart, None, UNITS[name])} from approach to retract; "
+                "half of this is added to its error"
             )
     return mean, error
 
