@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 import dforce as df
-from dforce.solvers import block
+from dforce.solvers import tip_equations
 from dforce.solvers.integrator import CALLED, SHARED
 
 SOFT = df.Case(
@@ -61,9 +61,9 @@ def main() -> None:
     print(f"{'curve':16} {'touching':>8} {'own code':>9} {'by address':>10} {'ratio':>5}")
     for name, (case, start, stop) in CURVES.items():
         own, touching = timed(case, start, stop, repeat)
-        block.SHARED = CALLED
+        tip_equations.SHARED = CALLED
         other, _ = timed(case, start, stop, repeat)
-        block.SHARED = SHARED
+        tip_equations.SHARED = SHARED
         print(f"{name:16} {touching:8.0%} {own * 1e3:6.1f} ms {other * 1e3:7.1f} ms {other / own:5.1f}")
 
 
