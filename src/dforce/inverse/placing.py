@@ -190,7 +190,8 @@ def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | 
     try:
         return values * scale_to(said, stored)
     except UnitError as error:
-        raise UnitError(f"{name}: the unit of the {called} (column '{column.name}') {error}") from None
+        why = str(error).replace("'1 ", "'", 1)
+        raise UnitError(f"{name}: the unit of the {called} (column '{column.name}') {why}") from None
 
 
 def refuse_gaps(quantity: str, values: Array, table: MeasuredTable, name: str) -> None:

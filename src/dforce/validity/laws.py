@@ -27,23 +27,36 @@ def force_at(seen: Evidence, force: Force, d: float, rate: float) -> float:
 
 def _lost(seen: Evidence) -> tuple[int, str]:
     """Return how many points have no result, or at how many values branches lack states, and the words for it."""
-    status, sums = seen.array("status"), seen.array("index_sum")
+    status, sums, force = seen.array("status"), seen.array("index_sum"), seen.array("force")
     if sums is not None:
         lost = int((sums != 1).sum())
         return lost, f"states are missing at {lost} of {sums.size} searched values"
+    if status is None and force is not None:
+        lost = int((~np.isfinite(force)).sum())
+        return lost, f"{lost} of {force.size} forces have no value"
     lost = 0 if status is None else int(np.isin(status, WITHOUT_RESULT).sum())
     return lost, "" if status is None else f"{lost} of {status.size} points have no result"
 
 
-def law_without_value(seen: Evidence) -> Advice | None:
-    """Look for a law of the user's own that is no finite number where results are missing."""
-    (lost, words), zc = _lost(seen), seen.array("zc")
-    if zc is None or not np.isfinite(zc).any() or lost == 0:
-        return None
+def _reached(seen: Evidence) -> tuple[Array, float]:
+    """Return distances (m) that the tip may have reached, from far to near, and its largest speed (m/s)."""
+    zc, distance, velocity = (seen.array(name) for name in ("zc", "distance", "velocity"))
+    if distance is not None and zc is None:
+        return np.sort(distance)[::-1], 0.0 if velocity is None else float(np.abs(velocity).max(initial=0.0))
+    if zc is None or not np.isfinite(zc).any():
+        return np.zeros(0), 0.0
     tone = seen.problem.tones[0]
     reach = AROUND * max(tone.A0, abs(seen.problem.base[0]))
     places = np.linspace(np.nanmax(zc) + reach, np.nanmin(zc) - reach, PLACES)
-    speed = 2.0 * math.pi * tone.frequency * reach
+    return places, 2.0 * math.pi * tone.frequency * reach
+
+
+def law_without_value(seen: Evidence) -> Advice | None:
+    """Look for a law of the user's own that is no finite number where results are missing."""
+    lost, words = _lost(seen)
+    if lost == 0:
+        return None
+    places, speed = _reached(seen)
     for force in seen.problem.forces:
         for d in () if force.is_passive else places.tolist():
             for rate in (0.0, -speed, speed):
@@ -80,7 +93,7 @@ def other_forces(seen: Evidence) -> Advice | None:
     there = _total(seen, near)
     off = np.maximum(there - high, low - there)
     if all(force.is_of_distance_alone for force in forces):
-        most = np.maximum(there, _total(seen, near + AWAY))
+        most = np.maximum(there, _total(seen, np.max(near, initial=0.0, keepdims=True) + AWAY))
         for i in np.flatnonzero(high - most > limit):
             way = near[i] + np.geomspace(1e-4 * seen.problem.a0, AWAY, PLACES)
             off[i] = max(off[i], high[i] - _total(seen, way).max())
