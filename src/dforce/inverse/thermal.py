@@ -233,6 +233,7 @@ def _spectrum(
             f"{name} has the density in {said}; write the sensitivity, such as sensitivity = '52 nm/V'"
         )
     scale *= float(sensitivity or 1.0) ** (2.0 / power) if volts else 1.0
+    unused = "" if volts or sensitivity is None else "; the sensitivity is not used"
     f = np.asarray(frequency.values, dtype=float) * scale_to(frequency.unit or "Hz", "Hz")
     s = np.asarray(density.values, dtype=float) * scale
     for column, values in ((frequency, f), (density, s)):
@@ -241,7 +242,7 @@ def _spectrum(
             raise ResultError(f"{name}: the column '{shorten(column.name, 30)}' contains {none}; choose another column")
     keep = np.isfinite(f) & np.isfinite(s) & (s > 0.0) & (f > 0.0)
     order = np.argsort(f[keep], kind="stable")
-    return f[keep][order], s[keep][order] ** power, f"density: column '{density.name}' in {said}"
+    return f[keep][order], s[keep][order] ** power, f"density: column '{density.name}' in {said}{unused}"
 
 
 def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], noun: str, name: str) -> Column:
