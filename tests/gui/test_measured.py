@@ -283,6 +283,24 @@ async def dropped(page, data=None, name="curve.csv"):
     await until(lambda: page.view.session.measured.curve is not None and at_fields(page))
 
 
+def test_doubts_about_a_curve_are_seen_before_a_fit_and_go_with_their_reason(tmp_path):
+    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+
+    async def flow():
+        async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
+            panel = element(user, MeasuredPanel)
+            page.view.edit(page.view.document.put(("drive", "A0"), "20 nm"))
+            await dropped(page, data, "stiff.csv")
+            page.plots.measured.show()
+            assert panel.props["doubts"] == ["The free amplitude of the case is 0.667 times the measured value."]
+            send(panel, "match")
+            await page.view.session.measured.load(page.view.document)
+            page.plots.measured.show()
+            assert panel.props["doubts"] == []
+
+    asyncio.run(flow())
+
+
 def test_a_dropped_curve_is_drawn_kept_with_the_case_and_removed(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):

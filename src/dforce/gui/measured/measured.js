@@ -13,6 +13,7 @@ export default {
       <div><p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
       <ul class="df-facts"><li v-for="fact in facts" :key="fact">{{ fact }}</li></ul>
       <p v-if="hint" class="df-motion-note">{{ hint }}</p>
+      <p v-for="doubt in doubts" :key="doubt" class="df-motion-note">{{ whole(doubt) }}</p>
       <label v-if="ready" class="df-shift"><span>Heights are shifted by
           <input class="df-box number" type="number" step="0.01" :value="at" aria-label="shift of the heights in nm"
                  @change="shift($event.target)" /> nm</span>
@@ -72,7 +73,7 @@ export default {
     low: { default: -5 }, high: { default: 5 }, at: { default: 0 }, match: { default: "" }, history: { default: () => [] },
     lever: { default: "" }, unconfirmed: { default: "" }, levers: { default: () => [] }, typed: { default: () => [] },
     missing: { default: "" }, findings: { default: () => [] }, finding: Boolean, unsafe: { default: "" }, limit: { default: "" },
-    set_point: { default: "" }, found: { default: 0 },
+    set_point: { default: "" }, found: { default: 0 }, doubts: { default: () => [] },
     free: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
     report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, answers: { default: () => [] }, others: { default: () => [] },
   },

@@ -22,6 +22,7 @@ from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.fitting import LIMIT, SafeJob
 from dforce.gui.window.dialogs import as_sentence, say, telling
 from dforce.gui.window.view import View
+from dforce.inverse.checks import doubts
 from dforce.validity import advice_in
 
 if TYPE_CHECKING:
@@ -107,6 +108,7 @@ class MeasuredCurve(Panel):
             reach = max(3.0, 2.0 * abs(measured.shift) / NM)
             shown |= {"at": round(measured.shift / NM, 3), "low": -round(reach), "high": round(reach)}
             shown |= {"history": [str(line) for line in curve.attrs.get("history", [])]}
+            shown |= {"doubts": [as_sentence(in_words(self.view.document, text)) for text in doubts(curve.attrs)]}
         self.element.show(**shown, **self._of_fit())
 
     def _hint(self) -> str:
