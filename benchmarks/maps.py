@@ -19,6 +19,7 @@ import tempfile
 import time
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
@@ -65,9 +66,8 @@ def stores(folder: Path, blocks: int) -> tuple[float, int, float]:
     for where, (clock, used) in (("in memory", memory), ("in a store", store)):
         print(f"{points} points {where}: {points / clock:.0f} a second, {1e6 * used / points:.1f} us of a core each")
     print(f"the store: {size / points:.1f} bytes a point in {files} files")
-    usual, _map.MOST_POINTS = _map.MOST_POINTS, CURVE
-    clock, used = timed(blocks, store=folder / "small.zarr")
-    _map.MOST_POINTS = usual
+    with mock.patch.object(_map, "MOST_POINTS", CURVE):
+        clock, used = timed(blocks, store=folder / "small.zarr")
     size_of_all, files = sizes(folder / "small.zarr")
     alone = clock / blocks - memory[0] / cases, used / blocks - memory[1] / cases
     arrays = round((files - 20) / blocks)

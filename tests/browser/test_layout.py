@@ -256,6 +256,31 @@ def test_number_and_unit_of_a_field_have_one_frame_while_it_is_typed(window):
     )
 
 
+@pytest.mark.parametrize(("width", "height"), [(1093, 614), (911, 512)])  # of a small laptop, at 125 % and 150 %
+def test_in_a_short_window_the_chart_is_no_taller_than_the_window(window, width, height):
+    page = window.page
+    page.set_viewport_size({"width": width, "height": height})
+    try:
+        page.wait_for_timeout(300)  # the chart is fitted to its place
+        assert LEAST <= page.locator(".df-main").bounding_box()["height"] < height
+    finally:
+        page.set_viewport_size({"width": 1366, "height": 768})
+
+
+def test_no_sentence_of_the_answer_to_a_fit_is_cut(window):
+    text = "The fit was stopped: these are the best values so far. " + "Hamaker constant = 373 ± 87 zJ, " * 8
+    cut = """(one, text) => {
+        const other = one.cloneNode();
+        other.classList.add("df-long");
+        other.textContent = text;
+        one.after(other);
+        const hidden = other.scrollHeight - other.clientHeight;
+        other.remove();
+        return hidden;
+    }"""
+    assert window.page.locator(".df-answer").evaluate(cut, text) <= 1
+
+
 def test_no_line_of_the_answer_ends_between_a_number_and_its_error_or_unit(window):
     answer = window.page.locator(".df-answer")
     expect(answer).to_contain_text("deep")  # of the state that is found a moment later

@@ -148,6 +148,16 @@ def test_a_result_finds_its_plugin_from_anywhere(folder, tmp_path_factory, monke
     np.testing.assert_array_equal(df.noise(df.read("curve.nc"), "1 kHz").amplitude_noise, wanted)
 
 
+def test_a_result_with_a_plugin_does_not_show_the_home_of_the_user(folder, tmp_path_factory, monkeypatch):
+    monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
+    monkeypatch.setenv("HOME", str(folder.parent))
+    monkeypatch.setenv("USERPROFILE", str(folder.parent))
+    curve = df.run(curve_of(df.load_case(folder / "case.toml")))
+    assert str(folder.parent) not in str(curve.attrs)
+    df.write(curve, "curve.nc")
+    assert np.isfinite(df.noise(df.read("curve.nc"), "1 kHz").amplitude_noise).any()
+
+
 def test_a_result_is_understood_by_the_model_that_it_was_computed_with(folder, monkeypatch):
     monkeypatch.chdir(folder)
     case = curve_of(df.load_case("case.toml"))
@@ -213,6 +223,47 @@ def test_a_law_without_a_number_or_that_cannot_be_compiled_is_one_sentence(folde
     (folder / "repulsion.py").write_text(text.replace("strength * exp(-max(d, a0) / 1e-9)", law))
     with pytest.raises(ForceError, match=re.escape(sentence)):
         df.run(df.load_case(folder / "case.toml"))
+
+
+@pytest.mark.parametrize(
+    ("law", "sentence"),
+    [
+        (
+            "strength if d > 3e-9 else None",
+            r"the law of 'repulsion' at d = \S+ nm returns NoneType, but must return a number",
+        ),
+        ("strength * (d - 3e-9) ** 1.5", r"the law of 'repulsion' at d = \S+ nm returns complex, but must"),
+        (
+            "strength * (0.0, 1.0, 2.0)[int(2e8 * (d - 2e-9))]",
+            "at d = 20 nm fails: IndexError: tuple index out of range",
+        ),
+    ],
+)
+def test_a_law_that_gives_no_number_ends_a_force_curve_in_one_sentence(folder, law, sentence):
+    (folder / "repulsion.py").write_text(GOOD.replace("strength * exp(-max(d, a0) / 1e-9)", law))
+    case = df.load_case(folder / "case.toml")
+    with pytest.raises(ForceError, match=sentence):
+        df.force_curve(case, distance=["20 nm", "8 nm", "2 nm", "1 nm"])
+
+
+@pytest.mark.parametrize(
+    ("law", "sentence"),
+    [
+        (
+            "-strength * math.sqrt(d - 3e-9)",
+            "the law of repulsion gives no finite number at d = 3 nm; make it finite there",
+        ),
+        ("-strength if d > 3e-9 else None", "the law of 'repulsion' at d = 3 nm returns NoneType, but must"),
+    ],
+)
+@pytest.mark.parametrize(
+    "ask", [lambda case: df.snap_in_rate(case, "8 nm"), lambda case: df.snap_in_distance(case, "1 um/s")]
+)
+def test_a_law_without_a_number_ends_the_search_for_a_barrier_in_one_sentence(folder, law, sentence, ask):
+    text = GOOD.replace("import dforce", "import math\nimport dforce")
+    (folder / "repulsion.py").write_text(text.replace("strength * exp(-max(d, a0) / 1e-9)", law))
+    with pytest.raises(ForceError, match=sentence):
+        ask(df.load_case(folder / "case.toml"))
 
 
 def test_a_copy_of_a_plugin_is_the_same_model_and_another_file_of_its_name_is_refused(folder, tmp_path_factory):

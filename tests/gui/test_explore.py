@@ -48,6 +48,13 @@ def planned():
     return df.plan(case, {"drive.A0": grid}, shares, {"max_indentation": "< 5 nm"})
 
 
+def test_a_plan_without_a_limit_shows_a_quantity_first_and_no_room_between_limits():
+    plan = df.plan(df.example("figure-4-soft"), {"drive.A0": ["8 nm", "10 nm"]}, [0.7, 0.8])
+    assert "limit_hit" not in explore.quantities(plan) and not plan.attrs["findings"].startswith("The limits apply")
+    names = [trace.get("name") for trace in pictures.figure(plan, explore.fitting(plan, explore.Choice()))["data"]]
+    assert "most room" not in names
+
+
 def numbers(packed):
     values = np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"])
     return values.reshape([int(n) for n in packed["shape"].split(", ")]) if "shape" in packed else values

@@ -473,6 +473,7 @@ def test_a_figure_that_cannot_be_drawn_says_so_in_a_sentence():
         ("Figure 3, in air", "figure-3-in-air"),
         ("../../etc/passwd", "etc-passwd"),
         ("<script>", "script"),
+        ("Übung: Äpfel, 40 N/m", "ubung-apfel-40-n-m"),
         ("", "dforce"),
     ],
 )

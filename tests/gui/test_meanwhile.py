@@ -18,8 +18,7 @@ from dforce.gui.document.document import Document
 from dforce.gui.measured import fitting, reading
 from dforce.gui.measured.fitting import SafeJob
 from dforce.gui.measured.panel import MeasuredPanel
-from dforce.gui.measured.reconstruction import ReconstructJob
-from dforce.gui.measured.session import MeasuredSession
+from dforce.gui.measured.session import MeasuredSession, ReconstructJob
 from dforce.gui.study.parameter_study import Over, SweepJob
 from dforce.gui.window.shown import DrawnResult
 
@@ -153,7 +152,7 @@ def test_safe_settings_are_shown_for_the_fit_alone_that_they_are_of(tmp_path):
                 page.view.document.case(), document=page.view.document, fit=session.measured.fit, state="done"
             )
             job.result = fitted_curves.result().assign_attrs(findings=["At 80 % the peak force is 0.3 nN."])
-            page.plots.measured.safe = job
+            session.measured.safe = job
             page.plots.measured.show()
             assert panel.props["findings"]
             # an instrument that is typed calibrates anew, and the fit is the same
@@ -271,14 +270,17 @@ def test_a_second_press_of_compute_begins_no_second_computation(tmp_path):
     asyncio.run(flow())
 
 
-def test_what_is_computed_for_a_page_alone_ends_with_it(tmp_path):
+def test_safe_settings_and_a_reconstruction_go_on_without_their_page_and_end_with_the_session(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
-            case = page.view.document.case()
-            page.plots.measured.safe, page.plots.reconstruction.job = SafeJob(case), ReconstructJob(case)
+            session, case = page.view.session, page.view.document.case()
+            jobs = session.measured.safe, session.measured.force = SafeJob(case), ReconstructJob(case)
             user.client.delete()
-            assert page.plots.measured.safe.stopping.is_set()
-            assert page.plots.reconstruction.job.stopping.is_set()
+            assert not any(job.stopping.is_set() for job in jobs)
+            session._seen -= 100.0  # s, in which no page has shown the session
+            assert not session.idle(60.0)
+            session.close()
+            assert all(job.stopping.is_set() for job in jobs)
 
     asyncio.run(flow())
 

@@ -125,6 +125,16 @@ def test_what_a_reader_does_by_itself_is_not_named(tmp_path):
     }
 
 
+def test_a_unit_of_something_else_is_typed_anew(tmp_path):
+    question = asked(csv(heading="height_s,amplitude_nm,phase_deg"), LAG, folder=tmp_path)
+    assert "is 's', which is a time" in str(question)
+    columns = reading._shown(question.head, LAG, {})["columns"]
+    assert [one["unit"] for one in columns] == ["", "nm", "deg"] and columns[0]["typed"] == "nm"
+    settings = reading.with_choices(question.head, LAG, [], answer(units=["nm", "", ""]))
+    curve = reading.curve_from(csv(heading="height_s,amplitude_nm,phase_deg"), "c.csv", settings, CASE, tmp_path)
+    assert np.ptp(curve["height"].values) == pytest.approx(np.ptp(measured_curve.numbers()[0]))
+
+
 def test_a_curve_without_a_free_part_is_asked_for_what_that_would_tell(tmp_path):
     lines = csv().decode().splitlines()
     near = "\n".join([lines[0], *lines[60:], ""]).encode()
@@ -271,6 +281,24 @@ async def dropped(page, data=None, name="curve.csv"):
     page.view.edit(page.view.document.put(("data",), LAG))
     await page.files.open(csv() if data is None else data, name)
     await until(lambda: page.view.session.measured.curve is not None and at_fields(page))
+
+
+def test_doubts_about_a_curve_are_seen_before_a_fit_and_go_with_their_reason(tmp_path):
+    data = (files("dforce.library") / "measured" / "stiff.csv").read_bytes()
+
+    async def flow():
+        async with window(tmp_path, stiff(tmp_path), live=False) as (user, page):
+            panel = element(user, MeasuredPanel)
+            page.view.edit(page.view.document.put(("drive", "A0"), "20 nm"))
+            await dropped(page, data, "stiff.csv")
+            page.plots.measured.show()
+            assert panel.props["doubts"] == ["The free amplitude of the case is 0.667 times the measured value."]
+            send(panel, "match")
+            await page.view.session.measured.load(page.view.document)
+            page.plots.measured.show()
+            assert panel.props["doubts"] == []
+
+    asyncio.run(flow())
 
 
 def test_a_dropped_curve_is_drawn_kept_with_the_case_and_removed(tmp_path):
@@ -532,11 +560,11 @@ def test_safe_settings_are_found_for_the_sample_of_a_fit(tmp_path):
             await dropped(page, data, "stiff.csv")
             session.measured.fit = fitted_curves.result().assign_attrs(case=best)
             send(panel, "safe", "1 furlong")
-            await until(lambda: page.plots.measured.safe is not None and not page.plots.measured.safe.busy)
+            await until(lambda: session.measured.safe is not None and not session.measured.safe.busy)
             page.plots.measured.show()
             assert "limit" in panel.props["unsafe"].lower() and panel.props["findings"] == []
             send(panel, "safe", "0.2")  # in nN, as shown
-            await until(lambda: page.plots.measured.safe.result is not None, 120.0)
+            await until(lambda: session.measured.safe.result is not None, 120.0)
             page.plots.measured.show()
             told = df.safe_settings(session.measured.fit, "0.2 nN", page.view.document.set_point)
             assert "biased" in told.attrs["findings"][0]  # a point of this fit failed
@@ -720,7 +748,7 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             assert abs(np.mean(turned[near] - told)) < 4.0 * 0.3 / np.sqrt(len(near))
             page.view.edit(page.view.document.put(("cantilever", "k"), "3 N/m"))
             page.plots.measured.show()
-            assert panel.props["stale"]
+            assert panel.props["stale"] and page.plots.measured.label == "Fit"  # the χ² is of another case
 
     asyncio.run(flow())
 
@@ -744,7 +772,8 @@ def test_a_fit_that_is_stopped_keeps_the_best_so_far(tmp_path):
             await session.measured.load(session.document)
             assert session.measured.fit.attrs["interrupted"]
             page.plots.measured.show()
-            assert "stopped" in element(user, MeasuredPanel).props["summary"]
+            panel = element(user, MeasuredPanel).props
+            assert "stopped" in panel["answers"][0] and "stopped" not in panel["summary"]  # once
 
     asyncio.run(flow())
 
@@ -756,6 +785,14 @@ def test_what_cannot_be_known_is_said_beside_its_row():
     endless = fit.assign(error=fit["error"].copy(data=[np.inf, 1e-11])).assign_attrs(products=f"{name} x tip.radius")
     assert fitting.note(endless, name) == f"Only a product is constrained: {name} x tip.radius"
     assert (fitting.found(endless, name), "±" in fitting.found(fit, name)) == ("", True)
+
+
+def test_a_value_without_a_unit_is_taken_over_with_as_many_digits_as_others():
+    fit = fitted_curves.result()
+    fit = fit.isel(parameter=[0]).assign_coords(parameter=["cantilever.Q"], unit=("parameter", ["1"]))
+    fit = fit.assign(value=fit["value"].copy(data=[26.6025462713874]))
+    taken = fitting.taken_over(Document.of(CASE), fit)
+    assert taken.value(("cantilever", "Q")) == 26.6025
 
 
 def test_a_fit_with_a_given_value_is_of_the_case_that_asked_for_it():
@@ -780,7 +817,14 @@ def test_a_refusal_of_a_fit_stands_at_the_parameter_that_it_is_about(tmp_path):
             send(panel, "fit")
             await until(lambda: page.view.session.fitting is not None and not page.view.session.fitting.busy)
             await until(lambda: "product" in radius.props["note"] or "tip" in radius.props["note"].lower())
-            assert panel.props["failed"] and page.view.session.measured.fit is None  # where Fit was pressed, too
+            assert page.view.session.measured.fit is None
+            failed = panel.props["failed"]  # where Fit was pressed, too
+            assert failed.startswith(
+                "“Radius of the tip's apex” and “Young's modulus of the sample” cannot both be fitted"
+            )
+            send(radius, "free", False)  # what was refused is no longer asked for
+            page.plots.measured.show()
+            assert not panel.props["failed"]
 
     asyncio.run(flow())
 

@@ -39,6 +39,17 @@ def rows(user):
     ]
 
 
+def test_beside_curves_without_a_result_the_table_sends_nobody_farther_from_the_surface(tmp_path):
+    result = df.run(df.example("figure-3-air").set("experiment.zc.points=5"))
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            show(page, result.where(False).assign(status=result["status"] * 0 + int(df.Status.FAILED)))
+            assert element(user, SetPointTable).props["text"] == setpoint.NO_STATE
+
+    asyncio.run(flow())
+
+
 def test_the_force_at_the_set_point_stands_beside_the_curves(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):

@@ -8,6 +8,7 @@ from importlib import resources
 import measured_curve
 import numpy as np
 import pytest
+import xarray as xr
 
 import dforce as df
 from dforce.inverse.checks import doubts
@@ -127,6 +128,34 @@ def test_a_long_drift_is_subtracted_and_said():
     assert float(np.abs(apart).max()) < 2.0 * 18e-12 < 0.1 * 0.02 * measured_curve.A0
     with pytest.raises(df.ParameterError, match="baseline = 'line' subtracts"):
         df.calibrate(drifting(0.02, points=400), baseline="none")
+
+
+def test_a_drift_is_found_although_noise_hides_it_over_a_short_stretch():
+    found, plain = (
+        [df.calibrate(drifting(slope, points=120, seed=seed)) for seed in range(SETS)] for slope in (0.02, 0.0)
+    )
+    told = [any("the line is subtracted" in line for line in data.attrs["history"]) for data in found]
+    assert sum(told) > 0.9 * SETS
+    assert not any("is subtracted" in line for data in plain for line in data.attrs["history"])
+
+
+def test_a_drift_between_approach_and_retract_is_doubted():
+    there, back = (measured_curve.dataset(points=120, seed=seed) for seed in (1, 2))
+    back = back.isel(point=slice(None, None, -1)).assign_coords(direction=("point", np.repeat("retract", 120)))
+
+    def told(later):
+        data = xr.concat([there, back.assign(amplitude=later * back["amplitude"])], "point").assign_attrs(there.attrs)
+        return [line for line in doubts(df.calibrate(data).attrs) if line.startswith("the free amplitude drifts, by")]
+
+    assert len(told(1.02)) == 1 and not told(1.0)
+
+
+def test_a_sign_of_the_phase_by_which_the_tip_is_repelled_first_is_doubted():
+    for both in (True, False):  # attracted first, or not at all
+        data = measured_curve.dataset(both=both)
+        assert not any("its sign may be wrong" in line for line in doubts(df.calibrate(data).attrs))
+        flipped = df.calibrate(data.assign(phase=180.0 - data["phase"]))
+        assert any("its sign may be wrong" in line for line in doubts(flipped.attrs)) == both
 
 
 def test_the_tail_of_a_force_is_no_drift():
@@ -351,8 +380,11 @@ def test_a_spike_beyond_the_free_part_is_doubted(name, place):
     data = measured_curve.dataset()
     assert not any("spike" in line for line in doubts(df.calibrate(data).attrs))
     data[name][place] += {"amplitude": 3e-9, "phase": 15.0}[name]
-    spike = f"the {name} of the approach has a spike at {1e9 * float(data['height'][place]):.5g} nm; remove this point"
-    assert spike in doubts(df.calibrate(data).attrs)
+    at = f"{1e9 * float(data['height'][place]):.5g} nm"
+    found = df.calibrate(data)
+    # and nothing else is wrong
+    assert doubts(found.attrs) == [f"the {name} of the approach has a spike at {at}; a fit leaves out this point"]
+    assert np.flatnonzero(found["spike"]).tolist() == [place]
 
 
 def test_a_jump_or_a_slope_between_missing_points_is_no_spike():

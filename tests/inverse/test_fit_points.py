@@ -5,9 +5,11 @@ from pathlib import Path
 import fitted_curves as fc
 import numpy as np
 import pytest
+import xarray as xr
 from fitted_curves import E, H
 
 import dforce as df
+from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.selection import PointSelection, checked_reading, measured
 from dforce.validity import advice_in
 
@@ -41,6 +43,32 @@ def test_a_spike_is_no_jump_and_the_report_names_the_points_left_out() -> None:
     assert len(beside) == 2 and line in df.fit_report(fit).splitlines()
     # branches that are found are no data: the same points are left out once more
     np.testing.assert_array_equal(df.fit_again(fit)["used"], fit["used"])
+
+
+def test_a_fit_leaves_out_spikes_that_the_calibration_found_and_does_not_doubt_them() -> None:
+    """The first point has a neighbor on one side alone, so a fit by itself takes a spike there for a point."""
+    case, draw = fc.case_of("liquid"), np.random.default_rng(2)
+    zc = np.linspace(14e-9, 4e-9, 80)
+    curve = df.approach(case, zc=zc).isel(tone=0)
+    columns = {"height": zc, "amplitude": curve["amplitude"].values, "phase": curve["phase"].values}
+    noise = {"amplitude": 0.016e-9, "phase": 0.3}
+    for name, size in noise.items():
+        columns[name] = columns[name] + size * draw.normal(size=80)
+    for place in (0, 55):
+        columns["amplitude"][place] += 0.5e-9
+    data = xr.Dataset(
+        {name: ("point", values) for name, values in columns.items()},
+        {"direction": ("point", np.full(80, "approach"))},
+        {"phase_convention": "lag", "history": ["read: simulated"]},
+    )
+    calibrated = df.calibrate(data, case)
+    assert sum("has a spike at" in line for line in doubts(calibrated.attrs)) == 2
+    fit = df.fit(case, calibrated, free=[E], search=False)
+    assert np.flatnonzero(fit["left_out"] == "spike").tolist() == [0, 55]
+    assert fit.attrs["points"] == 78 and "doubted_data" not in {one.name for one in advice_in(fit)}
+    again = df.fit_again(fit)
+    np.testing.assert_array_equal(again["left_out"], fit["left_out"])
+    np.testing.assert_allclose(again["value"], fit["value"], rtol=1e-6)
 
 
 def test_the_report_counts_points_that_were_not_selected() -> None:

@@ -367,7 +367,26 @@ def test_joined_curves_of_different_levers_are_refused():
         df.reconstruct(joined)
     (piece,) = [one for one in df.advice(joined) if one.name == "step_error"]
     assert "joined results" in piece.text
+    assert "solver.points_per_period" not in "".join(one.text for one in df.advice(joined))  # more samples do not help
     assert "step_error" not in {one.name for one in df.advice(curve)}
+
+
+def test_joined_curves_over_different_samples_are_refused():
+    """Both were taken for curves over the first sample."""
+    case, zc = df.example("hysteresis"), np.linspace(16e-9, 12e-9, 10)
+    curve, softer = (
+        df.approach(one, zc=zc + off)
+        for one, off in ((case, 2e-9), (case.replace("sample.youngs_modulus", "50 MPa"), 0.0))
+    )
+    joined = xr.concat([curve, softer], "zc", data_vars="minimal", coords="minimal", compat="override")
+    with pytest.raises(df.ParameterError, match="points of another case"):
+        df.reconstruct(joined)
+    (piece,) = [one for one in df.advice(joined) if one.name == "other_forces"]
+    assert "joined results" in piece.text
+    assert piece.text in df.answer(joined)
+    for one in (curve, softer):
+        assert "other_forces" not in {piece.name for piece in df.advice(one)}
+        assert "joined" not in df.answer(one)
 
 
 def test_a_curve_of_two_tones_is_refused():

@@ -1,5 +1,7 @@
 """AM-FM and FM-FM from a case: values of an independent torus balance, runs in time, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -149,6 +151,23 @@ def test_motions_without_a_torus_are_found_in_time_and_advice_says_so(change):
     assert found.frequency_shift.values[1] > 500.0
     assert "found_in_time" in [one.name for one in df.advice(found)]
     assert np.ptp(found.deflection.values) == pytest.approx(2.0 * float(found.half_peak_to_peak), rel=0.05)
+
+
+def test_a_motion_that_becomes_infinite_fails_alone_and_the_next_one_starts_from_the_free_lock():
+    shaken = AM_FM.replace(drive={"excitation": "base", "tones": [TAPPING[0], TAPPING[1] | {"lag": "180 deg"}]})
+    lock = InTime(shaken.problem, shaken.solver, lambda *_: None, 8e-9, shaken.problem.unlocked, np.ones(2), None)
+    lock.motion = replace(lock.motion, y=(1e200, 0.0, 0.0, 0.0))
+    found, became = lock.at(6e-9)
+    assert became == df.Status.FAILED
+    assert np.isnan(found["amplitude"]).all()
+    found, became = lock.at(5e-9)
+    assert became == df.Status.OK
+    assert found["phase"][1] == pytest.approx(90.0, abs=1e-3)
+
+
+def test_the_refusal_of_an_inverted_signal_names_the_lag():
+    with pytest.raises(df.ParameterError, match="the signal is inverted: add 180 deg to the lag of this tone"):
+        AM_FM.replace(drive={"excitation": "base", "tones": TAPPING})
 
 
 @pytest.mark.long

@@ -46,6 +46,8 @@ CHOICES = {
     "one number of the motions": (lambda: curve().isel(component=0), "has lost its dimension component"),
     "two results side by side": (lambda: xr.concat([curve(), curve()], "run"), "no result of dForce has the dimension run; "
                                  "choose one result with .isel(run=0)"),
+    "two results in a list": (lambda: xr.concat([curve(), curve()], "case"), "no result of dForce has the dimension case; "
+                              "choose one result with .isel(case=0)"),
     "two results, same directions": (lambda: curve().isel(direction=[0, 0]), "a value twice along direction"),
     "no names of directions": (lambda: curve().drop_vars("direction"), "keep the coordinate direction"),
     "no case of a sweep": (lambda: states().isel(radius=[]), "no value along radius left"),

@@ -248,13 +248,21 @@ def test_a_motion_without_forces_is_in_no_regime():
         ([1.0, 0.95], "A/A0 on this curve is 95 to 100 %. Let experiment.zc stop nearer to the sample."),
         ([0.75, 0.5], "A/A0 on this curve is 50 to 75 %. Let experiment.zc start farther from the sample."),
         ([np.nan, 0.5], "Let experiment.zc start farther"),
-        ([np.nan, np.nan], "no motion on this curve settled"),
+        (
+            [np.nan, np.nan],
+            "no point of this curve has a result: the motion or a force became infinite or not a number.",
+        ),
     ],
 )
 def test_a_set_point_without_a_state_has_its_reason(ratios, sentence):
     status = np.where(np.isnan(ratios), df.Status.FAILED, df.Status.OK).astype(np.int8)
     curve = xr.Dataset({"amplitude_ratio": ("zc", ratios), "status": ("zc", status)})
     assert sentence in set_point.why_none(curve, 0.8)
+
+
+def test_a_set_point_among_motions_that_need_longer_to_settle_says_so():
+    curve = xr.Dataset({"amplitude_ratio": ("zc", [np.nan]), "status": ("zc", np.int8([df.Status.NOT_SETTLED]))})
+    assert "settled. Raise the number of periods to settle." in set_point.why_none(curve, 0.8)
 
 
 def test_a_set_point_among_motions_that_do_not_repeat_has_its_reason():

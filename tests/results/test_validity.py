@@ -140,6 +140,7 @@ STIFF = over(  # a soft lever over mica, in water
     DMT(hamaker="1.5e-20 J"), cantilever={"f0": "104 kHz", "k": "0.0763 N/m", "Q": 2.51}, drive={"A0": "14 nm"},
     tip__radius="92 nm", sample={"youngs_modulus": "30 GPa", "poisson_ratio": 0.3}, experiment__zc="7.21 nm",
 )  # fmt: skip
+VISCOUS = df.forces.KelvinVoigt(viscosity="1 Pa s")
 KEPT = {"min_distance": 0.4e-9, "max_indentation": 0.0}
 
 # Of each piece: the cases (with a result or without) in which it speaks, and those in which it is silent.
@@ -153,6 +154,11 @@ SPEAKS = {
     "law_without_value": [
         tapping(over(df.forces.Custom(law="1e-9*sqrt(d)")), (8e-9, 4e-9), status=[0, 4]),
         tapping(over(df.forces.Custom(law="1e-9*sqrt(velocity)")), status=5),
+    ],
+    "other_forces": [  # of Hertz 0.733 nN at an indentation of 0.5 nm
+        tapping(over(HERTZ()), min_distance=-0.335e-9, min_force=0.0, peak_force=0.6e-9),
+        tapping(over(HERTZ()), (5e-9, 4e-9), min_distance=-0.335e-9, min_force=0.0, peak_force=[0.733e-9, 0.8e-9]),
+        tapping(over(HERTZ(), VISCOUS), min_distance=-0.335e-9, min_force=0.0, peak_force=0.6e-9),
     ],
     "sampling": [
         tapping(CALM, mean_force=1e-11, mean_deflection=1.01e-11 / 0.9),
@@ -273,6 +279,11 @@ SILENT = {
     "law_without_value": [
         tapping(over(df.forces.Custom(law="1e-9*sqrt(d)")), status=0), tapping(CALM, status=4),
         tapping(over(df.forces.Custom(law="1e-9*sqrt(max(d, a0))")), status=4),
+    ],
+    "other_forces": [
+        tapping(over(HERTZ()), min_distance=-0.335e-9, min_force=0.0, peak_force=0.733e-9),
+        tapping(over(HERTZ()), min_distance=-0.335e-9, min_force=0.0, peak_force=0.6e-9, status=5),
+        tapping(over(HERTZ(), VISCOUS), min_distance=-0.335e-9, min_force=0.0, peak_force=0.8e-9),
     ],
     "sampling": [
         tapping(CALM, mean_force=1e-11, mean_deflection=1.002e-11 / 0.9),

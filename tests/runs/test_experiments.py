@@ -84,10 +84,12 @@ def test_progress_counts_the_points():
 # --- settling --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("measured", [1, 3])
 @pytest.mark.parametrize(("periods", "status"), [(37, STATUS.NOT_SETTLED), (600, STATUS.OK)])
-def test_a_fixed_count_is_kept_and_says_when_it_was_too_short(periods, status):
-    case = tapping(settle="fixed", periods=periods, measured_periods=3)
+def test_a_fixed_count_is_kept_and_says_when_it_was_too_short(periods, status, measured):
+    case = tapping(settle="fixed", periods=periods, measured_periods=measured)
     curve = df.approach(case, zc=["8 nm", "7 nm"])
+    assert np.isfinite(curve.amplitude).all()
     assert (curve.settling_periods == periods).all()
     assert (curve.status == status).all()
 

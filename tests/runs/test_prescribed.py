@@ -165,6 +165,10 @@ def test_a_curve_that_is_none_is_one_sentence():
 def test_a_law_without_a_value_gives_no_number_there():
     curve = df.force_curve(case(F.Custom(law="sqrt(d - 1e-9)")), distance=[2e-9, 0.5e-9, 1.5e-9])
     assert np.isnan(curve.force.values).tolist() == [[False, True, False]] * 2
+    assert np.isnan(curve.energy)
+    (found,) = [one for one in df.advice(curve) if one.name == "law_without_value"]
+    assert "at d = 0.5 nm, and 2 of 6 forces have no value" in found.text
+    assert {one.name: one.text for one in df.summary(curve)}["energy"] == "-"
 
 
 def test_the_force_along_a_motion_is_summed_up_and_drawn():

@@ -72,6 +72,8 @@ def test_decimal_prefixes_give_the_very_float_that_a_programmer_types():
         ("1", "rad", None),
         ("5 m", "rad", "which is a length, not an angle"),
         ("0,5 nm", "m", "is '0,5 nm', a decimal comma; write a point: '0.5 nm'"),
+        ("1.234,5 nm", "m", "is '1.234,5 nm'; write the number without separators of thousands"),
+        ("1,234.5 nm", "m", "write the number without separators"),
         ("nm", "m", "is 'nm', which is not a number with a unit"),
         ("", "m", "which is not a number with a unit"),
         ("nan", "m", "is 'nan', which is not a number"),

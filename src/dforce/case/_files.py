@@ -19,7 +19,7 @@ from dforce.forces import REGISTRY
 from dforce.results import hdf5
 from dforce.results.files import MOST_BYTES as MOST_BYTES_OF_RESULT
 from dforce.results.files import is_whole
-from dforce.results.provenance import FOLDER, check_plugins
+from dforce.results.provenance import check_plugins, folder_of_plugins
 from dforce.results.store import is_store, open_store
 from dforce.results.store_files import local_place
 
@@ -125,7 +125,7 @@ def cases_of(result: xr.Dataset, places: Iterable[Mapping[str, int]]) -> Iterato
 
 def _case_in(result: xr.Dataset) -> Case:
     """Return the case in a result, with the force models that the result was computed with."""
-    text, place = str(result.attrs.get("case", "")), result.attrs.get(FOLDER)
+    text, place = str(result.attrs.get("case", "")), folder_of_plugins(result)
     case = _read(text) if place is None else None
     is_known = case is not None and all(REGISTRY.get(force.name) is type(force) for force in case.forces)
     if case is None or not is_known:  # a model may be defined anew

@@ -213,8 +213,7 @@ def parse(given: object, unit: str) -> float:
     if isinstance(given, bool) or not isinstance(given, str | int | float):
         if hasattr(given, "item") and getattr(given, "shape", None) == ():
             return parse(given.item(), unit)  # a NumPy scalar
-        found = shorten(given)
-        raise UnitError(f"is {found}, which is neither a number nor text with a unit{_example(unit)}")
+        raise UnitError(f"is {shorten(given)}, which is neither a number nor text with a unit{_example(unit)}")
     if not isinstance(given, str):
         return _finite(float(given) if abs(given) < 1e308 else math.inf, given)
     match = _number(given)
@@ -223,8 +222,9 @@ def parse(given: object, unit: str) -> float:
     number, written = match[1], match[2]
     if not written:
         return _finite(float(number), given)
-    if re.match(r",\d", written):
-        raise UnitError(f"is '{shorten(given)}', a decimal comma; write a point: '{number}.{written[1:]}'")
+    if comma := re.match(r",\d+([.,]?)", written):
+        point = "" if comma[1] or "." in number else f", a decimal comma; write a point: '{number}.{written[1:]}'"
+        raise UnitError(f"is '{shorten(given)}'{point or '; write the number without separators of thousands'}")
     stored, _ = unit_scale(unit)
     try:
         scale, offset = unit_scale(written)

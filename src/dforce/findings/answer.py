@@ -6,6 +6,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
+from dforce.case import case_of
 from dforce.core.errors import ParameterError, checked
 from dforce.core.notation import plain_math
 from dforce.core.units import parse_share, show
@@ -17,6 +18,8 @@ from dforce.findings.summary import summary
 from dforce.results.curves import goes_along, row_of
 from dforce.results.kinds import is_kind, known_kind, measured, swept
 from dforce.results.status import check_computed
+from dforce.validity import Evidence
+from dforce.validity.laws import other_forces
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,7 +55,9 @@ def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
     """
     check_computed(result)
     known_kind(result)
-    return answer_with(result, parse_share(set_point, "set_point"))
+    text = answer_with(result, parse_share(set_point, "set_point"))
+    joined = other_forces(Evidence(case_of(result), result)) if goes_along(result) and not swept(result) else None
+    return text if joined is None else f"{text} {joined.text}"
 
 
 def answer_with(

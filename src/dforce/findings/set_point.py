@@ -18,7 +18,7 @@ from dforce.results.curves import drawable, goes_along, row_of
 from dforce.results.dataset import COLUMN_DIMS
 from dforce.results.kinds import check_shape, measured, swept
 from dforce.results.significance import ERRORS, is_none
-from dforce.results.status import Status, check_computed, repeats
+from dforce.results.status import WITHOUT_RESULT, Status, check_computed, repeats
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -304,6 +304,9 @@ def why_none(curve: xr.Dataset, set_point: float) -> str:
             f"No steady state at {share}: there the motion of this curve does not repeat from period to period. Choose another "
             "set point, a larger A0 or a stiffer lever."
         )
+    if np.isin(status, WITHOUT_RESULT).all():
+        why = next(one for one in WITHOUT_RESULT if (status == one).any()).sentence.partition(";")[0]
+        return f"No state at {share}, because no point of this curve has a result: {why}. Check the forces."
     if low > high:
         slow = (status == Status.NOT_SETTLED).any()
         change = "Raise the number of periods to settle" if slow else "Widen experiment.zc"

@@ -13,7 +13,7 @@ from typing import Any
 
 from dforce.core.entries import loaded
 from dforce.core.errors import nearest
-from dforce.forces._contract import INTERACTIONS, REGISTRY, Force, in_first_contact, makes_its_laws
+from dforce.forces._contract import INTERACTIONS, REGISTRY, Force, guarded, in_first_contact, makes_its_laws
 from dforce.forces._groups import grouped
 from dforce.forces._interactions import refuse_double_counting
 from dforce.forces._layer import kernel_moments
@@ -36,6 +36,7 @@ __all__ = [  # noqa: PLE0604
     "check_answers",
     "code_of",
     "grouped",
+    "guarded",
     "in_first_contact",
     "kernel_moments",
     "load_plugin",

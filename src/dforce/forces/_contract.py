@@ -8,13 +8,15 @@ from __future__ import annotations
 import functools
 import inspect
 import math
+import numbers
 import sys
 from collections.abc import Callable, Mapping
 from itertools import product
 from typing import Any, ClassVar, Self, get_args
 
-from dforce.core.errors import Catalog, ForceError, ParameterError, nearest
+from dforce.core.errors import Catalog, ForceError, ParameterError, nearest, shorten
 from dforce.core.parameters import Parameters
+from dforce.core.units import show
 
 MOTION = ("d", "rate", "t")
 ROOT_DEPTHS = (1e-17, 1e-13, 1e-11)  # m behind a kink
@@ -177,6 +179,10 @@ class Force(Parameters):
         """Return the law of this force: the law of its class, unless the law depends on the parameters."""
         return type(self).law
 
+    def plain_law(self) -> Callable[..., float]:
+        """Return the law for calls in Python, :func:`guarded`."""
+        return guarded(self.name, self.law_function())
+
     def leading(self) -> tuple[str, ...]:
         """Return the first arguments of the law: the motion, then memory, latch and `zc` if any."""
         return _leading(type(self), self.law_function())
@@ -294,13 +300,35 @@ def _is_rooted(
     return False
 
 
+def guarded(name: str, function: Callable[..., float]) -> Callable[..., float]:
+    """Return a law as plain Python that gives NaN where arithmetic fails, as if it were compiled.
+
+    Raises
+    ------
+    ForceError
+        From the returned function, where the given function fails otherwise or returns no number.
+    """
+
+    def answer(d: float, *arguments: Any) -> float:
+        try:
+            value: Any = function(d, *arguments)
+        except (ArithmeticError, ValueError):
+            return math.nan
+        except Exception as error:
+            why = f"{type(error).__name__}: {shorten(str(error), 200)}"
+            raise ForceError(f"the law of '{name}' at d = {show(d, 'm', 3)} fails: {why}") from error
+        if not isinstance(value, numbers.Real):
+            kind = type(value).__name__
+            raise ForceError(f"the law of '{name}' at d = {show(d, 'm', 3)} returns {kind}, but must return a number")
+        return float(value)
+
+    return answer
+
+
 def in_first_contact(force: Force, d: float, rate: float, zc: float) -> float:
     """Return a bound force (N) with rested memories, on the branch of a contact that is there; NaN where it has no value."""
     given = {"d": d, "rate": rate, "t": 0.0, "memory": [0.0] * force.memory, "latched": 1.0, "zc": zc}
-    try:
-        return float(force.law_function()(*(given[name] for name in force.leading()), *force.values()))
-    except (ArithmeticError, ValueError):  # as it would be compiled, or infinite
-        return math.nan
+    return force.plain_law()(*(given[name] for name in force.leading()), *force.values())
 
 
 def makes_its_laws(cls: type[Force]) -> bool:

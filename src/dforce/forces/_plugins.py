@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import inspect
 import linecache
-import numbers
 import os
 import re
 import sys
@@ -25,8 +24,7 @@ import pydantic
 from dforce.core import log
 from dforce.core.errors import ForceError, ParameterError, checked, shorten
 from dforce.core.files import named, read_input
-from dforce.core.units import show
-from dforce.forces._contract import REGISTRY, Force
+from dforce.forces._contract import REGISTRY, Force, in_first_contact
 
 PREFIX = "dforce_plugin_"  # of the modules that files become
 MOST_BYTES = 1_000_000  # a larger file is no force model
@@ -125,16 +123,7 @@ def check_answers(force: Force) -> None:
         With the distance, and the failure or the kind of the answer.
     """
     for d in (1e-8, 1e-9, 1e-10, -1e-9):
-        given = {"d": d, "rate": 0.0, "t": 0.0, "memory": [0.0] * force.memory, "latched": 1.0, "zc": 1e-8}
-        place = f"the law of '{force.name}' at d = {show(d, 'm')}"
-        try:
-            answer: Any = force.law_function()(*(given[name] for name in force.leading()), *force.values())
-        except (ArithmeticError, ValueError):
-            continue
-        except Exception as error:
-            raise ForceError(f"{place} fails: {type(error).__name__}: {shorten(str(error), 200)}") from error
-        if not isinstance(answer, numbers.Real):
-            raise ForceError(f"{place} returns {type(answer).__name__}, but must return a number")
+        in_first_contact(force, d, 0.0, 1e-8)
 
 
 def read_by(function: Callable[..., Any], known: tuple[object, ...] = ()) -> Iterator[FunctionType | bytes]:

@@ -126,7 +126,10 @@ def free_lock(response: Callable[[float], complex], mode: ModeNumbers, phase: fl
         below, above = miss(low), miss(high)
         if low > 0.0 and below <= 0.0 < above < below + math.pi:
             return float(brentq(miss, low, high, xtol=1e-13 * mode.f0, rtol=1e-15))
+    remedy = "write one near 90 deg"
+    if abs(miss(alone(phase))) > math.pi / 2.0:
+        remedy = 'the signal is inverted: add 180 deg to the lag of this tone (lag = "180 deg")'
     raise ParameterError(
         f"no frequency near the resonance of its mode has the phase lag phase_set_point = {units.show(phase, 'rad', 4)}; "
-        "write one near 90 deg"
+        f"{remedy}"
     )

@@ -31,7 +31,8 @@ def sentences(axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judge
     """Return the sentences of a plan."""
     allowed, chosen, cases = judged.hit == "", rest.marks["recommended"], rest.chosen(judged)
     met = f"{MET}; {THERE if cases and cases <= rest.walked else FEW}"
-    said = [f"The limits apply to {WALKED if set(judged.points.near.tolist()) <= rest.walked else met}."]
+    have = "limits apply to" if wishes.limits or wishes.regime or wishes.one_state else "plan has"
+    said = [f"The {have} {WALKED if set(judged.points.near.tolist()) <= rest.walked else met}."]
     if chosen.any():
         return [*said, *_beside(wishes, judged, int(np.flatnonzero(chosen)[0]))]
     ranges = ", ".join([*map(_range, axes), f"set points {_in_percent(shares)}"])

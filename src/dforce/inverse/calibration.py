@@ -78,10 +78,10 @@ def calibrate(
     Returns
     -------
     xarray.Dataset
-        The curve, with `free` and `passive_margin` along `point`, and `virial`, `dissipated_energy` and their errors if k and Q
-        are known. Attributes: `amplitude_error`, `free_amplitude`, `free_amplitude_error`, `height_offset` (m), `phase_error`,
-        `phase_offset`, `phase_offset_error` (degrees), `neighbor_correlation`, `noise_points` (if the noise is measured), `k`,
-        `f0`, `Q` with `k_error`, `f0_error`, `Q_error` if known, the same for tone 2, and `history`.
+        The curve, with `free`, `spike` and `passive_margin` along `point`, and `virial`, `dissipated_energy` and their errors
+        if k and Q are known. Attributes: `amplitude_error`, `free_amplitude`, `free_amplitude_error`, `height_offset` (m),
+        `phase_error`, `phase_offset`, `phase_offset_error` (degrees), `neighbor_correlation`, `noise_points` (if the noise is
+        measured), `k`, `f0`, `Q` with `k_error`, `f0_error`, `Q_error` if known, the same for tone 2, and `history`.
 
     Raises
     ------
@@ -109,9 +109,10 @@ def calibrate(
     steps.level(work)
     steps.take_amplitudes(work, case)
     steps.take_phases(work, case)
+    checks.check_spikes(work)
     checks.check_passive(work, case)
     checks.check_turn(work)
-    checks.check_spikes(work)
+    checks.check_sign(work)
     checks.check_slope(work)
     checks.estimate_offset(work)
     work.data.attrs["history"] = work.history

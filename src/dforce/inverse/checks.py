@@ -10,7 +10,7 @@ import numpy as np
 from dforce.core import units
 from dforce.inverse.energies import Lever, passive_margin
 from dforce.inverse.free_part import SPIKE, line_of
-from dforce.inverse.steps import Work
+from dforce.inverse.steps import AT_RESONANCE, Work
 from dforce.inverse.values import show as shown
 from dforce.results.dataset import ELECTRONVOLT
 
@@ -22,6 +22,8 @@ BY_CHANCE = 0.005  # of the points may be below by more, as noise makes it
 REPULSIVE = 5.0  # degrees below 90 at which a point is counted as net repulsive
 FEWEST = 5  # points of a slope, or around a spike
 SHALLOW = 0.01  # slope of the amplitude over a sample too soft to be felt
+NEAR_RESONANCE = 10.0  # degrees from 90 of a free phase: there attraction alone raises a phase
+CHANGED = 2.0  # degrees from the free phase, at which a point is counted as attracted or repelled
 TURN, FALL = 4.0, 0.8  # degrees, and of the free amplitude: where it falls so far, the phase turns by more
 SHARP = 3.0  # times the change of slope around it: how far off a spike is
 EVEN = 1.8  # median steps: a longer step may hide a jump
@@ -52,6 +54,7 @@ def check_passive(work: Work, case: Case | None) -> None:
     error = np.hypot(np.abs(np.cos(lag)) * turn + 0.5 * turn**2, own)
     margin = passive_margin(lever, amplitude, lag) / error
     work.data["passive_margin"] = ("point", margin)
+    margin = np.where(work.kept, margin, np.inf)
     below, worst = np.flatnonzero(margin < -WIDE), int(np.argmin(margin))
     if len(below) <= np.ceil(BY_CHANCE * len(margin)) and margin[worst] > -FAR:
         which = (
@@ -64,8 +67,7 @@ def check_passive(work: Work, case: Case | None) -> None:
     work.history.append(
         f"doubt: sin(phase) is below A/A0 at {len(below)} of {len(margin)} points, largest at {where}, by "
         f"{-margin[worst]:.1f} errors. Possible reasons: a wrong offset or sign of the phase, a drive off resonance, a wrong "
-        f"free amplitude"
-        f"{others}, or an active sample"
+        f"free amplitude or its drift{others}, or an active sample"
     )
 
 
@@ -73,13 +75,30 @@ def check_turn(work: Work) -> None:
     """Doubt phases that hardly turn while the amplitude falls: radians taken for degrees, or a phase that was held."""
     if "frequency_shift" in work.data:
         return
-    share = float(work.values("amplitude").min()) / float(work.data.attrs["free_amplitude"])
-    turn = float(np.ptp(work.values("phase")))
+    share = float(work.values("amplitude")[work.kept].min()) / float(work.data.attrs["free_amplitude"])
+    turn = float(np.ptp(work.values("phase")[work.kept]))
     if share < FALL and turn < TURN:
         work.history.append(
             f"{DOUBT}the phase turns by only {turn:.2g}° while the amplitude falls to {100.0 * share:.2g} %; the file may have "
             "radians"
         )
+
+
+def check_sign(work: Work) -> None:
+    """Doubt the sign of phases that are first below the free one and nearer above it: a tip is attracted before it touches."""
+    free = work.data["free"].values
+    lag = float(work.values("phase")[free].mean()) if free.any() else AT_RESONANCE
+    if abs(lag - AT_RESONANCE) > NEAR_RESONANCE or "frequency_shift" in work.data:
+        return
+    least = max(CHANGED, FAR * float(work.data.attrs["phase_error"]))
+    for word in work.directions:
+        turned = (work.values("phase") - lag)[[row for row in work.rows(word) if work.kept[row]]]
+        signs = np.sign(turned[np.abs(turned) > least])
+        if len(signs) >= 2 * FEWEST and signs[:FEWEST].max() < 0.0 < signs[-FEWEST:].min():
+            work.history.append(
+                f"{DOUBT}the phase of the {word} is below the free phase far away and above it nearer, as of a tip that is "
+                "repelled first and then attracted; its sign may be wrong (phase_convention)"
+            )
 
 
 def check_spikes(work: Work) -> None:
@@ -103,9 +122,7 @@ def check_spikes(work: Work) -> None:
             )
             least = np.maximum(SPIKE * float(work.data.attrs[f"{name}_error"]), SHARP * bend)
             found = rows[here][(np.abs(v[here] - cubic).min(axis=0) > least) & even & ~free[rows[here]]]
-            if len(found):
-                told = ", ".join(units.show(float(height[point]), "m", 5) for point in found)
-                work.history.append(f"{DOUBT}the {name} of the {word} has a spike at {told}; remove this point")
+            work.note_spikes(f"{name} of the {word}", found)
 
 
 def check_slope(work: Work) -> None:
@@ -147,7 +164,7 @@ def tell_energies(work: Work) -> None:
     lost = work.values("dissipated_energy")
     noise, common = (work.values(f"dissipated_energy{end}") for end in ("_error", "_common_error"))
     clear = lost / np.hypot(noise, common)
-    seen = clear > CLEAR
+    seen = (clear > CLEAR) & work.kept
     most = int(np.argmax(np.where(seen, lost, -np.inf))) if seen.any() else int(np.argmax(clear))
     where = units.show(float(work.values("height")[most]), "m", 5)
     size = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,11 @@ STRAY = 100  # of so many points one may be farther off than that
 SIZES = 300  # stretches that are tried
 SPIKE = 8.0  # times the scatter of the others: a point so far off is a spike
 LAST = 2  # points of a stretch: where one of them is far off, no spike but a force begins
+LONGER = 1.5  # times a stretch without a slope: a straight line so long is a drift
 MARGIN = 0.1  # of a stretch is left out at its near end, where a change may be too small to be seen
+
+
+Test = Callable[[Array, Array, float], bool]  # of heights, values, and their allowed change
 
 
 class FreeChannel(NamedTuple):
@@ -92,11 +96,14 @@ def fewest(points: int) -> int:
     return max(LEAST_POINTS, int(np.ceil(LEAST_SHARE * points)))
 
 
-def free_count(height: Array, channels: Iterable[Array], allowed: Iterable[float]) -> tuple[int, bool]:
+def free_count(
+    height: Array, channels: Iterable[Array], allowed: Iterable[float], drifting: Iterable[bool]
+) -> tuple[int, bool]:
     """Return the number of free points, from the far end on, and whether a channel drifts along them.
 
     It is the longest stretch in which no channel has a slope, or a point off its median beyond the noise, except spikes.
-    Without one it is the longest stretch that a straight line describes. Nothing is free where the count is 0.
+    Without one it is the longest stretch that a straight line describes. So it is with a far shorter one, for noise hides a
+    short piece of a drift, if channels other than `drifting` have no slope. Nothing is free where the count is 0.
 
     Parameters
     ----------
@@ -106,20 +113,29 @@ def free_count(height: Array, channels: Iterable[Array], allowed: Iterable[float
         Amplitude, phase, ... at these heights.
     allowed
         Allowed change of each along a stretch.
+    drifting
+        Whether each changes less by forces far away than by a drift, as amplitudes do.
     """
-    least, every = fewest(len(height)), list(zip(channels, allowed, strict=True))
+    least, every = fewest(len(height)), list(zip(channels, allowed, drifting, strict=True))
     if len(height) < least:
         return 0, False
     sizes = np.unique(np.linspace(least, len(height), min(SIZES, len(height) - least + 1)).astype(int))[::-1]
-    for test in (_is_flat, _is_straight):
-        for size in sizes:
-            kept = [steady(channel[:size]) for channel, _ in every]
+
+    def longest(beyond: float, amplitude: Test, others: Test) -> int:
+        for size in sizes[sizes > beyond]:
+            kept = [steady(channel[:size]) for channel, *_ in every]
             if all(
-                inner[-LAST:].all() and test(height[:size][inner], channel[:size][inner], most)
-                for inner, (channel, most) in zip(kept, every, strict=True)
+                inner[-LAST:].all()
+                and (amplitude if slow else others)(height[:size][inner], channel[:size][inner], most)
+                for inner, (channel, most, slow) in zip(kept, every, strict=True)
             ):
-                return max(least, int((1.0 - MARGIN) * size)), test is _is_straight
-    return 0, False
+                return int(size)
+        return 0
+
+    flat = longest(0.0, _is_flat, _is_flat)
+    straight = longest(LONGER * flat, _is_straight, _is_flat if flat else _is_straight)
+    size = straight or flat
+    return max(least, int((1.0 - MARGIN) * size)) if size else 0, straight > 0
 
 
 def _is_flat(height: Array, values: Array, most: float) -> bool:

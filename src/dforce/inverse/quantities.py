@@ -18,6 +18,7 @@ MEASURED = table(
     Quantity("branch", "", "1", "1", "regime", "regime of a measured point: 1 attractive, -1 repulsive", ("point",)),
     Quantity("free", "", "1", "1", "free part", "whether a measured point belongs to the free part of its curve",
              ("point",)),
+    Quantity("spike", "", "1", "1", "spike", "whether a measured point is a spike, which a fit leaves out", ("point",)),
     Quantity("passive_margin", "", "1", "1", "margin of the passive sample", "sine of the phase minus the amplitude "
              "ratio (off resonance: minus its value without losses), in errors: below -3 the sample would add energy",
              ("point",)),

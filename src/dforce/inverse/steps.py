@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from dforce.core import units
-from dforce.core.arrays import Array, Indices
+from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError
 from dforce.inverse.free_part import FLAT, WIDE, FreeChannel, fewest, free_count, steady, steady_stretch
 from dforce.inverse.heights import WAYS
@@ -31,6 +31,7 @@ RATIOS = (
 )
 NEAR = 0.03  # of a ratio
 FAR_FORCES = "it cannot be distinguished from long-range forces"  # a drift of a short free part
+LEFT_OUT = "a fit leaves out this point"  # of a spike
 DRIFT, TURNED = 0.05, 5.0  # of the amplitude, and degrees: a larger change along a stretch is no drift
 LONG = 0.25  # of a direction: along a shorter stretch a straight line may as well be the tail of a force
 AT_RESONANCE = 90.0  # degrees
@@ -65,6 +66,18 @@ class Work:
     def channels(self) -> list[str]:
         """The quantities that were measured at each height."""
         return [name for name in UNITS if name in self.data]
+
+    @property
+    def kept(self) -> Bools:
+        """Which rows are no spikes."""
+        return np.asarray(~self.data["spike"].values)
+
+    def note_spikes(self, name: str, rows: Indices) -> None:
+        """Mark rows with a spike in a channel, if there are any, and doubt them."""
+        if len(rows):
+            self.data["spike"][rows] = True
+            told = ", ".join(units.show(float(self.data["height"][row]), "m", 5) for row in rows)
+            self.history.append(f"doubt: the {name} has a spike at {told}; {LEFT_OUT}")
 
     def rows(self, direction: str) -> Indices:
         """Return the rows of a direction, from the far end to the near one."""
@@ -101,6 +114,7 @@ def take_delay(work: Work, delay: float, speed: float | None) -> None:
 def find_free_part(work: Work) -> None:
     """Find the free part of each direction, and the noise in it."""
     height = work.values("height")
+    work.data["spike"] = ("point", np.zeros(len(height), bool))
     for word in work.directions:
         rows = work.rows(word)
         if work.given.free_part is not None:
@@ -109,7 +123,8 @@ def find_free_part(work: Work) -> None:
             count, tilted = (len(chosen), False) if len(chosen) >= 3 else (0, False)
         else:
             channels = {name: work.values(name)[rows] for name in work.channels}
-            count, tilted = free_count(height[rows], channels.values(), [_allowed(*one) for one in channels.items()])
+            allowed, drifting = [_allowed(*one) for one in channels.items()], ["amplitude" in name for name in channels]
+            count, tilted = free_count(height[rows], channels.values(), allowed, drifting)
             chosen = rows[:count]
         if not count:
             continue
@@ -119,12 +134,7 @@ def find_free_part(work: Work) -> None:
         how = ", as set" if work.given.free_part is not None else ", along a drift" if tilted else ""
         work.history.append(f"free part: {count} points of the {word}, from {units.show_range(low, high, 'm', 5)}{how}")
         for name in work.channels:
-            if spikes := chosen[~steady(work.values(name)[chosen])].tolist():
-                told = ", ".join(units.show(float(height[place]), "m", 5) for place in spikes)
-                work.history.append(
-                    f"doubt: the free {name} of the {word} has a spike at {told}, which counts neither in its mean nor in the "
-                    "noise; remove this point"
-                )
+            work.note_spikes(f"free {name} of the {word}", chosen[~steady(work.values(name)[chosen])])
     _refuse_no_free_part(work)
     every = np.concatenate([*work.free.values(), np.zeros(0, dtype=int)])
     work.data["free"] = ("point", np.isin(np.arange(len(height)), every))
@@ -200,8 +210,8 @@ def together(work: Work, name: str) -> tuple[float, float]:
         if abs(apart) > WIDE * math.hypot(parts[0][1].error, parts[1][1].error):
             error = math.hypot(error, 0.5 * apart)
             work.history.append(
-                f"drift: the free {name} of approach and retract differ by {shown(apart, None, UNITS[name])}, "
-                "and half of this is added to its error"
+                f"doubt: the free {name} drifts, by {shown(-apart, None, UNITS[name])} from approach to retract; "
+                "half of this is added to its error"
             )
     return mean, error
 

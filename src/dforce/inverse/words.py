@@ -29,7 +29,7 @@ MEANINGS = {
         "raw", "piezo", "zpiezo", "piezoz", "heightpiezo", "piezoheight", "calcramp", "ramp", "zaxis", "heightcommanded",
         "zcommand",
     )),
-    "height": Meaning("m", ("height", "z", "zc", "zposition", "heightabovesample")),
+    "height": Meaning("m", ("height", "z", "zc", "zposition", "heightabovesample", "höhe", "hauteur")),
     "amplitude": Meaning("m", (
         "amplitude", "amp", "ampl", "amplitude1", "amp1", "amplitudetone1", "lockinamplitude", "a", "a1",
     )),
@@ -58,13 +58,17 @@ ENDINGS = (
     "rad", "mrad", "Hz", "kHz", "MHz", "s", "ms", "us", "N", "nN", "pN", "%",
 )  # fmt: skip
 SPELLED = {"°": "deg", "º": "deg", "A": "angstrom", "Å": "angstrom", "arb": "", "none": "", "-": ""}
-SPELLED |= dict.fromkeys(("Deg", "DEG", "degrees", "Degree", "Degrees"), "deg")
+SPELLED |= dict.fromkeys(("Deg", "DEG", "degrees", "Degree", "Degrees", "Grad", "grad", "degrés"), "deg")
 TO_PEAK = {
     "peak": 1.0,
     "rms": math.sqrt(2.0),
     "peak-to-peak": 0.5,
 }  # factors from the kinds of amplitudes to zero to peak
 PEAK_TO_PEAK = ("peaktopeak", "pkpk", "pp")  # ends of names
+TO_ZERO = ("rms", "zerotopeak", "0peak", "0pk", "peak", "pk")
+KIND = re.compile(
+    r"[\W_]*(rms|(peak[\W_]*to[\W_]*|0[\W_]*)?peak|((pk|0)[\W_]*)?pk|p[\W_]*p)\W*$", re.IGNORECASE
+)  # of a unit
 LONGEST_HEADING = 200  # characters; a longer text is a name without a unit
 BRACKETS = re.compile(r"^(.*?)\s*(?:\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*$", re.DOTALL)
 
@@ -96,30 +100,36 @@ def split_heading(heading: str) -> tuple[str, str | None]:
     The unit is None where the heading has none.
     """
     heading = heading.strip().strip('"').strip()
-    match = BRACKETS.match(heading) if len(heading) <= LONGEST_HEADING else None
-    inside = (match[2] or match[3] or "").strip() if match else ""
-    if match and match[1] and inside:
-        unit = known_unit(inside)
-        if unit is not None:
-            return match[1].strip(), unit
+    name, inside = _in_brackets(heading)
+    if amplitude_kind(inside):  # the name keeps it: Amp (Vrms), amplitude [nm pk-pk]
+        return heading, known_unit(KIND.sub("", inside)) or None
+    if name and inside and (unit := known_unit(inside)) is not None:
+        return name, unit
     for name, sign, last in (heading.rpartition("_"), heading.rpartition(" / "), heading.rpartition("/")):
         if name and last in ENDINGS and not (sign == "/" and " " in name):  # "sensitivity nm/V" ends in one unit
             return name.strip(), known_unit(last)
     return heading, None
 
 
+def _in_brackets(heading: str) -> tuple[str, str]:
+    """Return the parts of a heading before and in its last brackets; without brackets, the heading."""
+    match = BRACKETS.match(heading) if len(heading) <= LONGEST_HEADING else None
+    return (match[1].strip(), (match[2] or match[3] or "").strip()) if match else (heading, "")
+
+
 def quantity_of(name: str, names: Mapping[str, str] | None = None) -> str | None:
     """Return the quantity that a column of this name has, by a maker's own names first; None for an unknown name."""
-    word = re.sub(rf"({'|'.join(PEAK_TO_PEAK)}|rms|zerotopeak|peak)$", "", bare(name))
+    before, inside = _in_brackets(name)
+    word = re.sub(rf"({'|'.join((*PEAK_TO_PEAK, *TO_ZERO))})$", "", bare(before if amplitude_kind(inside) else name))
     return (names or {}).get(word) or OF_A_NAME.get(word)
 
 
 def amplitude_kind(name: str) -> str | None:
-    """Return the key of :data:`TO_PEAK` that the name of an amplitude ends in, if any."""
+    """Return the key of :data:`TO_PEAK` that the name or the unit of an amplitude ends in, if any."""
     word = bare(name)
     if word.endswith(PEAK_TO_PEAK):
         return "peak-to-peak"
-    return next((kind for kind in ("rms", "peak") if word.endswith(kind)), None)
+    return next((kind for end, kind in (("rms", "rms"), ("peak", "peak"), ("pk", "peak")) if word.endswith(end)), None)
 
 
 def scale_to(unit: str, stored: str) -> float:

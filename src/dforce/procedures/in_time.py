@@ -54,12 +54,18 @@ class InTime:
         ratio: Array,
         motion: Motion | None,
     ) -> None:
-        self.problem, self.report, self.zc, self.ratio = problem, report, zc, ratio
-        self.integrator = INTEGRATORS[settings.integrator](there, settings, 0)
+        self.problem, self.settings, self.report = problem, settings, report
+        self._begin(zc, there, ratio, motion)
+
+    def _begin(self, zc: float, there: Problem, ratio: Array, motion: Motion | None) -> None:
+        self.zc, self.ratio = zc, ratio
+        self.integrator = INTEGRATORS[self.settings.integrator](there, self.settings, 0)
         self.motion = motion or initial_motion(self.integrator, "free")
 
     def at(self, zc: float) -> tuple[dict[str, Any], Status]:
         """Go to a distance (m); return the observables there and the status."""
+        if not self.motion.is_finite:  # it failed
+            self._begin(self.zc, self.problem.unlocked, np.ones(len(self.problem.tones)), None)
         steps = math.ceil(abs(zc - self.zc) / (STEP * self.problem.tones[0].A0)) + 1
         way = np.linspace(self.zc, zc, steps)[1:].tolist() or [zc]
         loops = [ToneControllers.of(tone) for tone in self.problem.tones]

@@ -18,7 +18,7 @@ from dforce.core.files import check_target, in_quotes, read_input, write_whole
 from dforce.core.quantities import AMOUNTS, NONE
 from dforce.results import hdf5
 from dforce.results.dataset import COLUMN_DIMS
-from dforce.results.provenance import FOLDER
+from dforce.results.provenance import FOLDER, folder_of_plugins
 from dforce.results.significance import is_none
 from dforce.results.store import is_store, open_store
 
@@ -139,7 +139,8 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
 
 def _at(result: xr.Dataset, path: str | os.PathLike[str]) -> xr.Dataset:
     """Return a result whose plug-ins are looked for beside its file, where their own folder does not exist here."""
-    if FOLDER in result.attrs and not Path(result.attrs[FOLDER]).is_dir():
+    folder = folder_of_plugins(result)
+    if folder is not None and not folder.is_dir():
         result.attrs[FOLDER] = str(Path(path).resolve().parent)
     return result
 

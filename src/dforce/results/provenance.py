@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import functools
 import importlib.metadata
+import os
 import platform
 from collections.abc import Sequence
 from pathlib import Path
@@ -68,7 +69,24 @@ def of_case(case: Described, text: str = "", title: str = "") -> dict[str, str]:
 def of_plugins(case: Described) -> dict[str, str]:
     """Return the hash and the folder of the plug-ins of a case, as attributes; nothing without plug-ins."""
     code = code_of(case.forces)
-    return ({PLUGINS: code} if code else {}) | ({FOLDER: str(case.folder)} if case.plugins else {})
+    return ({PLUGINS: code} if code else {}) | (
+        {FOLDER: _from_home(case.folder)} if case.plugins and case.folder else {}
+    )
+
+
+def folder_of_plugins(result: xr.Dataset) -> Path | None:
+    """Return the folder of the plug-ins of a result; None without plug-ins."""
+    return Path(_expanded(result.attrs[FOLDER])) if FOLDER in result.attrs else None
+
+
+def _expanded(folder: str) -> str:
+    return os.path.expanduser(folder)  # noqa: PTH111 - the method of Path fails for a user without a home
+
+
+def _from_home(folder: Path) -> str:
+    """Return a folder from "~" on, so that a result that is passed on does not show the name of the user."""
+    home = Path(_expanded("~")).resolve()
+    return str(Path("~", folder.relative_to(home))) if folder.is_relative_to(home) else str(folder)
 
 
 def check_plugins(case: Described, result: xr.Dataset) -> None:

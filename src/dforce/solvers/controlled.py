@@ -163,10 +163,12 @@ def follow(
                 stages[k] = stages[k] - math.expm1(-corner * period) * (read - stages[k])
                 read = stages[k]
             e, short = correct(read, period, fast)
+            if not motion.is_finite:
+                break
         mean_omega, mean_ratio = np.mean(acting, axis=0)
         measured, period = np.concatenate(parts), 2.0 * math.pi * window / mean_omega[0]
         if several:
-            read = _read(integrator, measured, loops, weights(mean_omega.tolist(), window))
+            read = _read(integrator, measured, loops, weights(mean_omega.tolist(), len(measured)))
             e, short = correct(read, period, ~fast)
         rows.append((mean_omega / (2.0 * math.pi), mean_ratio, np.abs(read), -np.angle(read)))
         change, periods = (read - before) / set_amplitude, periods + window

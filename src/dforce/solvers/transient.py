@@ -162,15 +162,14 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
 def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> Steady:
     """Settle at the integrator's distance, then measure over whole windows; the motion ends at the start of a common period."""
     problem, settings = integrator.problem, integrator.settings
-    start = motion.period
+    start, frequencies = motion.period, [tone.frequency for tone in problem.tones]
+    window = window_length(frequencies)
     if settings.settle == "fixed":
-        motion, _ = march(integrator, motion, settings.periods, check_cancelled)
+        motion, before = march(integrator, motion, settings.periods, check_cancelled, window)
         settled, drift = False, math.nan
     else:
         motion, settled, drift = settle(integrator, motion, check_cancelled)
     periods = motion.period - start
-    frequencies = [tone.frequency for tone in problem.tones]
-    window = window_length(frequencies)
     count = window * math.ceil(settings.measured_periods / window)
     lasting = not settled and motion.is_finite and common_period(frequencies) is not None
     lasting = lasting and settings.settle == "converged" and periods >= LATE * decay_periods(problem)
@@ -182,8 +181,9 @@ def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
     values |= {"settling_periods": float(periods), "drift": drift}
     motion, _ = march(integrator, motion, -motion.period % (common_period(frequencies) or 1), check_cancelled)
     repeats = _repeats(integrator, rows, frequencies)
-    if settings.settle == "fixed":
-        settled = repeats  # the only sign that the count was long enough
+    if settings.settle == "fixed":  # the same in all windows is the only sign that the count was long enough
+        alone = len(rows) == common_period(frequencies)
+        settled = repeats and not (alone and _moves(integrator, rows, before))
     return Steady(values, motion, settled, repeats)
 
 
@@ -231,6 +231,14 @@ def _means(integrator: Integrator, rows: Array, size: int) -> Array:
     c = rows[:, place] + 1j * rows[:, place + 1]
     each = weights([tone.frequency for tone in integrator.problem.tones], size)
     return np.array([each @ c[start : start + size] for start in range(0, len(c) - size + 1, size)])
+
+
+def _moves(integrator: Integrator, rows: Array, before: AnyArray) -> bool:
+    """Return whether the amplitude at the first tone in the only common period measured differs from the period before."""
+    if len(before) < len(rows):
+        return True
+    change = abs(_means(integrator, rows, len(rows))[0] - before[:, 0].mean())
+    return not change <= REPEATS * integrator.settings.settle_tolerance
 
 
 def _repeats(integrator: Integrator, rows: Array, frequencies: list[float]) -> bool:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, cast
@@ -12,7 +11,7 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
-from dforce.forces import Force
+from dforce.forces import Force, guarded
 from dforce.kernel.linker import compile_function
 
 Motion = Callable[[float], tuple[float, float]]
@@ -70,7 +69,7 @@ def follow(
     evolve = wrap(force.evolve) if force.evolve is not None else None
     run = _PathState(
         motion,
-        wrap(force.law_function()),
+        guarded(force.name, wrap(force.law_function())),
         evolve,
         wrap(force.switch) if force.switch is not None else None,
         force.values(),
@@ -88,17 +87,11 @@ def follow(
 
 def forces_at(force: Force, distance: Array, velocity: Array, zc: float | None = None) -> Array:
     """Return a force without memory at distances (m) and velocities (m/s) of one shape; NaN where it has no finite value."""
-    law, values = force.law_function(), force.values()
+    law, values = force.plain_law(), force.values()
     place = (zc,) if "zc" in force.leading() else ()
-
-    def each() -> Iterator[float]:
-        for d, rate in zip(distance.ravel().tolist(), velocity.ravel().tolist(), strict=True):
-            try:
-                yield law(d, rate, 0.0, *place, *values)
-            except (ArithmeticError, ValueError):  # as it would be compiled, or infinite
-                yield np.nan
-
-    return np.fromiter(each(), float, distance.size).reshape(distance.shape)
+    pairs = zip(distance.ravel().tolist(), velocity.ravel().tolist(), strict=True)
+    each = (law(d, rate, 0.0, *place, *values) for d, rate in pairs)
+    return np.fromiter(each, float, distance.size).reshape(distance.shape)
 
 
 @dataclass
@@ -122,10 +115,7 @@ class _PathState:
         memory = (self.memory,) if self.evolve is not None else ()
         latched = (self.latched,) if self.switch is not None else ()
         distance, rate = self.motion(t)
-        try:
-            force = self.law(distance, rate, t, *memory, *latched, *self.place, *self.arguments)
-        except (ArithmeticError, ValueError):
-            force = math.nan  # as it would be compiled, or infinite
+        force = self.law(distance, rate, t, *memory, *latched, *self.place, *self.arguments)
         found = distance, rate, force
         if self.evolve is None:  # else the memory moves on meanwhile
             self.last = t, self.latched, found

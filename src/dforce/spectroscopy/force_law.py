@@ -134,7 +134,8 @@ def _answer(force: Force, motion: Motion, times: Sequence[float], tolerance: flo
 def _there_and_back(force: Force, path: Array, speed: float, tolerance: float, zc: float | None) -> tuple[Array, float]:
     """Return a force over a straight way to the last distance of a path and back, (2, distances), and the energy it takes."""
     if force.is_of_distance_alone:
-        return np.tile(forces_at(force, path, np.full(len(path), -speed)), (2, 1)), 0.0
+        there = forces_at(force, path, np.full(len(path), -speed))
+        return np.tile(there, (2, 1)), 0.0 if np.isfinite(there).all() else math.nan
     far, near = float(path[0]), float(path[-1])
     turn = (far - near) / speed
     way = ((far - path) / speed).tolist()

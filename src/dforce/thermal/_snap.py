@@ -11,7 +11,7 @@ import numpy as np
 
 from dforce.case import Case
 from dforce.core import units
-from dforce.core.errors import ParameterError, UnitError, checked
+from dforce.core.errors import ForceError, ParameterError, UnitError, checked
 from dforce.results.dataset import describe
 from dforce.results.provenance import of_case
 
@@ -70,8 +70,8 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     found = barrier_at(problem, place)
     if found is None:
         raise ParameterError(
-            f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is in contact, or it snaps in "
-            f"without noise"
+            f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is in contact, snaps in "
+            "without noise, or pulls off any contact"
         )
     low = "The barrier is below 3 kT: Kramers' rate is only a rough value there."
     notes = [low] if found.height < LEAST_BARRIER * problem.noise.kT else []
@@ -139,15 +139,28 @@ def of_high_Q(problem: Problem) -> list[str]:
 
 
 def at_rest(problem: Problem, zc: float) -> Callable[[float], float]:
-    """Return the force (N) on a tip that does not move, at an average distance (m)."""
+    """Return the force (N) on a tip that does not move, at an average distance (m).
+
+    The function raises ForceError where a law has no finite value.
+    """
     forces = problem.forces
     for force in forces:
         if force.memory or force.switch is not None:
             raise ParameterError(
                 f"{force.name} has memory or two branches, so the energy is not a function of distance"
             )
-    laws = [(force.law_function(), (zc,) if "zc" in force.leading() else (), force.values()) for force in forces]
-    return lambda d: sum(float(law(d, 0.0, 0.0, *place, *values)) for law, place, values in laws)
+    laws = [(force.plain_law(), (zc,) if "zc" in force.leading() else (), force.values()) for force in forces]
+
+    def total(d: float) -> float:
+        found = sum(law(d, 0.0, 0.0, *place, *values) for law, place, values in laws)
+        if not math.isfinite(found):
+            names = ", ".join(force.name for force in forces)
+            raise ForceError(
+                f"the law of {names} gives no finite number at d = {units.show(d, 'm', 3)}; make it finite there"
+            )
+        return found
+
+    return total
 
 
 def _falls(mode: ModeNumbers, crest: float) -> float:

@@ -36,7 +36,7 @@ PIECES: tuple[Callable[[Evidence], Advice | None], ...] = (
 
 # the balances of a steady motion, which under thermal motion hold only on long means
 BALANCES = (sampling.sampling, sampling.step_error, sampling.energy_gained)
-FORCES_ALONE = (*inputs.PIECES, *contact.PIECES, *long_range.PIECES)  # the advice on a force curve
+FORCES_ALONE = (*inputs.PIECES, *laws.PIECES, *contact.PIECES, *long_range.PIECES)  # the advice on a force curve
 THERMAL_SPECTRUM = inputs.PIECES  # of a free lever, without drive and sample
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TEXT, PIECES = "advice", "advice_pieces"  # attributes of a result: sentences for a reader, JSON for a program
+JOINED = ", as in joined results of several cases. Pass the result of each case by itself."  # ends a text
 
 
 @dataclass(frozen=True)

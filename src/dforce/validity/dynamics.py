@@ -262,14 +262,12 @@ def _static_snap_in(forces: tuple[Force, ...], a0: float, k: float) -> float | N
 
     It rests where k (d - zc) = F(d); coming nearer, it snaps in where zc stops falling with d.
     """
-    laws = [(force.law_function(), force.values()) for force in forces if force.leading() == ("d", "rate", "t")]
+    laws = [(force.plain_law(), force.values()) for force in forces if force.leading() == ("d", "rate", "t")]
     ratio, d, last = (a0 / FARTHEST) ** (1.0 / STEPS), FARTHEST, math.inf
     for _ in range(STEPS):
-        try:
-            pull = sum(law(d, 0.0, 0.0, *values) for law, values in laws)
-        except (ArithmeticError, ValueError):
+        zc = d - sum(law(d, 0.0, 0.0, *values) for law, values in laws) / k
+        if math.isnan(zc):
             return None  # a law without a value there
-        zc = d - pull / k
         if zc > last:
             return last
         d, last = d * ratio, zc

@@ -12,7 +12,7 @@ from dforce.forces.adhesion_hysteresis import AdhesionHysteresis
 from dforce.observables.misfit import GROSS, MEASURED, OF_MODES, misfit
 from dforce.results.status import Status, repeats
 from dforce.solvers.integrator import sample_count
-from dforce.validity._advice import Advice, percent, shown
+from dforce.validity._advice import JOINED, Advice, percent, shown
 from dforce.validity._evidence import Evidence
 from dforce.validity.laws import force_at
 
@@ -22,6 +22,10 @@ GAINED = 0.05  # of the energy that the drive can give in a period
 BEYOND = 1.5  # of the amplitude F Q / k at resonance; in a frequency sweep the drive differs a little from the case's
 SWINGS = 12  # samples in an oscillation of the tip held by the contact; RK4 turns its phase by 2e-3 a bounce then
 ENOUGH = 24  # the same where nothing is left to be seen
+TOO_STEEP = (
+    ". The force changes too steeply for the samples, so forces, energies and perhaps the state itself are wrong. "
+    "Raise solver.points_per_period until this advice is gone."
+)
 MOST_ASKED = 65_536  # the largest solver.points_per_period
 CLEVELAND = "conservation of energy: J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613 (1998)"
 
@@ -42,13 +46,13 @@ def sampling(seen: Evidence) -> Advice | None:
     error = float(np.abs(force - k * deflection).max()) - 10.0 * left * k * seen.problem.tones[0].A0
     if error <= CLOSURE * scale:
         return None
+    why = JOINED if _is_of_another_case(_misfits(seen)) else TOO_STEEP
     return Advice(
         "sampling",
         error / scale,
         CLOSURE,
         f"The mean force and k times the mean deflection differ by {percent(error / scale)}, but are equal in a steady "
-        "motion. The force changes too steeply for the samples, so forces, energies and perhaps the state itself are wrong. "
-        "Raise solver.points_per_period until this advice is gone.",
+        f"motion{why}",
         "the mean of the equation of motion over a period: <F> = k <z>",
         ("solver.points_per_period",),
     )
@@ -70,11 +74,8 @@ def step_error(seen: Evidence) -> Advice | None:
         f"{math.degrees(found):.2g}° and energies by {percent(found)} of the largest energy from the drive; forces and the "
         "mean deflection may be off by more. Raise solver.points_per_period until this advice is gone."
     )
-    if found > GROSS:  # a run gives such a motion no numbers
-        text = (
-            f"The motions miss the tip equation of the case by {percent(found)} of the drive, as in joined results of several "
-            "cases. Pass the result of each case by itself."
-        )
+    if _is_of_another_case(off):
+        text = f"The motions miss the tip equation of the case by {percent(found)} of the drive{JOINED}"
     return Advice(
         "step_error",
         found,
@@ -83,6 +84,10 @@ def step_error(seen: Evidence) -> Advice | None:
         "the tip equation over a period, component by component",
         ("solver.points_per_period",),
     )
+
+
+def _is_of_another_case(off: Array | None) -> bool:
+    return off is not None and off.max(initial=0.0) > GROSS  # a run gives such a motion no numbers
 
 
 def _misfits(seen: Evidence) -> Array | None:

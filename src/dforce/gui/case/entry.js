@@ -74,6 +74,7 @@ export default {
     },
   },
   beforeUnmount() {
+    clearTimeout(this.settling);
     clearTimeout(this.timer); // the server knows this field no more
   },
   methods: {
@@ -99,8 +100,13 @@ export default {
     left() {
       this.focused = false;
       this.flush();
-      setTimeout(() => {
-        if (!this.focused && !this.error) this.draft = this.now.text;
+      this.settle();
+    },
+    settle() {
+      clearTimeout(this.settling);
+      this.settling = setTimeout(() => {
+        if (dforceUnsent.all()[this.path]) this.settle(); // the server has not read this input yet
+        else if (!this.focused && !this.error) this.draft = this.now.text;
       }, 400);
     },
     pretty(unit) {

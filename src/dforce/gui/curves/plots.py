@@ -244,11 +244,6 @@ class Plots:
         looks = {"df-over": over, "df-tall": tall}
         self.stage.classes(replace=" ".join(["df-stage", *(name for name, there in looks.items() if there)]))
 
-    def end(self) -> None:
-        """Stop safe settings and reconstruction: this page alone shows them."""
-        self.measured.stop_safe()
-        self.reconstruction.stop()
-
     def show_measured(self) -> None:
         """Show a measured curve that has just come: its panel, and amplitude and phase against the distance."""
         self.measured.open()

@@ -97,7 +97,8 @@ class SetPoint(Panel):
     def _why(self, layers: Sequence[Layer]) -> str:
         """Return why there is no row."""
         most = max(float(np.nanmax(layer.result["amplitude_ratio"].values, initial=0.0)) for layer in layers)
-        return TOO_NEAR if most < self.view.document.set_point else NO_STATE
+        near = all("zc" in layer.result.dims for layer in layers) and 0.0 < most < self.view.document.set_point
+        return TOO_NEAR if near else NO_STATE
 
     def _changed(self, event: GenericEventArguments) -> None:
         share = float(event.args) / 100.0

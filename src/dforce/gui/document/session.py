@@ -371,8 +371,8 @@ class Session:
 
     def idle(self, seconds: float) -> bool:
         """Return whether no page has shown the session for so long and nothing runs."""
-        jobs = (job for job in (self.job, self.fitting, self.study.job) if job is not None)
-        busy = bool(self.views) or self.saving.waits or any(job.busy for job in jobs)
+        jobs = (self.job, self.fitting, self.study.job, self.measured.safe, self.measured.force)
+        busy = bool(self.views) or self.saving.waits or any(job is not None and job.busy for job in jobs)
         if busy:
             self._seen = time.monotonic()
         return time.monotonic() - self._seen > seconds
@@ -381,6 +381,7 @@ class Session:
         """Stop the run and keep the document; the server ends."""
         self.stop()
         self.stop_fit()
+        self.measured.stop()
         self.study.stop()
         self.saving.end()
 

@@ -9,6 +9,7 @@ import re
 import tempfile
 import threading
 import tomllib
+import unicodedata
 import weakref
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from pathlib import Path
@@ -356,4 +357,5 @@ def written(write: Callable[[Path], object], ending: str) -> bytes:
 
 def stem(title: str) -> str:
     """Return a file's name, without its ending, that every system takes."""
-    return re.sub(r"[^A-Za-z0-9]+", "-", title)[:60].strip("-").lower() or "dforce"
+    plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode()  # a letter without its accents
+    return re.sub(r"[^A-Za-z0-9]+", "-", plain)[:60].strip("-").lower() or "dforce"

@@ -258,8 +258,17 @@ def taken_over(document: Document, fit: xr.Dataset) -> Document:
     ):
         path = _path(document, str(name))
         if path and seen:
-            document = document.put(path, show(float(value), str(unit), DIGITS) if str(unit) != "1" else float(value))
+            rounded = float(f"{value:.{DIGITS}g}")
+            document = document.put(path, show(rounded, str(unit), DIGITS) if str(unit) != "1" else rounded)
     return document
+
+
+def refused(job: Job | None, document: Document) -> str:
+    """Return why the fit of a document failed; empty where it did not, and once the document has changed."""
+    if job is None or job.document is None or job.state != "failed":
+        return ""
+    same = job.is_of(document) and job.document.value(("fit",)) == document.value(("fit",))
+    return job.error if same else ""
 
 
 def offsets(fit: xr.Dataset) -> tuple[float | None, float]:

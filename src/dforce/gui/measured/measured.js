@@ -4,7 +4,7 @@ export default {
     <aside class="df-motion df-measured" aria-label="measured curve">
       <div class="df-motion-head"><h2>{{ name }}</h2>
         <template v-if="ready">
-          <span class="df-text" role="status">{{ missingStep || words }}</span>
+          <span class="df-text" role="status">{{ missingStep || words || (failed && "Nothing was fitted.") }}</span>
           <progress v-if="busy" max="1" :value="share || undefined" aria-label="progress of the fit"></progress>
           <button v-if="!busy" type="button" class="df-plain df-main-button" @click="$emit('fit')" :disabled="!!missingStep"
                   :aria-describedby="unconfirmed ? 'df-unconfirmed' : undefined">Fit</button>
@@ -13,6 +13,7 @@ export default {
       <div><p v-if="wrong" class="df-motion-note wrong" role="alert">{{ wrong }}</p>
       <ul class="df-facts"><li v-for="fact in facts" :key="fact">{{ fact }}</li></ul>
       <p v-if="hint" class="df-motion-note">{{ hint }}</p>
+      <p v-for="doubt in doubts" :key="doubt" class="df-motion-note">{{ whole(doubt) }}</p>
       <label v-if="ready" class="df-shift"><span>Heights are shifted by
           <input class="df-box number" type="number" step="0.01" :value="at" aria-label="shift of the heights in nm"
                  @change="shift($event.target)" /> nm</span>
@@ -62,7 +63,7 @@ export default {
               <input class="df-box number df-limit" v-model="wanted" maxlength="40" aria-label="largest peak force" /></label>
             <button v-if="!finding" type="button" class="df-plain" @click="$emit('safe', wanted)">Find safe settings</button>
             <button v-else type="button" class="df-plain" @click="$emit('unsafe')">Stop</button>
-            <progress v-if="finding" aria-label="progress of the safe settings"></progress></div>
+            <progress v-if="finding" max="1" :value="found || undefined" aria-label="progress of the safe settings"></progress></div>
           <p v-if="unsafe" class="df-motion-note wrong" role="alert">{{ unsafe }}</p>
           <ul v-if="findings.length" class="df-facts df-findings" role="status"><li v-for="one in findings" :key="one">{{ whole(one) }}</li></ul></div>
       </template>
@@ -72,7 +73,7 @@ export default {
     low: { default: -5 }, high: { default: 5 }, at: { default: 0 }, match: { default: "" }, history: { default: () => [] },
     lever: { default: "" }, unconfirmed: { default: "" }, levers: { default: () => [] }, typed: { default: () => [] },
     missing: { default: "" }, findings: { default: () => [] }, finding: Boolean, unsafe: { default: "" }, limit: { default: "" },
-    set_point: { default: "" },
+    set_point: { default: "" }, found: { default: 0 }, doubts: { default: () => [] },
     free: { default: () => [] }, busy: Boolean, share: { default: 0 }, words: { default: "" }, failed: { default: "" },
     report: { default: "" }, stale: Boolean, notes: { default: () => [] }, summary: { default: "" }, answers: { default: () => [] }, others: { default: () => [] },
   },

@@ -22,6 +22,7 @@ from dforce.gui.measured import fitting, overlay
 from dforce.gui.measured.fitting import LIMIT, SafeJob
 from dforce.gui.window.dialogs import as_sentence, say, telling
 from dforce.gui.window.view import View
+from dforce.inverse.checks import doubts
 from dforce.validity import advice_in
 
 if TYPE_CHECKING:
@@ -47,15 +48,11 @@ class MeasuredCurve(Panel):
 
     title = "Fit"
 
-    def __init__(self, view: View) -> None:
-        super().__init__(view)
-        self.safe: SafeJob | None = None
-
     @property
     def label(self) -> str:
         """The title, with the reduced chi2 of a fit."""
         fit = self.view.session.measured.fit if self.view.document.measured is not None else None
-        if fit is None or not fit.attrs["degrees_of_freedom"]:
+        if fit is None or not fit.attrs["degrees_of_freedom"] or not fitting.is_of(fit, self.view.document):
             return self.title
         reduced = fit.attrs["chi2"] / fit.attrs["degrees_of_freedom"]
         return f"{self.title} (χ²/ν {reduced:.2g})" if reduced < 99.5 else f"{self.title} (χ²/ν {reduced:.0f})"
@@ -111,6 +108,7 @@ class MeasuredCurve(Panel):
             reach = max(3.0, 2.0 * abs(measured.shift) / NM)
             shown |= {"at": round(measured.shift / NM, 3), "low": -round(reach), "high": round(reach)}
             shown |= {"history": [str(line) for line in curve.attrs.get("history", [])]}
+            shown |= {"doubts": [as_sentence(in_words(self.view.document, text)) for text in doubts(curve.attrs)]}
         self.element.show(**shown, **self._of_fit())
 
     def _hint(self) -> str:
@@ -127,14 +125,14 @@ class MeasuredCurve(Panel):
         document, session = self.view.document, self.view.session
         job, fit = session.fitting, session.measured.fit
         rows, chosen = fitting.rows(document), fitting.free_paths(document)
-        failed = "" if job is None or job.state != "failed" else job.error
+        failed = fitting.refused(job, document)
         shown = dict[str, Any](report="", stale=False, notes=[], summary="", others=[], answers=[])
         shown |= {"free": [row.label for row in rows if row.path in chosen]}
         values = fitting.lever_of(document)
         shown |= {"lever": fitting.lever_in_words(values), "unconfirmed": fitting.unconfirmed(document, values)}
         missing = "" if values else as_sentence(in_words(document, fitting.why_no_lever(document)))
         shown |= {"typed": fitting.typed_lever(document), "levers": list(df.cantilevers()), "missing": missing}
-        shown |= {"failed": as_sentence(in_words(document, failed)) if failed else ""}
+        shown |= {"failed": with_labels(document, as_sentence(failed)) if failed else ""}
         busy = job is not None and job.busy
         shown |= {
             "busy": busy,
@@ -154,6 +152,7 @@ class MeasuredCurve(Panel):
         shown |= {
             "findings": [] if safe is None else safe.sentences(),
             "finding": safe is not None and safe.busy,
+            "found": 0.0 if safe is None else safe.share,
             "unsafe": as_sentence(safe.error) if safe is not None and safe.error else "",
             "limit": LIMIT if safe is None else safe.limit,
             "set_point": f"{100.0 * document.set_point:.3g} %",
@@ -199,19 +198,22 @@ class MeasuredCurve(Panel):
             case = session.limits.check(df.Case.from_toml(str(fit.attrs["case"])))
             limit, share = composed(str(event.args)[: fitting.LONGEST], "nN"), document.set_point
             self.stop_safe()  # the values of an earlier fit
-            self.safe = SafeJob(case, session.limits.seconds, document, limit=limit, share=share, fit=fit)
-            await self.safe.go(self.show)
+            job = session.measured.safe = SafeJob(
+                case, session.limits.seconds, document, limit=limit, share=share, fit=fit
+            )
+            await job.go(session.look_at_jobs)
 
     def _safe_for(self, document: Document) -> SafeJob | None:
         """Return the safe settings for the fit of a document; None where none were asked for."""
-        measured = self.safe.document.measured if self.safe is not None and self.safe.document is not None else None
+        safe = self.view.session.measured.safe
+        measured = safe.document.measured if safe is not None and safe.document is not None else None
         same = measured is not None and document.measured is not None and measured.fit == document.measured.fit
-        return self.safe if same else None
+        return safe if same else None
 
     def stop_safe(self) -> None:
         """Stop the computation of safe settings."""
-        if self.safe is not None:
-            self.safe.stopping.set()
+        if (safe := self.view.session.measured.safe) is not None:
+            safe.stopping.set()
 
     def _report(self) -> None:
         fit = self.view.session.measured.fit
@@ -279,7 +281,7 @@ class FitAtFields:
             self.foreseen.ask(document, session.measured.curve)
         foreseen = {path_of(document, name): text for name, text in self.foreseen.sentences.items()}
         chosen, fit, job = fitting.free_paths(document), session.measured.fit, session.fitting
-        failed = job.error if job is not None and job.state == "failed" else ""
+        failed = fitting.refused(job, document)
         stale = fit is not None and not fitting.is_of(fit, document)
         for path in self.placed.keys() & rows.keys():
             row = rows[path]
@@ -364,8 +366,7 @@ def _summary(fit: xr.Dataset) -> str:
     """Return how good a fit is."""
     text = df.chi2_in_words(fit)
     lost = int(fit.attrs["lost_points"])
-    stopped = " The fit was stopped: these are the best values so far." if fit.attrs.get("interrupted") else ""
-    return f"{text}{f' {lost} points are lost.' if lost else ''}{stopped}"
+    return f"{text}{f' {lost} points are lost.' if lost else ''}"
 
 
 def prior_of(document: Document, row: ParameterRow) -> tuple[str, object]:

@@ -21,6 +21,7 @@ from dforce.gui.window.dialogs import LONGEST, Field, choice, dialog, text
 from dforce.inverse.fitting.load import known_settings
 from dforce.inverse.heads import SPECTRUM, FileHead, HeadColumn, head_of
 from dforce.inverse.readers import tables_in
+from dforce.inverse.words import MEANINGS, is_of
 from dforce.results import hdf5
 from dforce.results.files import is_sealed
 
@@ -279,7 +280,7 @@ def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Fie
         columns.append(
             {
                 "name": one.name,
-                "unit": one.unit or "",
+                "unit": _unit(one, role),
                 "typed": str(units.get(role) or UNITS.get(role, "nm")),
                 "role": role,
                 "sure": one.sure and role == one.quantity,
@@ -299,6 +300,15 @@ def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Fie
         "sensitivity": str(read.get("sensitivity") or ""),
         "more": [{**field, "value": _answered(settings, place) or field["value"]} for place, field in more.items()],
     }
+
+
+def _unit(column: HeadColumn, role: str) -> str:
+    """Return the unit in a column's heading; empty where it has none, or the unit of something else, which a person types."""
+    stored = MEANINGS[role].unit if role in NEEDED else ""
+    fits = (
+        not column.unit or not stored or is_of(column.unit, stored) or (role == "amplitude" and is_of(column.unit, "V"))
+    )
+    return (column.unit or "") if fits else ""
 
 
 def _answered(settings: Mapping[str, Any], place: Place) -> str:
@@ -330,7 +340,7 @@ def with_choices(
             continue
         if not (one.sure and role == one.quantity):
             found.setdefault("columns", {})[role] = head.name_of(one)
-        if not one.unit and role in NEEDED and str(unit).strip():
+        if not _unit(one, role) and role in NEEDED and str(unit).strip():
             found.setdefault("units", {})[role] = str(unit).strip()[:LONGEST]
     places: list[Place] = [CONVENTION, *more]
     answers = [str(answer["convention"]), *map(str, answer["more"])]

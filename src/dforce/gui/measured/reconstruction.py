@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,9 +12,9 @@ from dforce.gui.case.entry import QuietElement
 from dforce.gui.curves.chart import Chart, packed, title, unit_of
 from dforce.gui.curves.figures import MARGIN, Drawn, Figure
 from dforce.gui.curves.panel import Panel, Scene
-from dforce.gui.document.compute import Job
 from dforce.gui.document.document import Document
 from dforce.gui.measured import fitting
+from dforce.gui.measured.session import ReconstructJob
 from dforce.gui.window.dialogs import as_sentence, telling
 from dforce.gui.window.view import View
 from dforce.results.measured import moved
@@ -112,19 +111,6 @@ UNCONFIRMED = "Confirm lever and tip on the tab Fit: the force is proportional t
 NO_GAP = "No gap: the force is known over the whole range."
 
 
-@dataclass
-class ReconstructJob(Job):
-    """A running reconstruction, of a curve whose heights are average distances."""
-
-    curve: xr.Dataset | None = None
-
-    def compute(self) -> xr.Dataset:
-        """Reconstruct the force."""
-        if self.curve is None:
-            raise df.ParameterError("there is no measured curve")
-        return df.reconstruct(self.curve, self.case, progress=self._watch)
-
-
 class ReconstructionShown(QuietElement, component="reconstructing.js"):
     """The content of the tab, around its chart."""
 
@@ -136,9 +122,12 @@ class Reconstruction(Panel):
 
     def __init__(self, view: View) -> None:
         super().__init__(view)
-        self.job: ReconstructJob | None = None
-        self.holds_for = ""
-        self._of: object = None  # of which curve and lever the result is
+        self._drawn: xr.Dataset | None = None
+
+    @property
+    def job(self) -> ReconstructJob | None:
+        """The session's reconstruction."""
+        return self.view.session.measured.force
 
     def suits(self, scene: Scene) -> bool:
         """Return whether there is a measured curve."""
@@ -168,12 +157,13 @@ class Reconstruction(Panel):
             share=job.share if job is not None else 0.0,
             failed=as_sentence(job.error) if job is not None and job.error else "",
             done=result is not None,
-            stale=result is not None and self._of != _input(document),
-            holds_for=self.holds_for,
+            stale=job is not None and result is not None and job.of != _input(document),
+            holds_for="" if job is None else job.holds_for,
             gaps=[] if result is None else [as_sentence(line) for line in notes_of(result)],
         )
-        if scene is not None:  # the chart was hidden, perhaps before it was drawn
-            self._draw()
+        if result is not None and (scene is not None or result is not self._drawn):  # the chart may have been hidden
+            self._drawn = result
+            background_tasks.create(self.chart.draw(figure_of(result).figure))
 
     async def start(self) -> None:
         """Reconstruct the force of the curve at the shift that is typed, for the lever that was confirmed."""
@@ -187,11 +177,14 @@ class Reconstruction(Panel):
             if why := fitting.unconfirmed(document, values):
                 raise df.ParameterError(why)
             exact = {name: value for name, value in values.items() if name[0] in "kQ"}  # the force scales with k / Q
-            self._of, self.holds_for = _input(document), f"for {fitting.lever_in_words(exact)}"
-            shifted = moved(curve, measured.shift, measured.turn)
-            self.job = ReconstructJob(case, session.limits.seconds, curve=shifted)
-            await self.job.go(self.show)
-            self._draw()
+            job = session.measured.force = ReconstructJob(
+                case,
+                session.limits.seconds,
+                curve=moved(curve, measured.shift, measured.turn),
+                of=_input(document),
+                holds_for=f"for {fitting.lever_in_words(exact)}",
+            )
+            await job.go(session.look_at_jobs)
 
     def stop(self) -> None:
         """Stop the running reconstruction."""
@@ -204,10 +197,6 @@ class Reconstruction(Panel):
             with telling("the force could not be kept"):
                 title = f"Force behind {self.job.result.attrs.get('source', 'the curve')}"
                 await self.view.session.keep(self.job.result.assign_attrs(title=title), shown=False)
-
-    def _draw(self) -> None:
-        if self.job is not None and self.job.result is not None:
-            background_tasks.create(self.chart.draw(figure_of(self.job.result).figure))
 
 
 def _input(document: Document) -> object:

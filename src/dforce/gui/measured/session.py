@@ -21,6 +21,8 @@ from dforce.results.provenance import provenance
 if TYPE_CHECKING:
     import xarray as xr
 
+    from dforce.gui.measured.fitting import SafeJob
+
 INSTRUMENT = ("cantilever", "drive", "medium", "readout")  # sections that a calibration depends on
 
 
@@ -40,6 +42,8 @@ class MeasuredSession:
         Its last fit.
     wrong
         Why there is no curve although the document names one.
+    safe, force
+        The last safe settings, and the last reconstruction; both go on, and stay, when a page is loaded anew.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -47,8 +51,16 @@ class MeasuredSession:
         self.curve: xr.Dataset | None = None
         self.fit: xr.Dataset | None = None
         self.wrong = ""
+        self.safe: SafeJob | None = None
+        self.force: ReconstructJob | None = None
         self._loaded: Any = None
         self._loading = asyncio.Lock()
+
+    def stop(self) -> None:
+        """Stop the safe settings and the reconstruction."""
+        for job in (self.safe, self.force):
+            if job is not None:
+                job.stopping.set()
 
     async def load(self, document: Document) -> xr.Dataset | None:
         """Have the document's curve and fit in memory, calibrated for its instrument, and return the curve."""
@@ -135,6 +147,21 @@ class FitJob(Job):
         if self.state == "stopped" and not self.error:
             return "stopped"
         return super().words() if self.state == "queued" else ""
+
+
+@dataclass
+class ReconstructJob(Job):
+    """A running reconstruction, of a curve whose heights are average distances."""
+
+    curve: xr.Dataset | None = None
+    of: object = None  # of which curve and lever it is
+    holds_for: str = ""
+
+    def compute(self) -> xr.Dataset:
+        """Reconstruct the force."""
+        if self.curve is None:
+            raise df.ParameterError("there is no measured curve")
+        return df.reconstruct(self.curve, self.case, progress=self._watch)
 
 
 def curve_in(fit: xr.Dataset) -> tuple[xr.Dataset, str, dict[str, Any]]:

@@ -101,7 +101,7 @@ export default {
     send() {
       if (this.missing) return;
       this.$emit("read", {
-        roles: this.roles, units: this.units, grows: this.sign, convention: this.turn, amplitude: this.kind,
+        roles: this.roles, units: this.units.map((unit, n) => (this.columns[n].unit ? "" : unit)), grows: this.sign, convention: this.turn, amplitude: this.kind,
         sensitivity: this.volts ? this.volt : "", more: this.values,
       });
     },

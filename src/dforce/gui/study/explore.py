@@ -66,7 +66,8 @@ def quantities(result: xr.Dataset) -> list[str]:
     """Return the quantities that can be looked at, the most useful first."""
     kinds = {name: variable.dtype.kind for name, variable in result.variables.items()}
     numbers = [str(name) for name in (*result.data_vars, "zc") if kinds.get(name) == "f" and name not in result.dims]
-    words = [name for name in WORDS if name in result.variables]
+    without = {"limit_hit"} if result.attrs.get("limits") == "" else set()  # of a plan
+    words = [name for name in WORDS if name in result.variables and name not in without]
     names = [name for name in dict.fromkeys([*FIRST, *words, *numbers]) if name in (*numbers, *words)]
     fewest = dict.fromkeys(words, 2)  # words are drawn as colors of a map, numbers as lines as well
     return [name for name in names if name not in LEFT_OUT and len(axes_of(result, name)) >= fewest.get(name, 1)]

@@ -177,6 +177,8 @@ def _marks(result: xr.Dataset, choice: Choice) -> list[Figure]:
     """Return the points that a plan names, if they lie in the shown part."""
     found = []
     for name, words, symbol, size in MARKS:
+        if name == "recommended" and result.attrs.get("limits") == "":  # room between limits
+            continue
         if name not in result or not {choice.x, choice.y} <= set(map(str, result[name].dims)):
             continue
         mark = result[name].any("state") if "state" in result[name].dims else result[name]

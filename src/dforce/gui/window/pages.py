@@ -177,7 +177,6 @@ class Page:
         client.on_connect(self.address.begin)
         client.on_delete(self.view.end)
         client.on_delete(self.address.end)
-        client.on_delete(self.plots.end)
         ui.on("left", _leave)
 
     async def _take_unsent(self) -> None:

@@ -16,7 +16,7 @@ from dforce.inverse.fitting.certainty import NOT_TOLD, TOGETHER, known_products
 from dforce.inverse.fitting.independence import neighbors
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import limits
-from dforce.inverse.steps import FAR_FORCES
+from dforce.inverse.steps import FAR_FORCES, LEFT_OUT
 from dforce.solvers.stability import UNSTABLE, stability
 from dforce.validity import Advice
 
@@ -52,8 +52,8 @@ def advice_on(found: Fitted, independence: float) -> list[Advice]:
 
 
 def _doubts(found: Fitted) -> Iterator[Advice]:
-    # the model has the forces that reach far, and the offset is fitted
-    told = [text for text in doubts(found.model.data.attrs) if not text.endswith(FAR_FORCES)]
+    # the model has the forces that reach far, the offset is fitted, and spikes are left out
+    told = [text for text in doubts(found.model.data.attrs) if not text.endswith((FAR_FORCES, LEFT_OUT))]
     if told:
         text = f"doubts about the measured curve: {'; '.join(told)}."
         yield Advice("doubted_data", float(len(told)), 0.0, text, SPEC, ())

@@ -26,9 +26,10 @@ ATTRACTED = 4.0  # errors by which a phase of attraction is above that, at least
 def branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tuple[Any, Any, Any]:
     """Return the branch of each point, which points are beside a jump, and which are spikes.
 
-    Where the data name the branch of each point, no spike is sought.
+    Where the data name the branch of each point, no other spike is sought than those of the calibration.
     """
-    height, spikes = found.height, np.zeros(len(found.height), bool)
+    height = found.height
+    spikes = data["spike"].values.astype(bool) if "spike" in data else np.zeros(len(height), bool)
     if "branch" in data.variables:
         branch = np.where(np.asarray(data["branch"].values, dtype=float) < 0.0, BEHIND_JUMP, FROM_FREE)
         return branch, _beside_known_jump(height, branch, margin or 0), spikes
@@ -38,6 +39,7 @@ def branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tup
     for way in dict.fromkeys(ways.tolist()) if ways is not None else [None]:
         chosen = np.flatnonzero(ways == way) if way is not None else np.arange(len(height))
         order = chosen[np.argsort(-height[chosen], kind="stable")]  # from far to near
+        order = order[~spikes[order]]
         spikes[order] = _spikes(found, order)
         order = order[~spikes[order]]
         walks.append(_Walk(str(way), order, _jumps(found, order)))

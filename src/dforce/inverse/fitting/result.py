@@ -22,6 +22,7 @@ from dforce.inverse.fitting.certainty import known_products
 from dforce.inverse.fitting.curves import wrapped
 from dforce.inverse.fitting.fitted import Fitted
 from dforce.inverse.fitting.independence import independence
+from dforce.inverse.fitting.points import SPIKE
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
 from dforce.inverse.quantities import FITS
@@ -283,6 +284,8 @@ def data_of(result: xr.Dataset) -> xr.Dataset:
 
     known = ("height",) if result.attrs.get("branches_found") else ("height", "branch")
     columns = {name: ("point", result[name].values) for name in known}
+    if "left_out" in result:  # not in a file of an older version
+        columns["spike"] = ("point", result["left_out"].values == SPIKE)
     for tone, ending in enumerate(("", "_2")[: result.sizes["tone"]]):
         for name in ("amplitude", "phase"):
             columns[f"{name}{ending}"] = ("point", result[name].values[:, tone])

@@ -271,7 +271,8 @@ def _with_units(cells: list[str], above: Sequence[TextLine], style: Style) -> li
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    return all(known_unit(cell.strip("[]()")) is not None for cell in cells)
+    insides = (cell.strip("[]()") for cell in cells)
+    return all(known_unit(inside) is not None or split_heading(f"of [{inside}]")[1] for inside in insides)
 
 
 def _columns(headings: Sequence[str], lines: Sequence[TextLine], rows: Sequence[int], style: Style) -> MeasuredTable:

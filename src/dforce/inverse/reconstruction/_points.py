@@ -16,6 +16,7 @@ from dforce.inverse.reconstruction._path import HARMONICS, Motions
 from dforce.observables.misfit import GROSS
 from dforce.results.status import check_computed, repeats
 from dforce.validity import Evidence
+from dforce.validity.laws import other_forces
 from dforce.validity.sampling import step_error
 
 if TYPE_CHECKING:
@@ -211,7 +212,8 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
         walk, group = data.rename(point="place"), data["branch"].values
     else:
         raise ParameterError("this result is not a single curve over the distance; choose one with .isel or .sel")
-    if (off := step_error(Evidence(case, data))) is not None and off.found > GROSS:
+    seen = Evidence(case, data)
+    if ((off := step_error(seen)) is not None and off.found > GROSS) or (off := other_forces(seen)) is not None:
         raise ParameterError(f"this result has points of another case. {off.text}")
     walk = walk.transpose("place", ...)
     good = repeats(walk["status"].values)
