@@ -93,7 +93,7 @@ def other_forces(seen: Evidence) -> Advice | None:
     there = _total(seen, near)
     off = np.maximum(there - high, low - there)
     if all(force.is_of_distance_alone for force in forces):
-        most = np.maximum(there, _total(seen, near + AWAY))
+        most = np.maximum(there, _total(seen, np.max(near, initial=0.0, keepdims=True) + AWAY))
         for i in np.flatnonzero(high - most > limit):
             way = near[i] + np.geomspace(1e-4 * seen.problem.a0, AWAY, PLACES)
             off[i] = max(off[i], high[i] - _total(seen, way).max())
