@@ -20,7 +20,7 @@ NO_RESULT = "this dataset is no result of a known kind, and no force curve; it h
 
 LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
 OF_MOTIONS = frozenset(
-    (*AXES, *COLUMN_DIMS, *LISTS, "crossing", "distance")
+    (*AXES, *COLUMN_DIMS, *LISTS, "crossing", "distance", "loop_time")
 )  # dimensions besides the parameters of a sweep
 # dimensions along which a result has at least one value
 NEEDED = ("zc", "frequency", "point", "distance", "direction", "tone", "mode", "component")
