@@ -59,14 +59,9 @@ def test_a_visit_leaves_next_to_nothing_in_the_server(server: Server) -> None:
 
 @pytest.mark.slow
 def test_new_pages_are_in_the_memory_of_closed_pages(server: Server) -> None:
-    async def come(count: int) -> None:
-        for number in range(count):
-            async with person_at(server, number):
-                pass
-
     memory = []
     for _ in range(4):
-        asyncio.run(come(CLOSED))
+        asyncio.run(visits(server, CLOSED))  # of the same curves in each round
         time.sleep(AFTERWARDS)
         memory.append(server.memory or 0.0)
     assert memory[-1] < memory[0] + CLOSED * PAGE
