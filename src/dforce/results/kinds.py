@@ -183,6 +183,11 @@ def check_shape(result: xr.Dataset) -> None:
     """
     mapped = [path.split(".")[-1] for over in MAPS & result.attrs.keys() for path in str(result.attrs[over]).split()]
     for dim in (dim for dim in (*NEEDED, *swept(result), *mapped) if result.sizes.get(dim) == 0):
+        if dim == "point" and "searched" in result.coords:
+            raise ParameterError(
+                "these branches have no points: their range has no state, or a selection left none; start experiment.zc "
+                "farther from the sample"
+            )
         order = " and zc goes from far to near" if dim == "zc" else ""
         raise ParameterError(
             f"this result has no value along {dim} left: a slice in .sel starts at the value that comes first{order}"
