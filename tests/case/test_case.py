@@ -148,6 +148,8 @@ def test_a_mode_given_in_a_list_may_stand_without_its_number_when_it_is_alone():
         (AIR, "sample.youngs", "no parameter 'sample.youngs'; did you mean 'sample.youngs_modulus'?"),
         (AIR, "samples.youngs_modulus", "no parameter 'samples'; did you mean 'sample'?"),
         (AIR, "drive.setpoint", "no parameter 'drive.setpoint'; write set_point under [experiment]"),
+        (AIR, "drive.a0", "no parameter 'drive.a0'; did you mean 'drive.A0'?"),
+        (AIR, "cantilever.q", "no parameter 'cantilever.q'; did you mean 'cantilever.Q'?"),
         (AIR, "hamaker", "no parameter 'hamaker'; did you mean 'forces.dmt.hamaker'?"),
         (AIR, "youngs_modulus", "did you mean 'tip.youngs_modulus' or 'sample.youngs_modulus'?"),
         (AIR, "forces.dmtt.hamaker", "no 'forces.dmtt'; did you mean 'forces.dmt'?"),

@@ -95,3 +95,9 @@ def test_a_reader_that_has_seen_enough_is_no_error(words):
     # the command's own exit code; the reader is gone before the command prints
     done = ran(*words, redirected="| true; exit ${PIPESTATUS[0]}")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("redirected", [">/dev/full", "| true; exit ${PIPESTATUS[0]}"])
+def test_streams_of_ascii_end_as_others_do(redirected):
+    done = ran("schema", redirected=redirected, PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == ((2, NO_ROOM) if "full" in redirected else (0, ""))

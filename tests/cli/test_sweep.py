@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 import dforce as df
 from dforce.cli.app import app
+from dforce.results.significance import is_none
 
 pytestmark = pytest.mark.slow  # processes, stops and sweeps; left out by `make check`
 
@@ -80,6 +81,16 @@ def test_states_at_a_set_point_are_kept_alone():
     found = kept.peak_force.values
     assert [state["peak_force"] for state in states] == found[np.isfinite(found)].tolist()
     assert df.summary(df.read("map.nc"))
+
+
+def test_a_peak_force_below_its_error_is_none_in_the_list_of_states():
+    Path("map.toml").write_text(CASE.replace("over = {", 'over = { "forces.dmt.hamaker" = ["1e-22 J", "2e-20 J"],'))
+    done = dforce("sweep", "map.toml", "-o", "map.nc", "--at-set-point", "80 %")
+    kept = df.read("map.nc")
+    none = is_none(kept, "peak_force")[np.isfinite(kept.zc.values)]
+    lines = [line for line in done.stdout.splitlines() if line.startswith("hamaker ")]
+    assert ["peak_force none" in line for line in lines] == none.tolist()
+    assert none.any() and not none.all()
 
 
 def test_cases_whose_curves_do_not_meet_the_set_point_are_named():

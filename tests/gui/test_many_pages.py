@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from served import Server, served
 
+from dforce.gui.window.pages import CLOSED
+
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from many_users import CASE, Person, person_at
 
@@ -20,6 +22,7 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="wh
 
 AFTERWARDS = 5.0  # s
 VISITS, MOST = 40, 0.3  # MB a visit; a session and a page that stayed took 1 MB
+PAGE = 4.0  # MB
 TOWERS = [f"12 {unit}" for unit in ("nm**9**9**9**9", "nm^9^9^9", "9**9**9**9", "m/(9**9**9)", "m**(9**(9**9))")]
 
 
@@ -52,6 +55,21 @@ def test_a_visit_leaves_next_to_nothing_in_the_server(server: Server) -> None:
     # modules, the most pages at once, and states behind the curves fill memory in some rounds; a leak fills it in each round
     memory = [memory_after_visits(server) for _ in range(4)]
     assert min(after - before for before, after in itertools.pairwise(memory)) < VISITS * MOST
+
+
+@pytest.mark.slow
+def test_new_pages_are_in_the_memory_of_closed_pages(server: Server) -> None:
+    async def come(count: int) -> None:
+        for number in range(count):
+            async with person_at(server, number):
+                pass
+
+    memory = []
+    for _ in range(4):
+        asyncio.run(come(CLOSED))
+        time.sleep(AFTERWARDS)
+        memory.append(server.memory or 0.0)
+    assert memory[-1] < memory[0] + CLOSED * PAGE
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ import measured_curve
 import numpy as np
 import pytest
 import xarray as xr
+from nicegui import ui
 from simulated import element, send, show, until, window
 
 import dforce as df
@@ -21,7 +22,7 @@ from dforce.case import case_of
 from dforce.gui.curves.figures import Layer, picture
 from dforce.gui.document.document import Document, MeasuredData
 from dforce.gui.document.session import Session
-from dforce.gui.files import project, uploads
+from dforce.gui.files import file_menu, project, uploads
 from dforce.gui.files.file_menu import figure_file, script_of, stem, written
 from dforce.gui.measured import fitting, overlay, reading
 from dforce.gui.measured.panel import MeasuredPanel, covering, matched
@@ -281,6 +282,33 @@ async def dropped(page, data=None, name="curve.csv"):
     page.view.edit(page.view.document.put(("data",), LAG))
     await page.files.open(csv() if data is None else data, name)
     await until(lambda: page.view.session.measured.curve is not None and at_fields(page))
+
+
+def test_a_file_that_takes_long_to_read_is_named_meanwhile(tmp_path, monkeypatch):
+    go, read = threading.Event(), reading.curve_from
+    monkeypatch.setattr(file_menu, "MOMENT", 0.0)
+    monkeypatch.setattr(ui.notification, "dismiss", lambda self: self.delete())  # as a browser answers
+    monkeypatch.setattr(reading, "curve_from", lambda *given: go.wait(20.0) and read(*given))
+
+    def named(user):
+        with user.client:
+            return [one.message for one in user.client.elements.values() if isinstance(one, ui.notification)]
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            page.view.edit(page.view.document.put(("data",), LAG))
+
+            async def data():
+                return csv()
+
+            opening = asyncio.create_task(page.files._open_and_keep(data(), "große Kurve.csv"))
+            await until(lambda: named(user) == ["Reading große Kurve.csv ..."])
+            go.set()
+            await opening
+            await until(lambda: not named(user))
+            assert page.view.document.measured is not None
+
+    asyncio.run(flow())
 
 
 def test_doubts_about_a_curve_are_seen_before_a_fit_and_go_with_their_reason(tmp_path):

@@ -75,6 +75,7 @@ def test_a_named_lever_stands_in_its_field():
     nominal = nominal_value(document, ("cantilever", "Q"))  # of the medium
     assert nominal == pytest.approx(document.case().problem.modes[0].Q, rel=5e-3)
     assert nominal_value(document.put(("drive", "A0"), "-"), ("cantilever", "Q")) is None
+    assert nominal_value(document.put(("cantilever",), "figure-99"), ("cantilever", "Q")) is None  # of a link
 
 
 def test_start_opens_the_case_and_the_tab_of_its_question(tmp_path):

@@ -74,3 +74,15 @@ def test_degrees_are_known_in_capitals(tmp_path, heading):
 def test_a_sensitivity_without_its_unit_is_the_reason_of_an_amplitude_of_meters(tmp_path):
     with pytest.raises(df.ResultError, match="write the sensitivity with its unit, such as '52 nm/V'"):
         read(tmp_path, "height_nm,amplitude_V,phase_deg", sensitivity=50)
+
+
+def test_a_sensitivity_that_no_column_needs_is_said_to_be_unused(tmp_path):
+    found = read(tmp_path, "height_nm,amplitude_nm,phase_deg", sensitivity="50 nm/V")
+    np.testing.assert_allclose(found.amplitude, AMPLITUDE, atol=1e-13)
+    assert "amplitude: column 'amplitude' in nm; the sensitivity is not used" in found.attrs["history"]
+    (tmp_path / "psd.csv").write_text(
+        "frequency_Hz,ASD (pm/sqrt(Hz))\n"
+        + "\n".join(f"{f},{(1 + 1e4 / (9 + (f - 5000) ** 2)) ** 0.5}" for f in range(4800, 5200))
+    )
+    said = df.thermal_tune(tmp_path / "psd.csv", sensitivity="50 nm/V").history
+    assert any(line.endswith("the sensitivity is not used") for line in said)

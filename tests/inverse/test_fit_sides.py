@@ -17,6 +17,7 @@ from dforce.inverse.fitting.selection import PointSelection, checked_reading, me
 from dforce.inverse.fitting.unknowns import make_unknowns, start_vector
 from dforce.inverse.free_part import stretch
 
+NAMES = ("amplitude", "phase")
 NUISANCE = ("zc_offset", "A0", "phase_offset")
 ERRORS = (0.06, 0.045, 0.25, 5e-4, 4e-4, 0.06)  # of E, H, eta by their logarithms, offset and A0 in A0, phase: about
 
@@ -64,6 +65,30 @@ def test_intervals_of_offset_and_modulus_are_those_of_a_profile_beside_a_paramet
         for end in ("interval_low", "interval_high"):
             away, known = (float(each[end] - each["value"]) for each in (one, right))
             assert away == pytest.approx(known, rel=0.02, abs=0.0), (name, end)
+
+
+def test_an_interval_away_from_a_fold_close_by_ends_where_chi2_rises_so_far() -> None:
+    """At its minimum the curve is so steep that derivatives there lead to ends far too near on the flat side."""
+    case, draw = fc.case_of("stiff"), np.random.default_rng([5, 25])
+    zc, sigma = np.linspace(43.5e-9, 9e-9, 100), fc.SIGMA["stiff"]
+    curve = df.approach(case.replace("solver.points_per_period", 512), zc=zc, direction="both").isel(tone=0)
+    rows = []
+    for way, order in (("approach", slice(None)), ("retract", slice(None, None, -1))):
+        one = curve.sel(direction=way).isel(zc=order)
+        values = [one[name].values + draw.normal(0.0, size, 100) for name, size in zip(NAMES, sigma, strict=True)]
+        columns = {"height": one["zc"].values - 0.35e-9, **dict(zip(NAMES, values, strict=True))}
+        rows.append(
+            xr.Dataset({name: ("point", column) for name, column in columns.items()}).assign_coords(
+                direction=("point", np.full(100, way))
+            )
+        )
+    data = xr.concat(rows, "point").assign_attrs(phase_convention="lag", history=["read: simulated"])
+    data = df.calibrate(data, case)
+    fit = df.fit(case, data, free=[E, H, ETA], search=False)
+    end = float(fit["interval_high"].sel(parameter=H))
+    there = df.fit(case.replace(H, end), data, free=[E, ETA], search=False)
+    # 3.84 for known noise, and some more for noise from 63 free points
+    assert there.attrs["chi2"] - fit.attrs["chi2"] == pytest.approx(4.1, abs=0.8)
 
 
 def test_errors_to_both_sides_are_alike_where_the_model_is_straight(plain: xr.Dataset) -> None:

@@ -102,6 +102,8 @@ def test_dwell_under_controllers_has_the_numbers_of_the_locked_state():
         assert in_time[name].values == pytest.approx(solved[name].values, rel=2e-4), name
     assert in_time.loop_frequency_shift.values[0] == 0.0
     assert in_time.loop_frequency_shift.values[-1] == pytest.approx(float(in_time.frequency_shift[0]))
+    assert "frequency shift" in str(df.summary(in_time))
+    assert [one.name for one in df.advice(in_time)] == [one.name for one in df.advice(solved)]
 
 
 def test_dwell_under_controllers_shows_how_many_periods_are_left():

@@ -586,10 +586,11 @@ def test_a_lock_that_nothing_can_hold_is_refused_in_a_sentence(what):
 
 def test_what_does_not_suit_a_lock_is_refused_in_a_sentence():
     asked = case(AIR, [DMT], "9.5 nm", A0="10 nm")
+    with pytest.raises(df.ParameterError, match=r"experiment\.parameter = tip\.radius needs drive\.operation"):
+        df.branches(asked, zc="9 nm", parameter="tip.radius", start="2 nm", stop="3 nm")
     curve = df.run(asked)
     grid = {"drive.A0": ["9 nm", "10 nm"], "sample.youngs_modulus": ["1 GPa", "2 GPa"]}
     for attempt in (
-        lambda: df.branches(asked, zc="9 nm", parameter="tip.radius", start="2 nm", stop="3 nm"),
         lambda: df.frequency_sweep(asked, zc="9.5 nm", frequency=("48 kHz", "49 kHz")),
         lambda: df.basins(asked, zc="9.5 nm"),
         lambda: df.noise(curve, bandwidth="1 kHz"),

@@ -97,6 +97,22 @@ def test_the_loss_of_a_state_beside_a_neck_is_no_jump_on_any_grid(A0, k, Q, modu
     assert [at for _, at in coarse] == pytest.approx([at for _, at in fine], abs=SAME_JUMP * A0)
 
 
+@pytest.mark.parametrize("points", [31, 62])
+def test_a_motion_that_comes_back_to_its_state_some_periods_later_has_not_jumped(points):
+    """Over adhesion hysteresis states repeat after several periods, end, and are met again at another of these."""
+    forces = [df.forces.Hertz(), df.forces.AdhesionHysteresis(approach_energy=0.012, retract_energy=0.018)]
+    case = df.Case(
+        cantilever={"f0": 20e3, "k": 0.3, "Q": 3.0},
+        drive={"A0": 10e-9},
+        tip={"radius": 10e-9},
+        sample={"youngs_modulus": 50e6, "poisson_ratio": 0.3},
+        forces=forces,
+    )
+    curve = df.approach(case, zc=np.linspace(14e-9, 3e-9, points), direction="both")
+    if "jump_zc" in curve:
+        assert float(np.abs(curve["jump_after"] - curve["jump_before"]).min()) > 1e-3 * 10e-9
+
+
 def test_a_motion_beside_a_neck_moves_with_the_distance_where_it_does_not_repeat():
     case = lever("capillary", A0=10e-9, k=7.9, Q=71.0, youngs_modulus=13e9, points_per_period=256, method="transient")
     curve = df.approach(case, zc=np.linspace(10.28e-9, 10.23e-9, 6), direction="approach", protocol="stepwise")

@@ -198,7 +198,8 @@ def _hint(case: Parameters, owner: Parameters, step: str, walked: str) -> str:
     """Return the nearest path: a neighbor with a similar name, or the same name elsewhere in the case."""
     if step in owner.hints:
         return f"; {owner.hints[step]}"
-    close = difflib.get_close_matches(step, owner.keys(), n=1)
+    same = [key for key in owner.keys() if key.casefold() == step.casefold()]  # noqa: SIM118 the method of Parameters
+    close = same or difflib.get_close_matches(step, owner.keys(), n=1)
     if close:
         return f"; did you mean '{walked}{close[0]}'?"
     elsewhere = [path for path in paths(case) if path.split(".")[-1] == step]

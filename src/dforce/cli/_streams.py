@@ -54,6 +54,8 @@ class Outlet:
 
     def __getattr__(self, name: str) -> Any:
         """Be the stream in all the rest."""
+        if name == "buffer":  # typer would write there, past this outlet, where the character set is ASCII
+            raise AttributeError(name)
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:

@@ -17,6 +17,7 @@ from dforce.cli._outputs import Outputs
 from dforce.cli._report import advice_lines, as_json, counted, quoted, status_lines
 from dforce.cli._terminal import DONE, SOME_POINTS_FAILED, STOPPED, print_json, say, tell, whole_number
 from dforce.core.progress import ProgressBar
+from dforce.core.quantities import NONE
 from dforce.core.stopping import late_stop_waits
 
 if TYPE_CHECKING:
@@ -155,22 +156,29 @@ def _lines(source: Source, result: xr.Dataset, took: str) -> list[str]:
 
         missing = set_point_not_met(result)
         lines += [f"{missing.label}: {missing.text}"] if missing.value else []
-    states = [_shown(result, state) for state in _states(result)]
+    states = [_shown(result, state) for state in _states(result, NONE)]
     if len(states) > MOST_LINES:
         states = [f"{len(states)} states at the set point; draw them with --plot, or by dforce plot"]
     return [*lines, f"{share} points{took}, over {sizes}", *states]
 
 
-def _states(result: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Give the states at the set point of a sweep: the values of the case and of the state, in SI."""
+def _states(result: xr.Dataset, none: str = "") -> Iterator[dict[str, Any]]:
+    """Give the states at the set point of a sweep: the values of the case and of the state, in SI.
+
+    `none` replaces a peak force below its estimated error, where it is given.
+    """
     import numpy as np
+
+    from dforce.results.significance import is_none
 
     if "crossing" not in result.dims:
         return
     names = (*result["zc"].dims[:-1], *("zc", "peak_force", "phase", "direction", "regime"))
+    faint = is_none(result, "peak_force") if none and "peak_force" in result else None
     for place in np.argwhere(np.isfinite(result["zc"].values)):
         one = result.isel(dict(zip(result["zc"].dims, place.tolist(), strict=True)))
-        yield {str(name): np.ravel(one[name].values.tolist())[0].item() for name in names if name in one.variables}
+        state = {str(name): np.ravel(one[name].values.tolist())[0].item() for name in names if name in one.variables}
+        yield state | ({"peak_force": none} if faint is not None and faint[tuple(place)] else {})
 
 
 def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:
@@ -178,9 +186,9 @@ def _shown(result: xr.Dataset, state: dict[str, Any]) -> str:
     from dforce.findings.finding import number
 
     units = {name: str(result[name].attrs.get("units", "1")) for name in state}
-    return ", ".join(
-        value if isinstance(value, str) else f"{name} {number(value, units[name])}" for name, value in state.items()
-    )
+    texts = {name: value if isinstance(value, str) else number(value, units[name]) for name, value in state.items()}
+    is_named = {name: value == NONE or not isinstance(value, str) for name, value in state.items()}
+    return ", ".join(f"{name} {text}" if is_named[name] else text for name, text in texts.items())
 
 
 def _answer(

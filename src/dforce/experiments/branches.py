@@ -79,9 +79,9 @@ class Branches(DistanceExperiment):
 
     def check(self, problem: Problem) -> None:
         """Raise :class:`ParameterError` for a lock with two tones or with a `parameter`; see :class:`Experiment`."""
-        super().check(problem)
         if self.parameter is not None:
             problem.refuse_lock(f"experiment.parameter = {shorten(self.parameter)}")
+        super().check(problem)
         if len(problem.tones) > 1:
             problem.refuse_lock("branches with two tones")
 

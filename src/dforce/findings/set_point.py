@@ -115,6 +115,9 @@ def _met(result: xr.Dataset, met: str, value: float) -> tuple[Crossings, str, li
         raise ParameterError("this result lists the states at a set point already; choose the curve itself")
     along = goes_along(result)
     over = swept(result, along)
+    if over and "branch" in result:  # the points of each case have places of their own
+        chosen = ", ".join(f"{dim}=0" for dim in over)
+        raise ParameterError(f"the branches of each case have points of their own; choose a case with .isel({chosen})")
     first = result.isel(dict.fromkeys(over, 0)) if over else result
     row = row_of(first, along) if along else ""
     if row and RATIO not in result and "amplitude" in result:
@@ -288,7 +291,7 @@ def states_at(curve: xr.Dataset, set_point: float, found: xr.Dataset | None = No
     states = []
     names = [name for name in (*SHOWN, "zc") if name in found]
     words = [name for name in ("direction", "regime", "stable") if name in found.coords]
-    read = {name: found[name].values for name in (*names, *words)}
+    read = {name: found.variables[name].values for name in (*names, *words)}
     for place in np.lexsort((-read["zc"], way)):
         values: dict[str, Any] = dict.fromkeys(SHOWN, np.nan)
         values |= {name: float(np.ravel(read[name][place])[0]) for name in names}

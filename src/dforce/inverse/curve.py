@@ -17,7 +17,7 @@ from dforce.inverse.heights import height_error, sensor_noise, walk_of
 from dforce.inverse.quantities import MEASURED
 from dforce.inverse.readers import READERS
 from dforce.inverse.table import RETRACT, Column, MeasuredTable, Reader, segment_of
-from dforce.inverse.words import MEANINGS, TO_PEAK
+from dforce.inverse.words import MEANINGS, TO_PEAK, is_of, known_unit
 from dforce.results.provenance import provenance
 
 if TYPE_CHECKING:
@@ -177,8 +177,12 @@ def _values(
             values[quantity] = scale * values[quantity]
             history += [sentence] if quantity == "amplitude" else []
             _refuse_negative(quantity, values[quantity], table, name)
+        said = known_unit(unit) if unit else column.unit
+        unused = quantity == "amplitude" and asked.sensitivity is not None and not is_of(str(said), "V")
         history.append(
-            f"{quantity}: column '{column.name}'" + (f" in {unit or column.unit}" if unit or column.unit else "")
+            f"{quantity}: column '{column.name}'"
+            + (f" in {unit or column.unit}" if unit or column.unit else "")
+            + ("; the sensitivity is not used" if unused else "")
         )
     if "branch" in values and not np.isin(values["branch"], (1.0, -1.0)).all():
         raise ResultError(f"{name} has a branch that is neither 1 (attractive) nor -1 (repulsive)")

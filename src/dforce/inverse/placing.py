@@ -130,8 +130,8 @@ def refuse_missing(found: Mapping[str, Column], table: MeasuredTable, name: str)
         names = {bare(column.name) for column in table.columns}
         if "frequency" in found and names & set(DENSITY):
             raise ResultError(
-                f"{name} is a spectrum of thermal motion, not a curve against height. df.thermal_tune, or dforce read CURVE "
-                "--thermal, finds f0, k and Q"
+                f"{name} is a spectrum of thermal motion, not a curve against height. df.thermal_tune, or dforce thermal "
+                "FILE, finds f0, k and Q"
             )
         if len(table.numbers) < len(needed):
             raise ResultError(

@@ -37,6 +37,7 @@ SMOOTH = 10.0  # spectra in a smoothed point, to find the peak
 LEVERS = ("static", "mode")
 BEYOND_WINDOWS = 3  # points of a spectrum that are farther apart than Hann's window makes alike
 ARRAYS = replace(OF_NOBODY, kind="two arrays")
+COARSE = 0.03  # of Q: least bias of a coarse spectrum that is doubted
 MISFIT = 3.0  # errors of a correlation of neighbors that is none
 
 
@@ -232,6 +233,7 @@ def _spectrum(
             f"{name} has the density in {said}; write the sensitivity, such as sensitivity = '52 nm/V'"
         )
     scale *= float(sensitivity or 1.0) ** (2.0 / power) if volts else 1.0
+    unused = "" if volts or sensitivity is None else "; the sensitivity is not used"
     f = np.asarray(frequency.values, dtype=float) * scale_to(frequency.unit or "Hz", "Hz")
     s = np.asarray(density.values, dtype=float) * scale
     for column, values in ((frequency, f), (density, s)):
@@ -240,7 +242,7 @@ def _spectrum(
             raise ResultError(f"{name}: the column '{shorten(column.name, 30)}' contains {none}; choose another column")
     keep = np.isfinite(f) & np.isfinite(s) & (s > 0.0) & (f > 0.0)
     order = np.argsort(f[keep], kind="stable")
-    return f[keep][order], s[keep][order] ** power, f"density: column '{density.name}' in {said}"
+    return f[keep][order], s[keep][order] ** power, f"density: column '{density.name}' in {said}{unused}"
 
 
 def _column(table: MeasuredTable, wanted: str | None, known: Sequence[str], noun: str, name: str) -> Column:
@@ -285,6 +287,13 @@ def _fitted(frequency: Array, power: Array, band: tuple[float, float] | None, na
     peak = fit.peak
     factor, doubts = _misfit(power / peak.density(frequency) - 1.0)
     errors = [factor * error for error in fit.errors]
+    step, width = float(np.median(np.diff(frequency))), peak.f0 / peak.Q
+    low = step / (math.pi * width)  # a segment of 1/step without a window widens the peak by step/pi
+    if low > max(errors[1], COARSE):
+        doubts += (
+            f"doubt: the frequencies are {units.show(step, 'Hz', 2)} apart, and the peak is {units.show(width, 'Hz', 2)} wide: "
+            f"Q may be too low by up to {low:.0%}; average longer records",
+        )
     if not frequency[0] < peak.f0 < frequency[-1] or errors[1] > 0.5:
         raise ResultError(f"{name} has no clear peak for f0 and Q; pass the frequencies around it as band")
     ends = (float(frequency[0]), float(frequency[-1]))
@@ -337,11 +346,11 @@ def _misfit(rest: Array) -> tuple[float, tuple[str, ...]]:
     along, the peak is not one steady resonance: it drifted while spectra were averaged, or overlaps another.
     """
     together, along = (_correlation(rest, points) for points in (1, BEYOND_WINDOWS))
-    limit = MISFIT / math.sqrt(len(rest))
-    if together < limit:
-        return 1.0, ()
-    together = min(together, 0.95)
-    factor = math.sqrt((1.0 + together) / (1.0 - together))
+    chance = 1.0 / math.sqrt(len(rest))
+    limit, together = MISFIT * chance, min(together, 0.95)
+    factor = math.sqrt((1.0 + together) / (1.0 - together)) if together > chance else 1.0
+    if together < limit:  # few points of a coarse spectrum do not show the window, which makes their errors larger
+        return factor, ()
     larger = f"all errors are enlarged by {factor:.1f}"
     if along < limit:
         return factor, (f"neighbors are correlated by {together:.2f}, as after windowing of the spectra; {larger}",)

@@ -35,6 +35,7 @@ __all__ = [
 ]
 
 BELOW = 30.0  # how far below the strongest resonance a logarithmic picture of a density begins: white noise alone
+NO_ROWS = frozenset({*COLUMN_DIMS, "direction"})
 MARKED = ("fold", "period_doubling", "torus", "grazing", "end")  # special points that pictures mark
 
 
@@ -115,7 +116,7 @@ def row_of(dataset: xr.Dataset, name: str) -> str:
 
 
 def _row_of(variable: xr.Variable) -> str:
-    rows = [str(dim) for dim in variable.dims if dim not in (*COLUMN_DIMS, "direction")]
+    rows = [str(dim) for dim in variable.dims if dim not in NO_ROWS]
     return rows[0] if variable.dtype.kind == "f" and len(rows) == 1 and rows[0] not in LISTS else ""
 
 
@@ -173,9 +174,10 @@ def lines_of(dataset: xr.Dataset, x: str, y: str) -> Iterator[Line]:
     row = row_of(dataset, y)
     if row_of(dataset, x) != row:
         raise ParameterError(f"'{y}' cannot be drawn against '{x}': its values lie along {row}")
-    columns = [str(dim) for dim in dataset[y].dims if dim in COLUMN_DIMS]
+    variables = dataset.variables
+    columns = [str(dim) for dim in variables[y].dims if dim in COLUMN_DIMS]
     directions = list(dataset["direction"].values) if "direction" in dataset.dims else []
-    several = "direction" in {*dataset[x].dims, *dataset[y].dims}
+    several = "direction" in {*variables[x].dims, *variables[y].dims}
     for index in np.ndindex(*(dataset.sizes[dim] for dim in columns)):
         words = [
             f"{dim} {dataset[dim].values[n]}" for dim, n in zip(columns, index, strict=True) if dataset.sizes[dim] > 1
@@ -183,7 +185,7 @@ def lines_of(dataset: xr.Dataset, x: str, y: str) -> Iterator[Line]:
         for number, direction in enumerate(directions if several else [""]):
             chosen = {"direction": number} if several else {}
             picked = dict(zip(columns, index, strict=True))
-            values = [_values(dataset.variables[name], row, chosen, picked) for name in (x, y)]
+            values = [_values(variables[name], row, chosen, picked) for name in (x, y)]
             name = ", ".join([str(direction)] * bool(direction) + words)
             yield from _parts(dataset, row, values[0], values[1], name, str(direction), sum(index), chosen)
 

@@ -20,7 +20,7 @@ NO_RESULT = "this dataset is no result of a known kind, and no force curve; it h
 
 LISTS = ("jump", "state", "search", "component", "calibration")  # dimensions of lists, along which nothing is drawn
 OF_MOTIONS = frozenset(
-    (*AXES, *COLUMN_DIMS, *LISTS, "crossing", "distance")
+    (*AXES, *COLUMN_DIMS, *LISTS, "crossing", "distance", "loop_time")
 )  # dimensions besides the parameters of a sweep
 # dimensions along which a result has at least one value
 NEEDED = ("zc", "frequency", "point", "distance", "direction", "tone", "mode", "component")
@@ -187,12 +187,18 @@ def check_shape(result: xr.Dataset) -> None:
             "the map was stopped before its first row was done, so it has no numbers; compute it again"
         )
     for dim in (dim for dim in (*NEEDED, *swept(result), *mapped) if result.sizes.get(dim) == 0):
+        if dim == "point" and "searched" in result.coords:
+            raise ParameterError(
+                "these branches have no points: their range has no state, or a selection left none; start experiment.zc "
+                "farther from the sample"
+            )
         order = " and zc goes from far to near" if dim == "zc" else ""
         raise ParameterError(
             f"this result has no value along {dim} left: a slice in .sel starts at the value that comes first{order}"
         )
+    indexes = result.indexes  # made anew at each call
     for dim in ("direction", "component", "parameter", *COLUMN_DIMS):
-        if dim in result.indexes and not result.indexes[dim].is_unique:
+        if dim in indexes and not indexes[dim].is_unique:
             raise ParameterError(f"this result has a value twice along {dim}; choose one of each with .isel({dim}=...)")
     if not {"status", "amplitude"} <= result.variables.keys() or MAPS & result.attrs.keys():
         return  # no motions, or over parameters of any name

@@ -99,7 +99,7 @@ def check_computed(result: xr.Dataset) -> None:
     ParameterError
         When no point of the result was computed.
     """
-    status = result["status"].values if "status" in result else np.array([])
+    status = result.variables["status"].values if "status" in result else np.array([])
     if status.size and (status == Status.NOT_COMPUTED).all():
         raise ParameterError(
             "the run was stopped before its first point, so its result has no numbers yet: continue it"

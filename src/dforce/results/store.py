@@ -116,7 +116,7 @@ def read_root(files: StoreFiles) -> tuple[dict[str, Any], Seal]:
         attributes = {}
     if BEING_MADE in attributes or "dforce_version" in attributes:
         raise ResultError(
-            f"{files.name} has no checksums: it is from an earlier dForce; "
+            f"{files.name} has no checksums: an earlier dForce or another program wrote it; "
             "compute it again, or read it unchecked with xarray.open_zarr"
         )
     raise ResultError(f"{files.name} is not a store of dForce, or is incomplete")

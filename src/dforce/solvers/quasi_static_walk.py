@@ -21,7 +21,7 @@ from dforce.solvers.block import Block
 from dforce.solvers.points import Points, StateJump, amplitude_at, amplitude_of, as_kept, repeated
 from dforce.solvers.quasi_static import ENDED, FOLLOWED, SMALLEST, TOO_ROUGH, Stretch
 from dforce.solvers.quasi_static_steps import CHORD
-from dforce.solvers.settling import apart, gone, polished, settled
+from dforce.solvers.settling import apart, comes_near, gone, polished, settled
 from dforce.solvers.state_ends import End, Ended, Left, ahead_of, assured_places, behind_doublings, directions
 from dforce.solvers.states import States
 from dforce.solvers.transient import steady
@@ -358,7 +358,7 @@ class Walk:
         there = amplitude_at(block, case, States.last_of(back).motion(0), at, cycles)
         if left is not None and back.done[0] == 1:
             self.left[case] = None
-            if np.abs(back.last_x[0] - left.end.edge).max() > SUDDEN:
+            if not comes_near(block, case, back, left.end.edge, SUDDEN, cycles):
                 self._note(case, left.end, left.amplitude, there, value)
             return
         self._note_loss(case)

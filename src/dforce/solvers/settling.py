@@ -185,3 +185,13 @@ def apart(a: Array, b: Array) -> Array:
     """Return how far states are apart, a row each, relative to the free amplitude; infinite where one is no number."""
     with np.errstate(invalid="ignore"):  # of motions that have gone to infinity
         return np.asarray(np.nan_to_num(np.abs(a - b), nan=np.inf).max(axis=1))
+
+
+def comes_near(block: Block, case: int, found: Stretch, edge: Array, near: float, cycles: int) -> bool:
+    """Return whether the last orbit found comes near a place after any of its periods: it may repeat some periods later."""
+    one, state = np.array([case]), States.last_of(found)
+    for _ in range(cycles):
+        if np.abs(state.x[0] - edge).max() <= near:
+            return True
+        state = block.advance(one, state, found.last_value, 1)
+    return False

@@ -70,8 +70,8 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     found = barrier_at(problem, place)
     if found is None:
         raise ParameterError(
-            f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is in contact, or it snaps in "
-            f"without noise"
+            f"at zc = {units.show(place, 'm', 4)} the lever has no barrier to the surface: it is in contact, snaps in "
+            "without noise, or pulls off any contact"
         )
     low = "The barrier is below 3 kT: Kramers' rate is only a rough value there."
     notes = [low] if found.height < LEAST_BARRIER * problem.noise.kT else []

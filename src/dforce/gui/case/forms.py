@@ -95,8 +95,9 @@ class Forms:
 
     def said(self, said: Said) -> None:
         """Show errors and advice at the fields that they are about; nothing newer waits then."""
-        self.last = said
-        self._mark(self.shown)
+        before, self.last = self.last, said
+        places = [path for one in (before, said) for path in (one.where, *(path for path, _ in one.advice))]
+        self._mark({self._nearest(path) for path in places} & self.shown.keys())
         for _, _, entry in self.shown.values():
             entry.settle()
 

@@ -107,7 +107,8 @@ def nominal_value(document: Document, path: Path) -> float | None:
     section, *key = path
     if section != "cantilever" or key not in (["f0"], ["k"], ["Q"], ["tip_radius"]):
         return None
-    given = document.value(("cantilever",)) or {}
+    given = document.value(("cantilever",))
+    given = given if isinstance(given, dict) else {"name": given}  # a link may have a text alone
     probe = df.cantilevers().get(str(given.get("name"))) if given.get("library") is None else None
     value: float | None = getattr(probe, str(key[0]), None)
     if value is None and probe is not None and key == ["Q"]:

@@ -151,7 +151,7 @@ def _columns(layers: Sequence[Layer], wanted: Picture) -> list[ReadoutColumn]:
 
 def of_quantity(states: xr.Dataset, name: str) -> Iterator[ReadoutColumn]:
     """Give the columns of a quantity, one for each tone or mode."""
-    variable = states[name]
+    variable = states.variables[name]
     dims = variable.dims[1:]
     for index in np.ndindex(*variable.shape[1:]):
         which = [f"{dim} {n + 1}" for dim, n in zip(dims, index, strict=True) if variable.sizes[dim] > 1]
@@ -166,7 +166,7 @@ def nones_of(states: xr.Dataset, columns: Sequence[ReadoutColumn]) -> dict[str, 
 
 
 def cell_of(states: xr.Dataset, none: Mapping[str, Any], column: ReadoutColumn, crossing: int) -> str:
-    """Return a value with three digits and the unit in which it reads best, as in a text."""
+    """Return a value with three digits, a frequency with five, and the unit in which it reads best, as in a text."""
     if column.name not in states:
         return "–"
     variable = states.variables[column.name]
@@ -176,7 +176,8 @@ def cell_of(states: xr.Dataset, none: Mapping[str, Any], column: ReadoutColumn, 
     if column.name in none and none[column.name][(crossing, *column.index)]:
         return NONE
     scale, unit = unit_of_size(abs(value), str(variable.attrs.get("units", "1")), column.name)
-    return f"{three_digits(value / scale)}{'' if unit in ('1', '°') else ' '}{'' if unit == '1' else unit}"
+    number = f"{value / scale:.5g}" if column.name == "frequency" else three_digits(value / scale)
+    return f"{number}{'' if unit in ('1', '°') else ' '}{'' if unit == '1' else unit}"
 
 
 def three_digits(value: float) -> str:
@@ -194,11 +195,11 @@ def _rows(layer: Layer, columns: Sequence[ReadoutColumn], several: bool) -> list
     assert states is not None
     merged: dict[tuple[str, ...], list[str]] = {}
     none = nones_of(states, columns)
+    words = {name: states.variables[name].values for name in ("stable", "regime", "direction") if name in states}
     for n in range(states.sizes["crossing"]):
-        unstable = "stable" in states and not bool(states["stable"][n])
-        state = " ".join(["unstable"] * unstable + [str(states["regime"].values[n])])
+        state = " ".join(["unstable"] * ("stable" in words and not words["stable"][n]) + [str(words["regime"][n])])
         cells = tuple(cell_of(states, none, column, n) for column in columns)
         ways = merged.setdefault((state, *cells), [])
-        ways += [str(states["direction"].values[n])] if "direction" in states.coords else []
+        ways += [str(words["direction"][n])] if "direction" in words else []
     name = {"name": layer.name, "color": layer.color} if several else {}
     return [{"ways": " and ".join(ways), "state": key[0], "cells": key[1:], **name} for key, ways in merged.items()]

@@ -11,7 +11,7 @@ import threading
 import tomllib
 import unicodedata
 import weakref
-from collections.abc import Awaitable, Callable, Iterator, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,6 +47,7 @@ TOO_LARGE = (
     "The result over parameters is too large for the project file and is not saved there. Its own file is unchanged."
 )
 NOTHING = "No result yet; press Run."
+MOMENT = 0.8  # s without a word on a file that is read
 UNSAVED, UNOPENED = "the file could not be made", "the file could not be opened"
 UNSENT = "The file did not arrive: the disk of the server is full, or the server does not answer. Try again."
 REFUSED = (
@@ -105,19 +106,17 @@ class FileMenu:
             with self.upload:
                 say(REFUSED)
             return
-        with self._telling(UNOPENED):
-            await self._open_and_keep(event.file.read(), event.file.name)
+        await self._open_and_keep(event.file.read(), event.file.name)
 
     async def _open_and_keep(self, read: Awaitable[bytes], name: str) -> None:
-        async with self._turn:  # from the reading on, which may also end in another order
+        async with self._turn, self._noticing(name):  # from the reading on, which may also end in another order
             data = await read
             await self.open(data, name)
             await asyncio.to_thread(self.last.keep, data, name)
 
     async def open_last(self, name: str) -> None:
         """Open one of the last files again, or say that it is gone."""
-        with self._telling(UNOPENED):
-            await self._open_and_keep(asyncio.to_thread(self.last.take, name), name)
+        await self._open_and_keep(asyncio.to_thread(self.last.take, name), name)
 
     async def open_shipped(self, name: str) -> None:
         """Open an example, or a measured file that is shipped, with the case that fits it."""
@@ -216,7 +215,7 @@ class FileMenu:
         """Ask for information that a file lacks, and again, with the error, after an insufficient answer."""
 
         async def answered(told: dict[str, object]) -> None:
-            with self._telling(UNOPENED):
+            async with self._noticing(name):
                 try:
                     await self.open_measured(data, name, told)
                 except df.DForceError as error:
@@ -298,6 +297,25 @@ class FileMenu:
         with self._telling(UNSAVED):
             data = await asyncio.to_thread(figure_file, layers, wanted, ending, width, points)
             ui.download.content(data, self._name(ending))
+
+    @contextlib.asynccontextmanager
+    async def _noticing(self, name: str) -> AsyncIterator[None]:
+        """Show that a file is read once that takes longer than a moment, and a sentence where it cannot be opened."""
+        shown: list[ui.notification] = []
+
+        def show() -> None:
+            if not self.upload.is_deleted:
+                with self.upload:
+                    shown.append(ui.notification(f"Reading {shorten(name, 60)} ...", spinner=True, timeout=None))
+
+        soon = asyncio.get_running_loop().call_later(MOMENT, show)
+        try:
+            with self._telling(UNOPENED):
+                yield
+        finally:
+            soon.cancel()
+            for one in shown:
+                one.dismiss()
 
     @contextlib.contextmanager
     def _telling(self, failure: str) -> Iterator[None]:

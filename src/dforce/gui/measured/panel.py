@@ -35,6 +35,7 @@ PRIORS = ("fit", "priors")
 LONGEST_PRIOR = 60  # characters
 NONE = "Drop a measured curve anywhere onto the window. The chart draws it under the curve of the model; here you can fit it."
 MATCH = "Set an approach over the measured distances, with the measured free amplitude"
+LOADING = "The curve is calibrated ..."
 NOT_HERE = "This picture has no measured quantity; choose amplitude and phase against the distance."
 NO_MODEL = "The case has no curve against the distance; press Match the experiment."
 
@@ -101,7 +102,7 @@ class MeasuredCurve(Panel):
         if measured is None or not self.in_sight:
             return
         curve = kept.curve
-        facts = [] if curve is None else _facts(curve, measured)
+        facts = _facts(curve, measured) if curve is not None else [] if kept.wrong else [LOADING]
         shown = dict[str, Any](name=measured.name, wrong=as_sentence(kept.wrong) if kept.wrong else "", facts=facts)
         shown |= {"hint": self._hint(), "ready": curve is not None, "match": MATCH}
         if curve is not None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import copy
+import gc
+import itertools
 import json
 from collections.abc import Callable
 from functools import partial
@@ -42,6 +45,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORGOTTEN = 3600.0  # s after which a session that no page shows is only kept in the storage
+CLOSED = 8  # pages, after which their garbage is collected: 4 MB each, which Python alone keeps of some 40 pages
+GONE = 1.0  # s after which a closed page is out of use
 ANSWERED_WITHIN = 60.0  # s that a browser of a busy computer has to answer
 HERE = Path(__file__).parent
 SKIPS = {
@@ -103,6 +108,13 @@ def register(
     @app.on_startup
     def warm() -> None:  # the first page must not wait for modules that are loaded only once
         LIVE.submit(lambda: df.run(df.example(FIRST)))
+
+    closed = itertools.count(1)
+
+    @app.on_delete
+    def collect() -> None:
+        if next(closed) % CLOSED == 0:
+            asyncio.get_running_loop().call_later(GONE, gc.collect)
 
     @ui.page("/", title="dForce")
     def page(request: Request) -> None:

@@ -16,7 +16,7 @@ from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import DForceError
 from dforce.inverse.fitting.certainty import MOST, Certainty
 from dforce.inverse.fitting.folds import fold_beside
-from dforce.inverse.fitting.minimize import Minimum, Objective
+from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import CurveModel, allowed
 from dforce.inverse.fitting.profile import ProfilePoint, Way, end_of, reach
 from dforce.inverse.fitting.unknowns import limits
@@ -25,6 +25,7 @@ WIDEST = 1.0  # of a logarithm: farthest place where chi2 is asked for
 UNEVEN = 0.05  # of the interval of the covariance: ends of intervals farther from there are asked for
 BENT = 0.5  # of the root of the distance from a fold: no straight line leads so far in it
 FARTHEST = 4.0  # times the error of the covariance: chi2 that rises so slowly has no end
+BEYOND = 1.2  # times the farthest place where chi2 was sought: an end is extrapolated so far
 MOST_STEPS = 6  # of Gauss and Newton beside each place
 LEFT = 0.05  # of chi2: largest gain of another step at a minimum
 STRAIGHT = ("A0", "phase_offset", "amplitude_scale")  # these scale or shift a curve: their covariance is right
@@ -92,7 +93,7 @@ def sides_of(
     lowest = np.full((len(which), 3), np.nan)
     lowest[:, 1], far = ways.eased(every, along)
     lowest[:, 0], _ = ways.eased(every, 0.5 * along + 0.25 * (far - along))
-    lowest[ways.is_bent] = np.nan
+    lowest[ways.is_bent | ways.falls_on(lowest[:, 1], far)] = np.nan
     before = math.sqrt(max(best.chi2 - floor, 0.0))
 
     def reaches(level: float) -> Array:
@@ -120,7 +121,7 @@ def sides_of(
             return end
         for level, reached in both.items():
             plain = level * float(errors[which[row]]) / root
-            reached[row] = min(end.reach(level), max(FARTHEST * plain, *end.ways))
+            reached[row] = min(end.reach(level), max(FARTHEST * plain, BEYOND * max(end.ways)))
             if math.inf in end.roots:  # a search may miss a state that exists
                 reached[row] = max(reached[row], plain)
     out = []
@@ -168,6 +169,22 @@ class _Ways:
             return np.zeros(len(self.which), bool)
         height = self.fold.height
         return np.asarray((self.which != height) & (np.abs(self.along[:, height]) >= BENT * self.fold.root))
+
+    def falls_on(self, chi2: Array, steps: Array) -> Bools:
+        """Return at which steps, with a known chi2, the curve's own derivatives lead to a lower one, beside a fold.
+
+        There the derivatives of the minimum are far too large on the side that leads away from the fold.
+        """
+        out = np.zeros(len(chi2), bool)
+        for row in np.flatnonzero(np.isfinite(chi2)).tolist() if self.fold is not None else ():
+            (place,) = self.places(np.array([row]), steps[[row]])
+            predicted = self.model.predict(place)
+            residuals = np.concatenate([self.model.residuals(predicted).ravel(), self.model.priors(place)])
+            others = np.flatnonzero(self.ahead[row].any(axis=1))
+            by = jacobian(self.model, place, predicted, both_sides=False)[:, others]
+            off = by @ np.linalg.pinv(by) @ residuals
+            out[row] = float(off @ off) > LEFT
+        return out
 
     def _is_plain(self, index: int) -> bool:
         return self.fold is None or index == self.fold.height
