@@ -322,7 +322,7 @@ def thermal_spectrum(case: Case, duration: Time | None = None, progress: Progres
         Lever, medium and noise; drive, sample and forces have no effect. Its experiment is not used, except for the default of
         a thermal spectrum.
     duration
-        Length of the record (s, or text with a unit); 1 s by default.
+        Length of the record (s, or text with a unit). By default 1 s, longer for a sharp resonance, shorter for a fast one.
     progress
         See :func:`run`. A stopped record has no spectrum: the result then contains only its status.
 
@@ -344,7 +344,9 @@ def thermal_spectrum(case: Case, duration: Time | None = None, progress: Progres
     ParameterError
         When the record is too short to resolve the resonances or too long, and for ``noise.thermal = false``.
     """
-    return run(_with_experiment(case, ThermalSpectrum, {"duration": duration}), progress)
+    suited = {} if isinstance(case.experiment, ThermalSpectrum) else ThermalSpectrum.suggested(case.problem)
+    given = {} if duration is None else {"duration": duration}
+    return run(_with_experiment(case, ThermalSpectrum, suited | given), progress)
 
 
 def _with_experiment(case: Case, kind: type[Experiment], settings: Mapping[str, object]) -> Case:

@@ -50,6 +50,17 @@ def test_beside_curves_without_a_result_the_table_sends_nobody_farther_from_the_
     asyncio.run(flow())
 
 
+def test_frequencies_at_the_set_point_are_told_apart_within_a_resonance():
+    result = df.run(df.example("resonance-curve").set("experiment.frequency.points=41", "drive.A0=5 nm"))
+    picture = Picture("frequency", ("amplitude",))
+    found = states_of(result, 0.8, picture)
+    columns, shown = table_of([Layer(result, states=found)], picture)
+    assert columns[0].name == "frequency"
+    for row in shown:  # five digits are shown, of a line 190 Hz wide
+        nearest = abs(found["frequency"].values - parse(row["cells"][0], "Hz")).min()
+        assert nearest <= 0.5
+
+
 def test_the_force_at_the_set_point_stands_beside_the_curves(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):

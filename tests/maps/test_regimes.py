@@ -192,3 +192,20 @@ def test_the_summary_counts_the_settings_without_steady_state():
     found = {one.name: one.text for one in others.regimes(xr.Dataset({"states": states}))}
     assert found["without_state"].startswith("2 of 6")
     assert "without_state" not in {one.name for one in others.regimes(xr.Dataset({"states": ("A0", [1, 2])}))}
+
+
+@pytest.mark.parametrize("row", [1, 2])
+def test_a_stopped_map_has_its_finished_rows(row):
+    def stop(done, total, note):
+        if note == f"row {row}":
+            raise KeyboardInterrupt
+
+    case = df.example("figure-3-air")
+    found = df.regimes(case, {"drive.A0": ["8 nm", "10 nm"]}, [0.6, 0.8], progress=stop)
+    assert found.attrs["interrupted"] == 1 and found.sizes["set_point"] == row - 1
+    if row == 1:
+        with pytest.raises(df.ParameterError, match="stopped before its first row"):
+            df.summary(found)
+    else:
+        assert (found.states > 0).all()
+        assert "without_state" not in {one.name for one in df.summary(found)}

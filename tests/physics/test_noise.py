@@ -393,6 +393,16 @@ def test_each_calibration_gives_the_spring_constant_that_it_should():
     assert found.mode_spring_constant.values[1] == pytest.approx(lever.problem.modes[1].k, rel=4.0 * sure)
 
 
+def test_a_record_without_a_length_is_long_enough_for_the_resonance():
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    for Q, seconds in ((200, 1.0), (3000, 2.0 * 4.0 * 12.0 * 3000 / 70e3)):
+        lever = df.Case(cantilever={"f0": "70 kHz", "k": "2 N/m", "Q": Q}, drive={"A0": "10 nm"})
+        asked = df.Case.from_toml(df.thermal_spectrum(lever, progress=stop).attrs["case"]).experiment
+        assert asked.duration == pytest.approx(seconds, rel=5e-3)  # three digits
+
+
 SNAP = df.Case(
     cantilever={"f0": 20e3, "k": 0.3, "Q": 1}, drive={"A0": "0.1 pm"}, tip={"radius": 20e-9},
     forces=[df.forces.VanDerWaals(hamaker=4e-20)], solver=NOISY | {"points_per_period": 128},

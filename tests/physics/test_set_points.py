@@ -189,3 +189,15 @@ def test_a_set_point_along_a_parameter_of_branches_is_solved_for_the_parameter()
         there = df.dwell(asked.replace(path, float(one["youngs_modulus"])), "7.6 nm", start=start)
         assert float(there["amplitude_ratio"]) == pytest.approx(share, abs=2e-5)
         assert float(there["peak_force"]) == pytest.approx(float(one["peak_force"]), rel=1e-3)
+
+
+def test_a_sweep_of_branches_asks_for_one_of_its_cases():
+    lever_in_air = case(lever(50, 5, 60), {"A0": "5 nm"}, STIFF, [{"model": "hertz"}], 5.5, 2, 3)
+    branches = lever_in_air.replace("experiment", {"kind": "branches", "zc": {"start": "5.5 nm", "stop": "3 nm"}})
+    swept = df.sweep(branches, {"tip.radius": ["8 nm", "12 nm"]}, workers=1)
+    with pytest.raises(df.ParameterError, match=r"choose a case with \.isel\(radius=0\)"):
+        df.at_set_point(swept, SHARE)
+    alone = df.at_set_point(df.branches(branches.replace("tip.radius", "12 nm")), SHARE)
+    np.testing.assert_array_equal(df.at_set_point(swept.isel(radius=1), SHARE).zc, alone.zc)
+    with pytest.raises(df.ParameterError, match="these branches have no points: their range has no state"):
+        df.summary(swept.isel(radius=1, point=[]))

@@ -100,3 +100,10 @@ def test_material_refuses_a_curve_without_a_lock_and_a_tip_without_an_angle(am_f
         df.material(df.dwell(df.example("figure-3-air"), 9e-9))
     with pytest.raises(df.ParameterError, match=r"a cone needs tip\.half_angle"):
         df.material(am_fm_curve, model="cone")
+
+
+def test_material_of_a_curve_without_a_result_is_not_a_number(am_fm_curve):
+    lost = am_fm_curve.assign(
+        {name: am_fm_curve[name] * np.nan for name in ("amplitude", "drive_force", "frequency_shift")}
+    )
+    assert np.isnan(df.material(lost).E_eff).all()

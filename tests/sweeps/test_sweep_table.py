@@ -78,6 +78,8 @@ def test_states_at_a_set_point_are_those_of_the_whole_curves():
     np.testing.assert_array_equal(states.peak_force, wanted.peak_force)
     assert states.attrs["set_point"] == 0.8
     assert states.status.dims == ("youngs_modulus", "A0")
+    assert str(df.summary(wanted)) == str(df.summary(states))
+    assert df.advice(wanted) == df.advice(curves)
     of_rows = df.sweep(case(), rows={"drive.A0": [6e-9, 8e-9]}, at_set_point=0.8)
     assert of_rows.A0.dims == ("case",)
 

@@ -234,7 +234,7 @@ def _advice(seen: Observed, shares: dict[str, Array]) -> list[Advice]:
             effect = text.format(f"{100.0 * largest:.2g} %")
             said = f"{effect}. The formulas of AM-FM neglect this, so their modulus is wrong."
             pieces.append(Advice(f"material_{name}", largest, limit, said, DERIVED, ("drive.tones",)))
-    pull, push = float(np.nanmax(seen.virial)), -float(np.nanmin(seen.virial))
+    pull, push = float(np.nanmax(seen.virial, initial=0.0)), -float(np.nanmin(seen.virial, initial=0.0))
     if push > 0.0 and pull > ATTRACTED * push:
         text = "The curve shows attraction. The formulas of AM-FM neglect adhesion: the modulus may be several times too large."
         pieces.append(Advice("material_adhesion", pull / push, ATTRACTED, text, DERIVED, ("forces",)))

@@ -56,7 +56,7 @@ def at_set_point(
     xarray.Dataset
         The quantities over `crossing`, with the coordinate of the curve, `solved`, and `direction` and `stable` if the curve
         has them. If the result contains the virial, also `regime` (:func:`regime`). For a sweep its parameters come first;
-        cases with fewer states end in NaN (and empty words).
+        cases with fewer states end in NaN (and empty words), and `status` is the largest of each case.
 
     Raises
     ------
@@ -115,6 +115,9 @@ def _met(result: xr.Dataset, met: str, value: float) -> tuple[Crossings, str, li
         raise ParameterError("this result lists the states at a set point already; choose the curve itself")
     along = goes_along(result)
     over = swept(result, along)
+    if over and "branch" in result:  # the points of each case have places of their own
+        chosen = ", ".join(f"{dim}=0" for dim in over)
+        raise ParameterError(f"the branches of each case have points of their own; choose a case with .isel({chosen})")
     first = result.isel(dict.fromkeys(over, 0)) if over else result
     row = row_of(first, along) if along else ""
     if row and RATIO not in result and "amplitude" in result:
@@ -160,7 +163,12 @@ def _states(result: xr.Dataset, met: str, value: float, names: Collection[str] |
     coords |= {dim: labels for dim, labels in labels_of.items() if set(labels.dims) <= used}
     if over:
         coords |= {str(name): axis for name, axis in result.coords.items() if axis.dims and set(axis.dims) <= set(over)}
-    return xr.Dataset(variables, coords, {"along": along})
+    data = xr.Dataset(variables, coords, {"along": along})
+    if not over:
+        return data
+    status = result["status"].variable
+    largest = status.max([dim for dim in status.dims if dim not in over], keep_attrs=True)
+    return data.assign(status=largest).assign_attrs(result.attrs)
 
 
 def _kept(solved: AnyArray, result: xr.Dataset, name: str) -> AnyArray:

@@ -96,8 +96,8 @@ def check_sign(work: Work) -> None:
         signs = np.sign(turned[np.abs(turned) > least])
         if len(signs) >= 2 * FEWEST and signs[:FEWEST].max() < 0.0 < signs[-FEWEST:].min():
             work.history.append(
-                f"{DOUBT}the phase of the {word} is below the free phase far away and above it nearer, as of a tip that is "
-                "repelled first and then attracted; its sign may be wrong (phase_convention)"
+                f"{DOUBT}the phase of the {word} is below the free phase far away and above it nearer: its sign may be wrong "
+                "(phase_convention)"
             )
 
 

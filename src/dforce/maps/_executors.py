@@ -65,7 +65,7 @@ def results_of(case: Case, axes: list[Axis], kept: Kept, crew: Crew) -> Any:
     cases = cases_of(SweepLayout(case, axes))
     if not cases.compute(crew, kept.computed):
         raise Stopped
-    return kept.take(cases.result(case), cases.layout)
+    return kept.take(cases.result(case))
 
 
 def arrays_of(case: Case, axes: list[Axis], kept: Kept, crew: Crew) -> Arrays:

@@ -73,13 +73,8 @@ class Kept:
         """The attributes by which a sweep that is not complete goes on."""
         return {"interrupted": 1, QUANTITIES: " ".join(sorted(self.names))}
 
-    def take(self, data: xr.Dataset, layout: SweepLayout) -> xr.Dataset:
-        """Return the kept results of cases.
-
-        At a set point :func:`dforce.at_set_point` gives them; the `status` of a case is the largest of its points.
-        """
+    def take(self, data: xr.Dataset) -> xr.Dataset:
+        """Return the kept results of cases; at a set point :func:`dforce.at_set_point` gives them."""
         if self.set_point is None:
             return data
-        found = at_set_point(data, self.set_point, None if self.names == ALL else sorted(self.names))
-        status = data["status"].max(list(layout.inner)).astype(data["status"].dtype)
-        return found.assign(status=status.assign_attrs(data["status"].attrs)).assign_attrs(data.attrs | found.attrs)
+        return at_set_point(data, self.set_point, None if self.names == ALL else sorted(self.names))

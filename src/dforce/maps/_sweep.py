@@ -140,4 +140,4 @@ def sweep(
     data = cases.result(asked)
     data = data.assign_attrs(attributes(advice_on_sweep(layout, data)))
     data = data if done else data.assign_attrs(kept.unfinished)
-    return kept.take(data, layout) if crew.done else data
+    return kept.take(data) if crew.done else data

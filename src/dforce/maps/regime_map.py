@@ -103,7 +103,7 @@ def regimes(
         rows = [Row(with_number(bare, second.path, value), float(shares[0]), value) for value in second.values]
     with watched(progress, case.title) as report_progress:
         lines, done = _lines(rows, axes, free_parameter, report_progress)
-    data = _dataset(case, axes, free_parameter, rows, lines)
+    data = _dataset(case, axes, free_parameter, rows[:done], lines, float(shares[0]))
     return data if done == len(rows) else data.assign_attrs(interrupted=1)
 
 
@@ -204,7 +204,12 @@ def refuse_others(case: Case) -> None:
 
 
 def _dataset(
-    case: Case, axes: Sequence[Axis], free_parameter: FreeParameter, rows: Sequence[Row], lines: list[StateLine]
+    case: Case,
+    axes: Sequence[Axis],
+    free_parameter: FreeParameter,
+    rows: Sequence[Row],
+    lines: list[StateLine],
+    share: float,
 ) -> xr.Dataset:
     import xarray as xr
 
@@ -212,7 +217,7 @@ def _dataset(
     at = np.array([row.row for row in rows])
     regime, count = cells(lines, np.array(axis.values, dtype=float), at, free_parameter, case.problem.a0)
     row_words = {"units": "1", "long_name": "set point", "symbol": "A/A_0"}
-    row_axis = axes[1].coordinate() if len(axes) == 2 else ("set_point", at, row_words)
+    row_axis = (row_name, at, axes[1].coordinate()[2] if len(axes) == 2 else row_words)
     data = xr.Dataset(coords={axis.name: axis.coordinate(), row_name: row_axis})
     data["regime"] = (axis.name, row_name), regime
     data["states"] = (axis.name, row_name), count
@@ -233,7 +238,7 @@ def _dataset(
     data = describe(data)
     data.attrs = of_case(case.model_copy(update={"sweep": None}))
     data.attrs["map_over"] = " ".join([*(one.path for one in axes), *["set_point"] * (len(axes) == 1)])
-    return data if len(axes) == 1 else data.assign_attrs(set_point=rows[0].share)
+    return data if len(axes) == 1 else data.assign_attrs(set_point=share)
 
 
 def _columns(

@@ -182,7 +182,16 @@ def check_shape(result: xr.Dataset) -> None:
         another program, or twice along the same labels. The message contains the right choice.
     """
     mapped = [path.split(".")[-1] for over in MAPS & result.attrs.keys() for path in str(result.attrs[over]).split()]
+    if result.attrs.get("interrupted") and any(result.sizes.get(dim) == 0 for dim in mapped):
+        raise ParameterError(
+            "the map was stopped before its first row was done, so it has no numbers; compute it again"
+        )
     for dim in (dim for dim in (*NEEDED, *swept(result), *mapped) if result.sizes.get(dim) == 0):
+        if dim == "point" and "searched" in result.coords:
+            raise ParameterError(
+                "these branches have no points: their range has no state, or a selection left none; start experiment.zc "
+                "farther from the sample"
+            )
         order = " and zc goes from far to near" if dim == "zc" else ""
         raise ParameterError(
             f"this result has no value along {dim} left: a slice in .sel starts at the value that comes first{order}"

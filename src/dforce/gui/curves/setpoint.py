@@ -166,7 +166,7 @@ def nones_of(states: xr.Dataset, columns: Sequence[ReadoutColumn]) -> dict[str, 
 
 
 def cell_of(states: xr.Dataset, none: Mapping[str, Any], column: ReadoutColumn, crossing: int) -> str:
-    """Return a value with three digits and the unit in which it reads best, as in a text."""
+    """Return a value with three digits, a frequency with five, and the unit in which it reads best, as in a text."""
     if column.name not in states:
         return "–"
     variable = states.variables[column.name]
@@ -176,7 +176,8 @@ def cell_of(states: xr.Dataset, none: Mapping[str, Any], column: ReadoutColumn, 
     if column.name in none and none[column.name][(crossing, *column.index)]:
         return NONE
     scale, unit = unit_of_size(abs(value), str(variable.attrs.get("units", "1")), column.name)
-    return f"{three_digits(value / scale)}{'' if unit in ('1', '°') else ' '}{'' if unit == '1' else unit}"
+    number = f"{value / scale:.5g}" if column.name == "frequency" else three_digits(value / scale)
+    return f"{number}{'' if unit in ('1', '°') else ' '}{'' if unit == '1' else unit}"
 
 
 def three_digits(value: float) -> str:

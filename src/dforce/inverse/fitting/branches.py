@@ -26,7 +26,7 @@ ATTRACTED = 4.0  # errors by which a phase of attraction is above that, at least
 def branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tuple[Any, Any, Any]:
     """Return the branch of each point, which points are beside a jump, and which are spikes.
 
-    Where the data name the branch of each point, no other spike is sought than those of the calibration.
+    Where the data name the branch of each point, no spike is sought beside the spikes of the calibration.
     """
     height = found.height
     spikes = data["spike"].values.astype(bool) if "spike" in data else np.zeros(len(height), bool)
