@@ -280,6 +280,7 @@ def test_force_curve_shades_hysteresis_only_where_there_is_some():
         (lambda: synthetic.approach(tones=2), 6),
         (lambda: synthetic.approach(directions=("retract",)), 4),
         (synthetic.dwell, 6),
+        (lambda: synthetic.dwell().drop_vars("spectrum"), 5),  # as of df.motion_at
         (synthetic.force_curve, 1),
     ],
 )

@@ -82,7 +82,7 @@ def approach(dataset: xr.Dataset, figure: FigureBase | None = None, states: xr.D
 
 
 def dwell(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
-    """Draw the traces of a motion, its spectrum, the force against distance and the phase portrait.
+    """Draw the traces of a motion, its spectrum where it has one, the force against distance and the phase portrait.
 
     Raises
     ------
@@ -99,8 +99,9 @@ def dwell(dataset: xr.Dataset, figure: FigureBase | None = None) -> list[Axes]:
     upper, lower = figure.subfigures(2, 1, squeeze=False)[:, 0]
     length = float(dataset["time"][-1] - dataset["time"][0]) * main_frequency(dataset)
     axes = traces(dataset, periods=None if length > LONG_RECORD else 3, figure=upper)
-    left, middle, right = lower.subfigures(1, 3, squeeze=False)[0]
-    axes += [spectrum(dataset, figure=left), force_distance(dataset, middle), phase_portrait(dataset, right)]
+    *first, middle, right = lower.subfigures(1, 3 if "spectrum" in dataset else 2, squeeze=False)[0]
+    axes += [spectrum(dataset, figure=left) for left in first]
+    axes += [force_distance(dataset, middle), phase_portrait(dataset, right)]
     for one in axes:
         one.set_title("")
     head(figure, dataset, at_distance(dataset))
