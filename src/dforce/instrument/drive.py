@@ -12,7 +12,7 @@ import pydantic
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import MaybeNumber, Number, Part, param, part
 from dforce.instrument.base import BaseMotion, Piezo, peak_ratio
-from dforce.instrument.modes import MOST_MODES, ModeNumbers
+from dforce.instrument.modes import MOST_MODES, ModeNumbers, amplitude
 from dforce.instrument.operation import Lock, Operated
 from dforce.instrument.readout import Readout
 
@@ -23,9 +23,8 @@ BASE_OR_FORCE = (
     'write excitation = "base" for a shaken base (acoustic drive), "force" for a magnetic or photothermal drive'
 )
 FARTHEST = 1000.0  # free amplitudes: a base that has to move more cannot drive its mode
-amplitude = functools.partial(param, None, unit="m", above="0 nm", high="1 mm")
 angle = functools.partial(param, "0 deg", low="-360 deg", high="360 deg")
-BASE_AMPLITUDE = amplitude(symbol="Y", doc="amplitude of the driven base, instead of A0")
+BASE_AMPLITUDE = amplitude(None, symbol="Y", doc="amplitude of the driven base, instead of A0")
 FREQUENCY = param(
     None,
     unit="Hz",
@@ -97,7 +96,7 @@ def drive_force(mode: ModeNumbers, A0: float, frequency: float) -> float:
 class Tone(Operated):
     """One tone of the drive, by the free amplitude of its mode, or by the amplitude of the base."""
 
-    A0: MaybeNumber = amplitude(symbol="A_0", doc="free amplitude of its mode, at its frequency")
+    A0: MaybeNumber = amplitude(None, symbol="A_0", doc="free amplitude of its mode, at its frequency")
     base_amplitude: MaybeNumber = BASE_AMPLITUDE
     frequency: MaybeTuned = FREQUENCY
     mode: int | None = pydantic.Field(
@@ -123,7 +122,7 @@ class Drive(Operated):
         "several tones": ("tones",),
     }
 
-    A0: MaybeNumber = amplitude(symbol="A_0", doc="free amplitude; with several tones each has its own")
+    A0: MaybeNumber = amplitude(None, symbol="A_0", doc="free amplitude; with several tones each has its own")
     base_amplitude: MaybeNumber = BASE_AMPLITUDE
     frequency: MaybeTuned = FREQUENCY
     mode: int | None = pydantic.Field(default=None, ge=1, le=MOST_MODES, description="driven mode, from 1; default: 1")

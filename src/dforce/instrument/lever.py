@@ -17,7 +17,7 @@ from dforce.instrument import beam
 from dforce.instrument.beam_lever import Beam
 from dforce.instrument.drift import Drift
 from dforce.instrument.medium import Medium
-from dforce.instrument.modes import MOST_MODES, TILT, ModeNumbers, normal_factor
+from dforce.instrument.modes import MOST_MODES, TILT, ModeNumbers, normal_factor, quality
 from dforce.library.cantilevers import Probe, cantilevers, own_cantilevers
 
 LONGEST_REPEAT = 15  # periods of mode 1 after which it and an ideal higher mode repeat together
@@ -25,8 +25,6 @@ DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies hold in air
 
 resonance = functools.partial(param, unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz")
 stiffness = functools.partial(param, unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m")
-# at 0.5 and below the mode does not oscillate by itself: no resonance, and no decay time 2Q/omega
-quality = functools.partial(param, unit="1", symbol="Q", above=0.5, high=1e9)
 COUPLING = param(
     None,
     unit="1",
