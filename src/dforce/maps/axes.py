@@ -223,6 +223,9 @@ def _spread(path: str, given: Range, quantity: ParameterQuantity | None) -> Any:
         start, stop = units.parse(given.start, quantity.unit), units.parse(given.stop, quantity.unit)
     except ParameterError as error:
         raise type(error)(f"{path} {error}") from None
+    if start == stop and given.points > 1:
+        same = units.show(start, quantity.unit)
+        raise ParameterError(f"{path} starts and stops at {same}, so its {given.points} points are equal; change stop")
     if given.spacing == "linear":
         return np.linspace(start, stop, given.points)
     if not start * stop > 0.0:
