@@ -41,7 +41,8 @@ def read_measured(path: str | os.PathLike[str], *, curve: int | None = None, **h
     columns
         Name of the column of a quantity, if its heading is not known: ``{"amplitude": "Lock-in R"}``.
     units
-        Unit of a column without a unit: ``{"amplitude": "nm", "phase": "deg"}``.
+        Unit of a column without a unit: ``{"amplitude": "nm", "phase": "deg"}``. For heights in volts the sensitivity of the
+        piezo: ``{"height": "20 nm/V"}``.
     sensitivity
         Sensitivity that converts volts (m/V, or text such as ``"52 nm/V"``).
     amplitude_is
