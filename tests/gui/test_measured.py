@@ -130,6 +130,8 @@ def test_heights_in_volts_ask_for_the_sensitivity_of_the_piezo(tmp_path):
     data = csv(heading="Z (V),amplitude_nm,phase_deg")
     question = asked(data, LAG, folder=tmp_path)
     assert [one["volts"] for one in reading._shown(question.head, LAG, {})["columns"]] == [True, False, False]
+    bare = asked(csv(heading="Z,amplitude_nm,phase_deg"), LAG, folder=tmp_path)
+    assert not any(one["volts"] for one in reading._shown(bare.head, LAG, {})["columns"])
     settings = reading.with_choices(question.head, LAG, [], answer(units=["20 nm/V", "", ""]))
     assert reading._shown(question.head, settings, {})["piezo"] == "20 nm/V"
     curve = reading.curve_from(data, "curve.csv", settings, CASE, tmp_path)

@@ -151,6 +151,8 @@ def test_heights_in_volts_take_the_sensitivity_of_the_piezo(tmp_path):
     for wrong in ("-20 nm/V", "20 N/V", "bananas"):
         with pytest.raises(df.ParameterError, match="the sensitivity of the piezo"):
             read(tmp_path, content, units={"height": wrong})
+    with pytest.raises(df.ParameterError, match="'20 nm/V' is not a known unit"):
+        read(tmp_path, measured_curve.text(heading="Z,amplitude_nm,phase_deg"), units={"height": "20 nm/V"})
 
 
 def test_each_line_of_a_long_file_is_taken_apart_once(tmp_path, monkeypatch):

@@ -171,7 +171,7 @@ def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | 
     if column.values.dtype.kind != "f":
         raise ParameterError(f"{name} has words in the column '{column.name}', which should contain the {called}")
     values = np.asarray(column.values, dtype=float)
-    in_volts = quantity.startswith("height") and is_of(column.unit or "", "V")
+    in_volts = quantity.startswith("height") and bool(column.unit) and is_of(str(column.unit), "V")
     if in_volts and unit is not None and known_unit(unit) is None:
         return values * scale_to(str(column.unit), "V") * above_zero("units: the sensitivity of the piezo", unit, "m/V")
     said = known_unit(unit) if unit is not None else column.unit

@@ -282,7 +282,7 @@ def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Fie
             {
                 "name": one.name,
                 "unit": _unit(one, role),
-                "volts": is_of(one.unit or "", "V"),
+                "volts": bool(one.unit) and is_of(str(one.unit), "V"),
                 "typed": str(units.get(role) or UNITS.get(role, "nm")),
                 "role": role,
                 "sure": one.sure and role == one.quantity,
