@@ -72,6 +72,14 @@ MEANT = {
         "medium", {"name": "water", "temperature": 25},
         "medium.temperature = 25 K is too cold for water; did you mean '25 degC'?",
     ),
+    "C for degC": (
+        "medium", {"name": "water", "temperature": "25 C"},
+        "medium.temperature is '25 C', which is a quantity in C, not a temperature (for example in degC)",
+    ),
+    "equal ends": (
+        "experiment", {"kind": "approach", "zc": {"start": "5 nm", "stop": "0.005 um", "points": 9}},
+        "experiment.zc has equal start and stop, so its 9 points are equal; change stop",
+    ),
     "Q in percent": ("cantilever.Q", "255 %", "cantilever.Q is '255 %', but is not a share; write a number without %"),
     "sensitivity": ("readout", {"kind": "optical_lever", "invols": 60}, "readout.invols = 60 m/V is above 1 mm/V"),
     "detector": ("noise", {"detector": 100}, "noise.detector = 100 m/Hz^0.5 is above 1e-9 m/Hz^0.5"),

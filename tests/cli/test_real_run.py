@@ -141,6 +141,7 @@ FAR = 'experiment={ kind = "approach", zc = { start = "9 nm", stop = "8 nm", poi
         ("0.8,0.97", ["--set", FAR], 0, "No state at 80 %: A/A0 on this curve is"),
         ("0.8", ["--set", FAR.replace("9 nm", "5 nm").replace("8 nm", "3 nm")], 2, "start farther from the sample"),
         ("80", [], 2, "did you mean 0.8 or '80 %'?"),
+        ("0,8", [], 2, "0,8 has a share of 0; write decimals with a point, such as 0.8"),
         ("0.8", ["--set", 'experiment={ kind = "dwell", zc = "4 nm" }'], 2, "this experiment is dwell"),
     ],
 )

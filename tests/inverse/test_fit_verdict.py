@@ -53,6 +53,28 @@ def test_a_model_far_from_the_data_gives_no_answer_and_no_errors() -> None:
     assert [line.count("no answer") for line in table.splitlines() if line.startswith(("good", "bad"))][:2] == [0, 4]
 
 
+def test_a_fit_whose_model_has_no_such_curve_keeps_the_curve_near_the_sample_and_gives_no_answer() -> None:
+    data = fc.data_of("liquid")
+    sticks = fc.case_of("liquid", viscous=False).replace(H, 1e-19)  # the tip stays on the sample at all heights
+    fit = df.fit(sticks, data, free=[E], search=False)
+    assert abs(float(fit["value"].sel(parameter="zc_offset"))) < 1e-6  # it ran off over 2 mm
+    report = df.fit_report(fit)
+    assert report.startswith("No answer") and "The other values and errors are valid" not in report
+
+
+def test_a_wrong_sensitivity_is_named_and_its_given_error_covers_its_effect() -> None:
+    data, case = fc.data_of("liquid"), fc.case_of("liquid")
+    wrong = data.assign(amplitude=1.05 * data["amplitude"])
+    fit = df.fit(
+        case.replace("drive.A0", "8.4 nm"), wrong, free=[E], search=False, given={"amplitude_scale": (1.0, 0.05)}
+    )
+    one = fit.sel(parameter=E)
+    away, error, passed = float(one["value"]) - fc.TRUTH["liquid"][0], float(one["error"]), float(one["error_given"])
+    assert judged(fit.attrs["chi2"], fit.attrs["degrees_of_freedom"]).word == "as expected"
+    assert away > 5.0 * error and away == pytest.approx(passed, abs=3.0 * error)  # 5 % is one standard deviation of it
+    assert "a wrong sensitivity and wrong heights scale the forces, and chi2 may hide it" in df.fit_report(fit)
+
+
 def test_a_table_of_fits_names_parameters_that_are_not_constrained() -> None:
     fit = df.fit(fc.case_of("air"), fc.data_of("air"), free=[E, H], search=False)
     assert "not constrained by these data" in df.answer(fit)

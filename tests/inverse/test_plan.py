@@ -274,9 +274,29 @@ def test_a_plan_knows_stable_states_that_no_approach_meets():
     assert one.limit_hit.values.tolist() == ["", "peak_force"]
     assert one.others.values.all()
     assert "stable states on the branches" in found.attrs["findings"]
-    assert "another stable state fails a limit: peak_force, 398 pN" in found.attrs["findings"]
+    where = 1e9 * float(one.zc[one.limit_hit.values.tolist().index("peak_force")])
+    said = f"another stable state, at zc = {where:.4g} nm, fails a limit: peak_force, 398 pN"
+    assert said in found.attrs["findings"]
     alone = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], limits | {"states": "one"})
     assert not alone.allowed.any()
+
+
+def test_a_plan_of_one_state_at_a_distance_says_where_the_set_point_has_another_that_fails_a_limit():
+    limits = {"regime": "repulsive", "states": "one"}
+    vary = {"drive.A0": ["34.9 nm", "35 nm", "35.1 nm"]}
+    found = df.plan(STIFF, vary, [0.895, 0.9, 0.905], limits)
+    other = found.isel(A0=1, set_point=1)
+    assert other.regime.values.tolist() == ["attractive", "repulsive"] and other.recommended.values.tolist() == [
+        False,
+        True,
+    ]
+    assert f"state, at zc = {1e9 * float(other.zc[0]):.4g} nm, fails a limit: regime." in found.attrs["findings"]
+
+
+def test_a_plan_says_that_another_state_keeps_a_limit_but_not_within_the_margins():
+    limits = {"peak_force": "< 410 pN", "margin": {"set_point": 0.05, "drive.A0": "5 %"}}
+    found = df.plan(AIR, {"drive.A0": ["9.9 nm", "10 nm", "10.1 nm"]}, [0.79, 0.8, 0.81], limits)
+    assert "fails a limit within the margins: peak_force, 398 pN" in found.attrs["findings"]
 
 
 def sls(A0="20 nm", **numbers):
@@ -344,7 +364,7 @@ def test_a_plan_of_many_cases_names_a_hard_state_beside_the_points_it_chooses(mo
         for quantity in ("zc", "peak_force", "room", "slope_of_phase" if "slope_of_phase" in found else "phase"):
             np.testing.assert_allclose(here[quantity], there[quantity], rtol=1e-6, atol=1e-13, err_msg=quantity)
         np.testing.assert_array_equal(here.limit_hit, there.limit_hit)
-    assert "another stable state fails a limit: peak_force" in found.attrs["findings"]
+    assert "fails a limit: peak_force" in found.attrs["findings"]
     assert "the states on the branches count only where" in found.attrs["findings"]
 
 

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.special import kv
 
 import dforce as df
 from dforce.core.errors import ParameterError
@@ -18,59 +17,23 @@ SIZES = {"youngs_modulus": 169e9, "density": 2330.0, "length": 225e-6, "width": 
 ARGUMENTS = (2330.0, 28e-6, 3e-6, 997.0, 8.59e-4)
 
 
-@pytest.mark.parametrize(
-    ("reynolds", "gamma"),
-    [
-        (0.1, 10.48494809247 + 21.82692995651j), (1.0, 3.733874504091 + 4.074672667376j),
-        (10.0, 1.918340098891 + 0.981709691692j), (100.0, 1.326333554963 + 0.296143032935j),
-        (1000.0, 1.11745895557 + 0.10068760476j),
-    ],
-)  # fmt: skip
-def test_flow_past_a_blade_is_that_of_another_solution(reynolds, gamma):
-    found = fluid.blade(reynolds)
-    # the other one is good to some 1e-8 (3e-8 at Re = 1000), as a third, in real space, shows
-    assert found.real == pytest.approx(gamma.real, rel=1e-8)
-    assert found.imag == pytest.approx(gamma.imag, rel=3e-8)
-
-
-@pytest.mark.parametrize(("reynolds", "close"), [(0.01, 2e-9), (0.1, 2e-8)])
-def test_flow_past_a_blade_is_that_of_an_integral_equation_in_real_space(reynolds, close):
-    assert fluid.blade(reynolds) == pytest.approx(_in_real_space(reynolds, 200), rel=close)
-
-
-def _in_real_space(reynolds, count):
-    """The blade by the kernel between two places, its logarithm apart, at the zeros of a Chebyshev polynomial."""
-    root = np.sqrt(-1j * reynolds)
-    angles = (np.arange(count) + 0.5) * math.pi / count
-    s = np.cos(angles)
-    apart = np.abs(s[:, None] - s[None, :])
-    np.fill_diagonal(apart, 1.0)
-    z = root * apart
-    kernel = (-1.0 / apart**2 + root * kv(1, z) / apart + root**2 * kv(0, z)) / (2.0 * root**2 * math.pi)
-    smooth = kernel + np.log(apart) / (4.0 * math.pi)
-    log = np.log(root / 2.0) + np.euler_gamma + np.log(apart)
-    series = 0.5 * (log - 0.5) + z**2 / 16.0 * (log - 1.25) - log + z**2 / 4.0 * (1.0 - log)
-    near = series / (2.0 * math.pi) + np.log(apart) / (4.0 * math.pi)
-    smooth = np.where(apart < 0.05, near, smooth)  # where the kernel is the difference of large numbers
-    np.fill_diagonal(smooth, (0.5 * (log[0, 0] - 0.5) - log[0, 0]) / (2.0 * math.pi))
-    n = np.arange(count)
-    chebyshev = np.cos(np.outer(angles, n))
-    of_log = np.where(n == 0, math.pi * math.log(2.0), math.pi / np.maximum(n, 1)) / (4.0 * math.pi)
-    traction = np.linalg.solve(chebyshev * of_log + math.pi / count * smooth @ chebyshev, np.ones(count))
-    return complex(1j * traction[0] / reynolds)
+# of a thin blade, by another solution, which is good to some 1e-8 (3e-8 at Re = 1000)
+BLADE = {
+    0.1: 10.48494809247 + 21.82692995651j, 1.0: 3.733874504091 + 4.074672667376j,
+    10.0: 1.918340098891 + 0.981709691692j, 100.0: 1.326333554963 + 0.296143032935j,
+    1000.0: 1.11745895557 + 0.10068760476j,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("reynolds", "real", "imaginary"),
-    [(0.01, 4e-5, 9e-5), (1.0, 9e-5, 9e-5), (30.0, 9e-5, 9e-5), (100.0, 1.4e-4, 1.4e-4)],
+    [(0.1, 4e-5, 9e-5), (1.0, 9e-5, 9e-5), (10.0, 9e-5, 9e-5), (100.0, 1.4e-4, 1.4e-4)],
 )
 def test_published_fit_is_within_its_error_of_the_blade(reynolds, real, imaginary):
-    fit, exact = beam.hydrodynamic_function(reynolds), fluid.blade(reynolds)
+    fit, exact = beam.hydrodynamic_function(reynolds), BLADE[reynolds]
     assert abs(fit.real / exact.real - 1.0) < real
     assert abs(fit.imag / exact.imag - 1.0) < imaginary
-    assert abs(beam.hydrodynamic_function(1000.0).imag / fluid.blade(1000.0).imag - 1.0) == pytest.approx(
-        7.6e-4, abs=1e-5
-    )
+    assert abs(beam.hydrodynamic_function(1000.0).imag / BLADE[1000.0].imag - 1.0) == pytest.approx(7.6e-4, abs=1e-5)
 
 
 @pytest.mark.parametrize(("n", "ratio", "digits"), [(1, 0.99999503, 1e-7), (2, 1.00002, 1e-6)])
@@ -120,7 +83,7 @@ def test_flow_near_a_wall_has_its_values(reynolds, gap, gamma, digits):
 
 
 def test_flow_far_from_the_wall_is_that_without_one_and_continuous():
-    assert fluid.near_wall(10.0, 1e4) == pytest.approx(fluid.blade(10.0), rel=1e-6)
+    assert fluid.near_wall(10.0, 1e4) == pytest.approx(BLADE[10.0], rel=1e-6)
     assert fluid.near_wall(10.0, 10.0 + 1e-9) == pytest.approx(fluid.near_wall(10.0, 10.0 - 1e-9), rel=1e-8)
 
 

@@ -25,7 +25,7 @@ from tiers import some_long
 
 import dforce as df
 from dforce.instrument import beam
-from dforce.instrument.noise import thermal_density, time_constant
+from dforce.instrument.noise import time_constant
 from dforce.solvers import SolverSettings
 
 SIZES = {"youngs_modulus": 169e9, "density": 2330.0, "length": 225e-6, "width": 28e-6, "thickness": 3e-6}
@@ -286,7 +286,7 @@ def test_calibrations_in_a_liquid_take_one_resonance_for_what_the_fluid_makes_of
 
     def unlikely(logs):  # of the density without scatter
         f0, Q, square, white = np.exp(logs)
-        form = thermal_density(f, f0, 1.0, Q, square) + white
+        form = 2.0 * square / (math.pi * f0 * Q) / ((1.0 - (f / f0) ** 2) ** 2 + (f / f0 / Q) ** 2) + white
         return float(np.mean(np.log(form / wanted) + wanted / form))
 
     start = np.log([mode.f0, mode.Q, KT / mode.k, 0.01 * wanted.max()])

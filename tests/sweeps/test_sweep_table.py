@@ -115,6 +115,10 @@ def test_a_mistake_in_a_table_is_one_sentence(sweep, sentence):
             {"over": {"drive.A0": {"start": "1 nm", "stop": "-1 nm", "points": 3, "spacing": "log"}}},
             "use linear spacing",
         ),
+        (
+            {"over": {"drive.A0": {"start": "9 nm", "stop": "9 nm", "points": 3}}},
+            "drive.A0 starts and stops at 9 nm, so its 3 points are equal; change stop",
+        ),
         ({"over": {"solver.method": {"start": 1, "stop": 2, "points": 3}}}, "not a plain number, so it has no range"),
         ({"rows": {"solver.method": ["periodic"]}}, "cannot differ from case to case"),
         ({"rows": {"drive.A0": [1e-9], "tip.radius": [1e-9, 2e-9]}}, "each case needs one value"),

@@ -160,7 +160,7 @@ WRONG = (
 
 def public():
     """The functions that the package exports, some of its modules', and the methods of a case that a user calls, by name."""
-    found = {name: getattr(df, name) for name in df.__all__}
+    found = {name: getattr(df, name) for name in dir(df)}
     for name in CALLS:
         if ":" in name:
             module, _, function = name.partition(":")
@@ -248,7 +248,7 @@ def test_the_sentence_says_what_is_wanted_and_where_it_comes_from(call, sentence
 
 def test_progress_is_the_same_argument_wherever_it_is_that_of_run():
     wanted = inspect.signature(df.run).parameters["progress"].annotation
-    told = {name: getattr(df, name) for name in df.__all__ if "See :func:`run`." in (getattr(df, name).__doc__ or "")}
+    told = {name: getattr(df, name) for name in dir(df) if "See :func:`run`." in (getattr(df, name).__doc__ or "")}
     assert {"noise", "noisy_motion", "switching_rate"} < set(told)
     other = [name for name, one in told.items() if inspect.signature(one).parameters["progress"].annotation != wanted]
     assert not other

@@ -21,7 +21,7 @@ def check_names(app: Sphinx) -> None:
     """
     page = (Path(app.srcdir) / "reference" / "api.md").read_text(encoding="utf-8")
     listed = set(re.findall(r"^   (\w+)$", page, re.MULTILINE))
-    missing = [name for name in df.__all__ if name not in listed and callable(getattr(df, name))]
+    missing = [name for name in dir(df) if name not in listed and callable(getattr(df, name))]
     if missing:
         raise ExtensionError(f"docs/reference/api.md does not list {', '.join(missing)}")
 

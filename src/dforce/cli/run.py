@@ -140,7 +140,10 @@ def run(
 
 def _at(case: df.Case, settings: list[str], shares: str) -> df.Case:
     """Return a case, changed by settings, that asks for set points; one without an experiment is approached and retracted."""
-    wanted = [parse_share(share.strip(), "--at-set-point") for share in shares.split(",")]
+    each = [share.strip() for share in shares.split(",")]
+    if "0" in each:
+        raise df.ParameterError(f"--at-set-point = {shares} has a share of 0; write decimals with a point, such as 0.8")
+    wanted = [parse_share(share, "--at-set-point") for share in each]
     if case.experiment is None:
         in_liquid = min(mode.Q for mode in case.problem.modes) < LOW_Q
         zc = OVER_A0 | {"stop": BELOW if in_liquid else CLOSE, "points": 221}

@@ -5,7 +5,7 @@ Datasets, pictures, tables and documentation take their words from here.
 
 from __future__ import annotations
 
-from dforce.core.quantity import Amount, Observable, Quantity, Scale, table
+from dforce.core.quantity import Observable, Quantity, Scale, table
 
 
 def jumps_along(place: str) -> list[str]:
@@ -337,12 +337,8 @@ OF_RESULTS = (
 
 NONE = "none"  # shown for an amount below its estimated error
 
-
-AMOUNTS = {
-    "peak_force": Amount("force", 1), "min_force": Amount("force", -1), "mean_force": Amount("force"),
-    "max_indentation": Amount("length"), "contact_time": Amount("period"), "contact_fraction": Amount("share"),
-    "power": Amount("power"), "energy": Amount("work"),
-} | dict.fromkeys(
-    ("virial", "dissipated_energy", "total_virial", "total_dissipated_energy", "base_energy", "apparent_dissipated_energy"),
-    Amount("energy"),
+# quantities that may be zero within their errors; the error of the energy along a path follows from force and distance
+AMOUNTS = (
+    "peak_force", "min_force", "mean_force", "max_indentation", "contact_time", "contact_fraction", "power", "energy",
+    "virial", "dissipated_energy", "total_virial", "total_dissipated_energy", "base_energy", "apparent_dissipated_energy",
 )  # fmt: skip

@@ -53,23 +53,6 @@ class Observable(Quantity):
     scale: Scale = field(kw_only=True)
 
 
-@dataclass(frozen=True)
-class Amount:
-    """A quantity that may be zero within its error.
-
-    Attributes
-    ----------
-    scale
-        Reference of its estimated error: length (free amplitude), force (largest of the motion), energy, power, period, or
-        share (1). Over a prescribed motion: work (largest force times the range of distances).
-    side
-        1 where only positive values count, -1 where only negative ones do; 0: both.
-    """
-
-    scale: str
-    side: int = 0
-
-
 Row = TypeVar("Row", bound=Quantity)
 
 

@@ -287,7 +287,8 @@ def parse_all(given: object, unit: str) -> list[float]:
 
 
 def _example(unit: str, before: str = "") -> str:
-    return f"{before} (for example in {SUGGESTED.get(unit, unit)})" if unit != "1" else ""
+    usual = "degC" if unit == "K" else SUGGESTED.get(unit, unit)
+    return f"{before} (for example in {usual})" if unit != "1" else ""
 
 
 def _finite(value: float, given: object) -> float:

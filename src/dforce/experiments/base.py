@@ -33,6 +33,13 @@ MOST_SHARE = 50.0  # of the free amplitude; more are per cent
 class Even(Parameters):
     """Evenly spaced values from `start` to `stop`, both included; a subclass declares these and `points`."""
 
+    @pydantic.model_validator(mode="after")
+    def _has_different_ends(self) -> Self:
+        start, stop, points = (getattr(self, name) for name in ("start", "stop", "points"))
+        if start == stop and points > 1:
+            raise ParameterError(f"has equal start and stop, so its {points} points are equal; change stop")
+        return self
+
     def values(self) -> Array:
         """Return the values in SI."""
         return np.linspace(getattr(self, "start"), getattr(self, "stop"), getattr(self, "points"))  # noqa: B009

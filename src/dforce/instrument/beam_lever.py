@@ -16,7 +16,7 @@ from dforce.instrument import beam, fluid
 from dforce.instrument.fluid import Wall
 from dforce.instrument.history import FluidMemory, band, fluid_memory
 from dforce.instrument.medium import Medium
-from dforce.instrument.modes import MOST_MODES, TILT, ModeNumbers, normal_factor
+from dforce.instrument.modes import MOST_MODES, TILT, ModeNumbers, normal_factor, quality
 
 
 class Beam(Parameters):
@@ -65,13 +65,8 @@ class Beam(Parameters):
         description="constant: mass and damping at the resonance of each mode; history: as functions of the frequency, "
         "with a memory of the motion",
     )
-    Q: Numbers = param(
-        (),
-        unit="1",
-        symbol="Q",
-        above=0.5,
-        high=1e9,
-        doc="quality factor of each mode (a number, or a list for several modes); default: from the medium",
+    Q: Numbers = quality(
+        (), doc="quality factor of each mode (a number, or a list for several modes); default: from the medium"
     )
 
     @pydantic.field_validator("Q", mode="before")

@@ -12,6 +12,7 @@ from dforce.core.errors import ParameterError, shorten
 from dforce.core.files import named
 from dforce.core.marks import file_name
 from dforce.core.parameters import Numbers, Parameters, param
+from dforce.instrument.modes import amplitude, quality
 
 
 class Drift(Parameters):
@@ -26,21 +27,9 @@ class Drift(Parameters):
         description="a CSV file with the columns height, Q and A0 (Q or A0 may be missing), instead of numbers",
     )
     zc: Numbers = param(unit="m", symbol="z_c", doc="average distances, rising; beyond the last, values are constant")
-    Q: Numbers = param(
-        (),
-        unit="1",
-        symbol="Q",
-        above=0.5,
-        high=1e9,
-        doc="quality factor at each distance; default: the Q of the lever",
-    )
-    A0: Numbers = param(
-        (),
-        unit="m",
-        symbol="A_0",
-        above="0 nm",
-        high="1 mm",
-        doc="free amplitude at each distance; default: from Q at a constant driving force",
+    Q: Numbers = quality((), doc="quality factor at each distance; default: the Q of the lever")
+    A0: Numbers = amplitude(
+        (), symbol="A_0", doc="free amplitude at each distance; default: from Q at a constant driving force"
     )
 
     @pydantic.model_validator(mode="before")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, Self
@@ -11,7 +12,7 @@ import pydantic
 from dforce.core.errors import ParameterError
 from dforce.core.parameters import MaybeNumber, Number, Part, param, part
 from dforce.instrument.base import BaseMotion, Piezo, peak_ratio
-from dforce.instrument.modes import MOST_MODES, ModeNumbers
+from dforce.instrument.modes import MOST_MODES, ModeNumbers, amplitude
 from dforce.instrument.operation import Lock, Operated
 from dforce.instrument.readout import Readout
 
@@ -22,6 +23,19 @@ BASE_OR_FORCE = (
     'write excitation = "base" for a shaken base (acoustic drive), "force" for a magnetic or photothermal drive'
 )
 FARTHEST = 1000.0  # free amplitudes: a base that has to move more cannot drive its mode
+angle = functools.partial(param, "0 deg", low="-360 deg", high="360 deg")
+BASE_AMPLITUDE = amplitude(None, symbol="Y", doc="amplitude of the driven base, instead of A0")
+FREQUENCY = param(
+    None,
+    unit="Hz",
+    symbol="f",
+    above="0 Hz",
+    high="10 GHz",
+    doc="drive frequency; peak: at the largest free response of its mode; default: the f0 of its mode",
+)
+LAG = angle(
+    symbol=r"\lambda", doc="lag of the force, or of the base, behind the drive signal, as in photothermal drive"
+)
 
 if TYPE_CHECKING:
 
@@ -82,33 +96,14 @@ def drive_force(mode: ModeNumbers, A0: float, frequency: float) -> float:
 class Tone(Operated):
     """One tone of the drive, by the free amplitude of its mode, or by the amplitude of the base."""
 
-    A0: MaybeNumber = param(
-        None, unit="m", symbol="A_0", above="0 nm", high="1 mm", doc="free amplitude of its mode, at its frequency"
-    )
-    base_amplitude: MaybeNumber = param(
-        None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the driven base, instead of A0"
-    )
-    frequency: MaybeTuned = param(
-        None,
-        unit="Hz",
-        symbol="f",
-        above="0 Hz",
-        high="10 GHz",
-        doc="drive frequency; peak: at the largest free response of its mode; default: the f0 of its mode",
-    )
+    A0: MaybeNumber = amplitude(None, symbol="A_0", doc="free amplitude of its mode, at its frequency")
+    base_amplitude: MaybeNumber = BASE_AMPLITUDE
+    frequency: MaybeTuned = FREQUENCY
     mode: int | None = pydantic.Field(
         default=None, ge=1, le=MOST_MODES, description="mode of the tone, from 1; default: the position in the list"
     )
-    phase: Number = param(
-        "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the tone at time zero"
-    )
-    lag: Number = param(
-        "0 deg",
-        symbol=r"\lambda",
-        low="-360 deg",
-        high="360 deg",
-        doc="lag of the force, or of the base, behind the drive signal, as in photothermal drive",
-    )
+    phase: Number = angle(symbol=r"\theta", doc="phase of the tone at time zero")
+    lag: Number = LAG
 
     @pydantic.model_validator(mode="after")
     def _an_amplitude(self) -> Self:
@@ -127,36 +122,12 @@ class Drive(Operated):
         "several tones": ("tones",),
     }
 
-    A0: MaybeNumber = param(
-        None,
-        unit="m",
-        symbol="A_0",
-        above="0 nm",
-        high="1 mm",
-        doc="free amplitude; with several tones each has its own",
-    )
-    base_amplitude: MaybeNumber = param(
-        None, unit="m", symbol="Y", above="0 nm", high="1 mm", doc="amplitude of the driven base, instead of A0"
-    )
-    frequency: MaybeTuned = param(
-        None,
-        unit="Hz",
-        symbol="f",
-        above="0 Hz",
-        high="10 GHz",
-        doc="drive frequency; peak: at the largest free response of its mode; default: the f0 of its mode",
-    )
+    A0: MaybeNumber = amplitude(None, symbol="A_0", doc="free amplitude; with several tones each has its own")
+    base_amplitude: MaybeNumber = BASE_AMPLITUDE
+    frequency: MaybeTuned = FREQUENCY
     mode: int | None = pydantic.Field(default=None, ge=1, le=MOST_MODES, description="driven mode, from 1; default: 1")
-    phase: Number = param(
-        "0 deg", symbol=r"\theta", low="-360 deg", high="360 deg", doc="phase of the drive at time zero"
-    )
-    lag: Number = param(
-        "0 deg",
-        symbol=r"\lambda",
-        low="-360 deg",
-        high="360 deg",
-        doc="lag of the force, or of the base, behind the drive signal, as in photothermal drive",
-    )
+    phase: Number = angle(symbol=r"\theta", doc="phase of the drive at time zero")
+    lag: Number = LAG
     tones: Part[tuple[Tone, ...]] = part((), max_length=MOST_MODES, description="tones, instead of a single one")
     excitation: Literal["force", "base"] = pydantic.Field(
         default="force",

@@ -1,9 +1,8 @@
-r"""The fluid around a beam: the exact flow past a thin blade, free, and near a wall.
+r"""The fluid around a beam: the flow past a thin blade, free, and near a wall.
 
 Force per length on a blade of width b that moves across itself by :math:`W e^{-i \omega t}`:
 :math:`\tfrac{\pi}{4} \rho \omega^2 b^2 \Gamma W`, with :math:`\mathrm{Re} = \rho \omega b^2 / 4 \mu` and, near a wall, the gap
-g over the width, H. The function :func:`dforce.instrument.beam.hydrodynamic_function` is a fit of the free blade; tests
-compare it with this module.
+g over the width, H. The function :func:`dforce.instrument.beam.hydrodynamic_function` is a fit of the free blade.
 """
 
 from __future__ import annotations
@@ -16,67 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
 from dforce.instrument import beam
 
-FUNCTIONS = 12  # of the traction across the blade; with 10 there are 12 digits
-FARTHEST = 2.0e4  # wave number over half the width: the integral beyond is below 1e-12
-NODES = 8  # of the quadrature over each half turn of the Bessel functions
 STATIONS = 32  # along the lever, by Gauss's rule, where the gap counts
 LEAST_RE, MOST_RE = 0.01, 1000.0  # of the table near a wall
 LEAST_GAP, MOST_GAP = 0.05, 10.0  # widths
-
-
-@functools.lru_cache(maxsize=4096)
-def blade(reynolds: float) -> complex:
-    r"""Return :math:`\Gamma(\mathrm{Re})` of a thin blade, solved from the unsteady Stokes equations.
-
-    The traction across the blade is :math:`\sum_n c_n T_{2n}(s) / \sqrt{1 - s^2}`, whose transforms are Bessel functions, and
-    the blade's velocity is met in the mean with each of them (Galerkin). A sheet of forces moves the fluid by
-
-    .. math:: \hat u(k) = \frac{\hat f(k)}{2 \mu} \frac{k}{\kappa (\kappa + k)}, \qquad \kappa^2 = k^2 - i \mathrm{Re}
-
-    in units of half the width. Ten digits from Re = 0.01 to 1000.
-
-    Raises
-    ------
-    ParameterError
-        For a Reynolds number that is not above 0.
-    """
-    from scipy.special import iv, kv
-
-    if not reynolds > 0.0:
-        raise ParameterError(f"Re = {reynolds:g} is not above 0")
-    k, weights = _wave_numbers()
-    kappa = np.sqrt(k * k - 1j * reynolds)
-    flow = k / (2.0 * kappa * (kappa + k)) - 0.25 * k / (k * k + 1.0)
-    bessel = _bessel()
-    matrix = (bessel * (flow * weights)) @ bessel.T
-    for m in range(FUNCTIONS):
-        for n in range(FUNCTIONS):
-            low, high = sorted((2 * m, 2 * n))
-            # the subtracted part, in closed form: G. N. Watson, Theory of Bessel Functions, 13.53
-            matrix[m, n] += 0.25 * (-1.0) ** (m - n) * float(iv(high, 1.0) * kv(low, 1.0))
-            matrix[m, n] *= (-1.0) ** (m + n)
-    c = np.linalg.solve(matrix, np.eye(FUNCTIONS)[0])
-    return complex(1j * c[0] / reynolds)
-
-
-@functools.cache
-def _wave_numbers() -> tuple[Array, Array]:
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    ends = np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 60), np.arange(1.0 + math.pi / 2.0, FARTHEST, math.pi / 2.0)])
-    half = 0.5 * np.diff(ends)
-    return (ends[:-1, None] + half[:, None] * (nodes + 1.0)).ravel(), (half[:, None] * weights).ravel()
-
-
-@functools.cache
-def _bessel() -> Array:
-    from scipy.special import jv
-
-    k, _ = _wave_numbers()
-    return np.array([jv(2 * n, k) for n in range(FUNCTIONS)])
 
 
 @functools.cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, ClassVar, Self
@@ -16,33 +17,35 @@ from dforce.instrument import beam
 from dforce.instrument.beam_lever import Beam
 from dforce.instrument.drift import Drift
 from dforce.instrument.medium import Medium
-from dforce.instrument.modes import MOST_MODES, TILT, ModeNumbers, normal_factor
+from dforce.instrument.modes import MOST_MODES, TILT, ModeNumbers, normal_factor, quality
 from dforce.library.cantilevers import Probe, cantilevers, own_cantilevers
 
 LONGEST_REPEAT = 15  # periods of mode 1 after which it and an ideal higher mode repeat together
 DENSEST = 50.0  # kg/m^3, of a gas: nominal frequencies hold in air
 
+resonance = functools.partial(param, unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz")
+stiffness = functools.partial(param, unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m")
+COUPLING = param(
+    None,
+    unit="1",
+    symbol=r"\chi",
+    low=-10.0,
+    high=10.0,
+    doc="coupling of the base to the mode; 1 for a point mass; default: the coupling of a uniform beam",
+)
+ADDED_MASS = param(
+    None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
+)
+
 
 class Mode(Parameters):
     """One eigenmode of the cantilever: a point mass k / (2 pi f0)^2 on a spring k, with viscous damping."""
 
-    f0: Number = param(unit="Hz", symbol="f_0", above="0 Hz", high="10 GHz", doc="resonance frequency without damping")
-    k: Number = param(unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant of the mode")
-    # at 0.5 and below the mode does not oscillate by itself: no resonance, and no decay time 2Q/omega
-    Q: Number = param(
-        unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; above 0.5, so that the mode oscillates"
-    )
-    base_coupling: MaybeNumber = param(
-        None,
-        unit="1",
-        symbol=r"\chi",
-        low=-10.0,
-        high=10.0,
-        doc="coupling of the base to the mode; 1 for a point mass; default: the coupling of a uniform beam",
-    )
-    added_mass: MaybeNumber = param(
-        None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
-    )
+    f0: Number = resonance(doc="resonance frequency without damping")
+    k: Number = stiffness(doc="spring constant of the mode")
+    Q: Number = quality(doc="quality factor; above 0.5, so that the mode oscillates")
+    base_coupling: MaybeNumber = COUPLING
+    added_mass: MaybeNumber = ADDED_MASS
 
 
 class HigherMode(Parameters):
@@ -50,20 +53,9 @@ class HigherMode(Parameters):
 
     title_of: ClassVar[str] = "cantilever.higher_modes"
 
-    f0: MaybeNumber = param(
-        None,
-        unit="Hz",
-        symbol="f_0",
-        above="0 Hz",
-        high="10 GHz",
-        doc="resonance frequency; default: from an ideal beam",
-    )
-    k: MaybeNumber = param(
-        None, unit="N/m", symbol="k", above="0 N/m", high="1e8 N/m", doc="spring constant; default: from an ideal beam"
-    )
-    Q: MaybeNumber = param(
-        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; default: by Sader's theory, in a gas"
-    )
+    f0: MaybeNumber = resonance(None, doc="resonance frequency; default: from an ideal beam")
+    k: MaybeNumber = stiffness(None, doc="spring constant; default: from an ideal beam")
+    Q: MaybeNumber = quality(None, doc="quality factor; default: by Sader's theory, in a gas")
 
 
 class Cantilever(Parameters):
@@ -84,36 +76,11 @@ class Cantilever(Parameters):
     library: str | None = file_name(
         None, max_length=500, through_named=True, description="your own CSV file of cantilevers"
     )
-    f0: MaybeNumber = param(
-        None,
-        unit="Hz",
-        symbol="f_0",
-        above="0 Hz",
-        high="10 GHz",
-        doc="resonance frequency; with several modes each has its own",
-    )
-    k: MaybeNumber = param(
-        None,
-        unit="N/m",
-        symbol="k",
-        above="0 N/m",
-        high="1e8 N/m",
-        doc="spring constant; with several modes each has its own",
-    )
-    Q: MaybeNumber = param(
-        None, unit="1", symbol="Q", above=0.5, high=1e9, doc="quality factor; with several modes each has its own"
-    )
-    base_coupling: MaybeNumber = param(
-        None,
-        unit="1",
-        symbol=r"\chi",
-        low=-10.0,
-        high=10.0,
-        doc="coupling of the base to the mode; 1 for a point mass; default: the coupling of a uniform beam",
-    )
-    added_mass: MaybeNumber = param(
-        None, unit="1", symbol=r"\mu", low=0.0, below=1.0, doc="share of the fluid in the mode's mass; 0 in air"
-    )
+    f0: MaybeNumber = resonance(None, doc="resonance frequency; with several modes each has its own")
+    k: MaybeNumber = stiffness(None, doc="spring constant; with several modes each has its own")
+    Q: MaybeNumber = quality(None, doc="quality factor; with several modes each has its own")
+    base_coupling: MaybeNumber = COUPLING
+    added_mass: MaybeNumber = ADDED_MASS
     tip_radius: MaybeNumber = param(
         None,
         unit="m",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,9 @@ from dforce.instrument.history import FluidMemory
 
 MOST_MODES = 10
 
+# at 0.5 and below the mode does not oscillate by itself: no resonance, and no decay time 2Q/omega
+quality = functools.partial(param, unit="1", symbol="Q", above=0.5, high=1e9)
+amplitude = functools.partial(param, unit="m", above="0 nm", high="1 mm")
 TILT = param(
     None,
     unit="rad",

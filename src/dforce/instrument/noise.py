@@ -91,39 +91,3 @@ def detector_readings(noise: NoiseNumbers, seed: int, frequency: float, periods:
 
     random = np.random.Generator(np.random.Philox(seed)).standard_normal((periods, tones, 2))
     return noise.detector * math.sqrt(frequency) * random @ np.array([1.0, 1j])
-
-
-def thermal_density(frequency: Any, f0: float, k: float, Q: float, kT: float) -> Any:
-    r"""Return the one-sided spectral density (m^2/Hz) of a mode's thermal motion at frequencies (Hz).
-
-    .. math:: S_z(f) = \frac{4 k_B T}{k \omega_0 Q}\, \frac{1}{(1 - r^2)^2 + r^2 / Q^2}, \qquad r = f / f_0
-
-    so that the whole is :math:`\langle z^2 \rangle = k_B T / k`.
-    """
-    r = frequency / f0
-    return 4.0 * kT / (k * 2.0 * math.pi * f0 * Q) / ((1.0 - r * r) ** 2 + (r / Q) ** 2)
-
-
-def thermal_amplitude(f0: float, k: float, Q: float, kT: float, tau: float) -> float:
-    r"""Return the thermal noise (m) of an amplitude that a lock-in of one pole reads at resonance, for high Q.
-
-    .. math:: \delta A = \sqrt{\frac{k_B T}{k}\, \frac{t_c}{t_c + \tau}}, \qquad t_c = \frac{2 Q}{\omega_0}
-    """
-    ringing = Q / (math.pi * f0)
-    return math.sqrt(kT / k * ringing / (ringing + tau))
-
-
-def least_gradient(f0: float, k: float, Q: float, kT: float, amplitude: float, bandwidth: float) -> float:
-    r"""Return the smallest force gradient (N/m) that shows above thermal noise, for a bandwidth far below f0/2Q.
-
-    .. math:: F'_\mathrm{min} = \sqrt{\frac{8 k\, k_B T B}{\omega_0 Q A^2}}
-    """
-    return math.sqrt(8.0 * k * kT * bandwidth / (2.0 * math.pi * f0 * Q * amplitude**2))
-
-
-def frequency_noise(f0: float, k: float, Q: float, kT: float, amplitude: float, bandwidth: float) -> float:
-    r"""Return the thermal noise (Hz) of the frequency of a lever that oscillates at resonance with an amplitude (m).
-
-    .. math:: \delta f = \sqrt{\frac{f_0 k_B T B}{\pi k Q A^2}}
-    """
-    return math.sqrt(f0 * kT * bandwidth / (math.pi * k * Q * amplitude**2))

@@ -62,13 +62,16 @@ def missing_damping(case: Case) -> Iterator[str]:
 
 
 def _beside(wishes: Wishes, judged: Judged, number: int) -> Iterator[str]:
-    """Name the limits that another state at the recommended settings fails."""
+    """Name the limits that another state at the recommended settings fails, at another distance."""
     points = judged.points
     here = (points.near == points.near[number]) & (points.set_points == points.set_points[number])
     for other in np.flatnonzero(here & (judged.hit != "")):
-        name = str(judged.hit[other]).removeprefix("margin: ")
+        hit = str(judged.hit[other])
+        name = hit.removeprefix("margin: ")
+        fails = "fails a limit" if name == hit else "fails a limit within the margins"
         value = "" if name not in OBSERVABLES else f", {_shown(name, _values(judged, name)[other])}"
-        yield f"At the recommended settings another stable state fails a limit: {name}{value}."
+        where = show(float(points.zc[other]), "m", 4)
+        yield f"At the recommended settings another stable state, at zc = {where}, {fails}: {name}{value}."
 
 
 def _range(axis: Axis) -> str:

@@ -9,8 +9,8 @@ import numpy as np
 
 from dforce.core.arrays import Array, Bools
 from dforce.core.errors import ParameterError, checked, nearest, shorten
-from dforce.core.quantities import AMOUNTS
-from dforce.core.quantity import Amount
+from dforce.core.quantities import AMOUNTS, OBSERVABLES
+from dforce.core.quantity import Scale
 from dforce.observables.deviation import FAINT
 from dforce.observables.finish import driving_tone
 from dforce.results.dataset import COLUMN_DIMS
@@ -38,31 +38,31 @@ def with_scales(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     of_modes = np.array([_energy(problem, n) for n in range(len(problem.modes))])
     of_tones = np.array([of_modes[tone.mode] for tone in problem.tones])
     scales = {
-        "length": first.A0,
-        "energy": of_modes[0],
-        "power": of_modes[0] * first.frequency,
-        "period": 1.0 / first.frequency,
-        "share": 1.0,
-        "force": FAINT * float(np.abs(problem.tip_drive).max()),
+        Scale.LENGTH: first.A0,
+        Scale.ENERGY: of_modes[0],
+        Scale.POWER: of_modes[0] * first.frequency,
+        Scale.PERIOD: 1.0 / first.frequency,
+        Scale.ONE: 1.0,
+        Scale.FORCE: FAINT * float(np.abs(problem.tip_drive).max()),
     }
     of_each = {"mode": of_modes, "tone": of_tones}  # energies
-    for name, amount in _scaled_by_case(dataset):
+    for name in _scaled_by_case(dataset):
         variable = dataset.variables[name]
-        scale = next((of_each[dim] for dim in of_each if dim in variable.dims), scales[amount.scale])
+        scale = next((of_each[dim] for dim in of_each if dim in variable.dims), scales[OBSERVABLES[name].scale])
         variable.attrs[SCALE] = scale if np.size(scale) > 1 else float(np.ravel(scale)[0])
     return dataset
 
 
 def scaled(dataset: xr.Dataset, problem: Problem) -> xr.Dataset:
     """Return a result with the scales: itself where it has them, else a copy."""
-    if all(SCALE in dataset.variables[name].attrs for name, _ in _scaled_by_case(dataset)):
+    if all(SCALE in dataset.variables[name].attrs for name in _scaled_by_case(dataset)):
         return dataset
     return with_scales(dataset.copy(), problem)
 
 
-def _scaled_by_case(dataset: xr.Dataset) -> list[tuple[str, Amount]]:
+def _scaled_by_case(dataset: xr.Dataset) -> list[str]:
     """Return the amounts of a result whose errors have scales that follow from the case."""
-    return [pair for pair in AMOUNTS.items() if pair[0] in dataset.variables and pair[1].scale != "work"]
+    return [name for name in AMOUNTS if name in dataset.variables and name in OBSERVABLES]
 
 
 def _energy(problem: Problem, n: int) -> float:
@@ -91,7 +91,7 @@ def error_of(dataset: xr.Dataset, name: str) -> Array:
     variable = dataset.variables[name]
     if name not in AMOUNTS:
         return np.zeros(variable.shape)
-    if AMOUNTS[name].scale == "work" and {"force", "distance"} <= {*dataset.variables}:
+    if name not in OBSERVABLES and {"force", "distance"} <= {*dataset.variables}:
         force, distance = dataset.variables["force"].values, dataset.variables["distance"].values
         return np.full(variable.shape, ROUNDING * float(np.nanmax(np.abs(force)) * np.ptp(distance)))
     share: Any = USUAL
@@ -102,7 +102,7 @@ def error_of(dataset: xr.Dataset, name: str) -> Array:
     if SCALE in variable.attrs:
         inner = [dim for dim in variable.dims if dim in COLUMN_DIMS]
         of_case = _spread(np.reshape(variable.attrs[SCALE], [-1] if inner else []), inner, variable.dims)
-        scale = np.fmax(scale, of_case) if AMOUNTS[name].scale == "force" else of_case
+        scale = np.fmax(scale, of_case) if OBSERVABLES[name].scale == Scale.FORCE else of_case
     return np.asarray(np.broadcast_to(share * scale, variable.shape))
 
 
@@ -147,7 +147,7 @@ def is_none(dataset: xr.Dataset, name: str) -> Bools:
     error = error_of(dataset, name)
     if name not in AMOUNTS:
         return np.zeros(error.shape, dtype=bool)
-    side, values = AMOUNTS[name].side, dataset.variables[name].values
+    values, side = dataset.variables[name].values, {"peak_force": 1, "min_force": -1}.get(name)
     return np.asarray((side * values if side else np.abs(values)) <= error)
 
 

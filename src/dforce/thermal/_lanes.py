@@ -110,7 +110,7 @@ def noisy_motion(
     data = xr.Dataset(
         {
             "amplitude": (("seed", "time", "tone"), np.abs(c)),
-            "phase": (("seed", "time", "tone"), _lag(c * np.exp(-1j * turns))),
+            "phase": (("seed", "time", "tone"), phase_lag(c * np.exp(-1j * turns))),
             "min_distance": ("seed", lanes.lowest),
         },
         {"seed": [*given], "time": times, "tone": np.arange(1, len(problem.tones) + 1), "zc": place},
@@ -132,11 +132,6 @@ def _seeds(first: int, given: int | Sequence[int]) -> Sequence[int]:
         if count > 1:
             raise ParameterError(f"seeds contains {seed} twice: both runs would be equal")
     return [*counts]
-
-
-def _lag(c: Complexes) -> Any:
-
-    return phase_lag(c)
 
 
 def start_of(case: Case | xr.Dataset, zc: Length | None) -> tuple[Case, Problem, float, Motion]:

@@ -40,11 +40,6 @@ FORCES_ALONE = (*inputs.PIECES, *laws.PIECES, *contact.PIECES, *long_range.PIECE
 THERMAL_SPECTRUM = inputs.PIECES  # of a free lever, without drive and sample
 
 
-def _is_noisy(seen: Evidence) -> bool:
-    """Return whether the motion is simulated with thermal noise."""
-    return seen.case.solver.integrator == "langevin"
-
-
 @checked
 def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices:
     """Return the advice on a case, on a case and its result, or on a result; the list may be empty.
@@ -71,7 +66,7 @@ def advice(case: Case | xr.Dataset, result: xr.Dataset | None = None) -> Advices
     pieces = FORCES_ALONE if seen.is_force_curve else PIECES
     if seen.case.experiment is not None and seen.case.experiment.kind == "thermal_spectrum":
         pieces = THERMAL_SPECTRUM
-    if _is_noisy(seen):
+    if seen.case.solver.integrator == "langevin":
         pieces = tuple(piece for piece in pieces if piece not in BALANCES)
     return Advices(found for piece in pieces if (found := piece(seen)) is not None)
 

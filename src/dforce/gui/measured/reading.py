@@ -281,6 +281,7 @@ def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Fie
             {
                 "name": one.name,
                 "unit": _unit(one, role),
+                "volts": is_of(one.unit or "", "V"),
                 "typed": str(units.get(role) or UNITS.get(role, "nm")),
                 "role": role,
                 "sure": one.sure and role == one.quantity,
@@ -298,6 +299,7 @@ def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Fie
         "amplitudes": AMPLITUDES,
         "amplitude": str(read.get("amplitude_is") or head.amplitude_is or ""),
         "sensitivity": str(read.get("sensitivity") or ""),
+        "piezo": str(units.get("height") or ""),
         "more": [{**field, "value": _answered(settings, place) or field["value"]} for place, field in more.items()],
     }
 

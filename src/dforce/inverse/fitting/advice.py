@@ -144,7 +144,8 @@ def _bounds(found: Fitted) -> Iterator[Advice]:
 
 
 def _unseen(found: Fitted) -> Iterator[Advice]:
-    if names := found.unseen:
+    names = found.unseen
+    if names and found.best.chi2 <= POOR * found.degrees_of_freedom:  # else no value means anything
         values = zip(found.model.unknowns, found.model.values(found.best.varied), strict=True)
         held = ", ".join(f"{one.name} = {units.show(float(v), one.unit, 4)}" for one, v in values if one.name in names)
         text = (

@@ -11,13 +11,14 @@ import numpy as np
 from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core.arrays import Array, Bools
-from dforce.core.errors import DForceError
+from dforce.core.errors import DForceError, ParameterError
 from dforce.inverse.fitting.curves import BranchPoints, ModelBranches, SolvedCurve, wrapped
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.unknowns import CASE, HEIGHT, PHASE, SCALE, Unknown
 from dforce.problem import Problem
 
 ANEW = 100.0  # times the steps
+FAR = 10.0  # times free amplitude and range of heights: how far from the sample an offset may put the nearest point
 
 
 @dataclass(frozen=True)
@@ -77,8 +78,16 @@ class CurveModel:
         self.curves = ModelBranches(case.problem, self.stretches, case.solver, self.tones, finer, check_cancelled)
 
     def problem(self, values: Array) -> Problem:
-        """Return the problem at values of the unknowns."""
-        case = self.case
+        """Return the problem at values of the unknowns.
+
+        Raises
+        ------
+        DForceError
+            For values that are not allowed, and an offset that leads far from the sample: no curve there shows where to.
+        """
+        case, heights, offset = self.case, self.data.height[self.data.used], self.sum_of(HEIGHT, values)
+        if offset and abs(heights.min() + offset) > FAR * (case.problem.tones[0].A0 + np.ptp(heights)):
+            raise ParameterError(f"zc_offset = {offset:g} m leads far away from the sample")
         for one, value in zip(self.unknowns, values, strict=True):
             if one.kind == CASE:
                 case = with_number(case, one.path, float(value))

@@ -176,7 +176,8 @@ def _parameters(result: xr.Dataset) -> list[str]:
 def _heading(result: xr.Dataset) -> str:
     """Return the heading of the parameters with the values that they hold for: curves with other k or R are as good."""
     held = str(result.attrs.get("holds_for", ""))
-    return f"parameters, for {held}; with other values the forces scale, and chi2 may hide it" if held else "parameters"
+    others = "other values, a wrong sensitivity and wrong heights scale the forces, and chi2 may hide it"
+    return f"parameters, for {held}; {others}" if held else "parameters"
 
 
 def _minima(result: xr.Dataset) -> list[str]:
