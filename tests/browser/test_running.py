@@ -14,6 +14,11 @@ import dforce as df
 from dforce.gui.document.document import FIRST
 
 AMPLITUDE = "drive.A0"
+DROP = """() => {
+    const data = new DataTransfer();
+    data.items.add(new File(["1"], "curve.csv"));
+    document.dispatchEvent(new DragEvent("drop", {dataTransfer: data}));
+}"""
 # paths of lines and rings after a move of the slider, and after a full redraw; not before a newer move or height is drawn
 BOTH_WAYS = """() => {
     const chart = document.querySelector(".df-main .df-chart"), plot = chart.querySelector(".df-plot");
@@ -249,6 +254,8 @@ def test_a_server_that_was_killed_and_started_again_has_what_was_typed(visit, tm
         window.saved("20 N/m")
         server.kill()
         window.page.get_by_text("Connection lost").wait_for()
+        window.page.evaluate(DROP)
+        window.page.get_by_text("The server does not answer, so the file was not opened.").wait_for()
         window.type("cantilever.k", "0.8")  # while there is no server
         window.field("cantilever.k").locator("input").press("Tab")
         window.page.wait_for_timeout(600)  # a field that was left shows the value read, once there is one

@@ -6,7 +6,7 @@ import pytest
 from every import every
 
 import dforce as df
-from dforce.cli._page import readable
+from dforce.cli.models import readable
 from dforce.core.notation import first_sentence, plain_math
 
 

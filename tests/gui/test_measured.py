@@ -126,6 +126,16 @@ def test_what_a_reader_does_by_itself_is_not_named(tmp_path):
     }
 
 
+def test_heights_in_volts_ask_for_the_sensitivity_of_the_piezo(tmp_path):
+    data = csv(heading="Z (V),amplitude_nm,phase_deg")
+    question = asked(data, LAG, folder=tmp_path)
+    assert [one["volts"] for one in reading._shown(question.head, LAG, {})["columns"]] == [True, False, False]
+    settings = reading.with_choices(question.head, LAG, [], answer(units=["20 nm/V", "", ""]))
+    assert reading._shown(question.head, settings, {})["piezo"] == "20 nm/V"
+    curve = reading.curve_from(data, "curve.csv", settings, CASE, tmp_path)
+    assert np.allclose(curve["height"], 20.0 * measured_curve.numbers()[0], atol=1e-12)
+
+
 def test_a_unit_of_something_else_is_typed_anew(tmp_path):
     question = asked(csv(heading="height_s,amplitude_nm,phase_deg"), LAG, folder=tmp_path)
     assert "is 's', which is a time" in str(question)
@@ -700,6 +710,8 @@ def test_a_spectrum_in_volts_asks_for_its_sensitivity(tmp_path):
     assert "sensitivity" in reading.tune_questions(str(refused.value), {})
     found = reading.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
     assert found.k == pytest.approx(measured_curve.K, rel=0.1)
+    bare = {"sensitivity": "100", "calibrated": "mode", "temperature": "25"}  # as the form shows: in nm/V and degC
+    assert reading.tune_from(data, "volts.csv", bare, tmp_path) == found
 
 
 def test_a_file_with_too_few_columns_is_not_asked_for_the_missing_ones(tmp_path):

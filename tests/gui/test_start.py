@@ -152,6 +152,8 @@ def test_a_shipped_curve_opens_with_the_case_that_fits_it(tmp_path):
             document = page.view.document
             assert document.measured.name == "stiff.csv" and document.value(("fit", "free"))
             assert page.body.visible and document.case().experiment is not None
+            await page.files.open_shipped("hysteresis")
+            assert page.view.document.measured is None  # it was of another case
 
     asyncio.run(flow())
 

@@ -14,6 +14,7 @@ K, F0, Q = 180e3, 30e3, 1e4
 A = 0.1e-9
 E_B, KAPPA, SIGMA = 2.15e-19, 1.55e10, 2.357e-10
 DRAG_KAPPA = 5e9  # 1/m
+CONTACT = 0.165e-9  # m, where the force of the deep well has its kink
 SHIFT_ERROR = 2e-4  # Hz; that of 0.02 Hz at a hundredth of the stiffness
 
 
@@ -290,6 +291,28 @@ def test_a_determined_force_lies_within_three_errors_of_the_law(case, zc, points
     law = df.force_curve(case, distance=found.distance.values[::-1]).force.sel(direction="approach").values[::-1]
     off = (np.abs(found.force - law) / found.force_error).values[found.force_status.values == 0]
     assert off.max() < 3.0 and np.mean(off < 2.0) > 0.95
+
+
+def deep_well(d):
+    return -5e-9 * np.where(d > CONTACT, CONTACT / np.maximum(d, CONTACT), 1.0) ** 2 + 20.0 * np.maximum(
+        CONTACT - d, 0.0
+    )
+
+
+def test_the_lowest_force_of_a_deep_well_with_a_kink_has_an_error_that_covers_it():
+    amplitude, angle = 1e-9, np.pi * (np.arange(4000) + 0.5) / 4000
+    height = amplitude + np.arange(-0.3e-9, 2e-9, 10e-12)
+    path = amplitude * np.cos(angle)
+    virial = np.array([np.mean(deep_well(one + path) * path) for one in height])
+    shift = F0 * np.sqrt(1.0 - 2.0 * virial / (K * amplitude**2)) - F0
+    error = 0.01 * np.abs(shift).max()
+    shift = shift + error * np.random.default_rng(2).standard_normal(len(height))
+    variables = {"height": height, "amplitude": np.full(len(height), amplitude), "frequency_shift": shift}
+    attrs = {"k": K, "f0": F0, "Q": Q, "frequency_shift_error": error, "amplitude_error": 1e-16}
+    found = df.reconstruct(xr.Dataset({name: ("point", values) for name, values in variables.items()}, attrs=attrs))
+    off = np.abs(found.force - deep_well(found.distance.values)) / found.force_error
+    near = np.abs(found.distance - CONTACT) < 0.05e-9
+    assert (found.force_status == 0).all() and off[near].max() < 2.0
 
 
 def test_a_force_between_points_far_apart_has_an_error_that_covers_it():

@@ -142,6 +142,25 @@ def test_volts_need_a_sensitivity_and_rms_a_factor(tmp_path):
     np.testing.assert_allclose(named.amplitude, rms.amplitude)
 
 
+def test_heights_in_volts_take_the_sensitivity_of_the_piezo(tmp_path):
+    content = measured_curve.text(heading="Z (V),amplitude_nm,phase_deg")
+    with pytest.raises(df.ParameterError, match="write the sensitivity of the piezo"):
+        read(tmp_path, content)
+    data = read(tmp_path, content, units={"height": "20 nm/V"})
+    np.testing.assert_allclose(data.height, 20e-9 * 1e9 * HEIGHT, atol=1e-12)
+    for wrong in ("-20 nm/V", "20 N/V", "bananas"):
+        with pytest.raises(df.ParameterError, match="the sensitivity of the piezo"):
+            read(tmp_path, content, units={"height": wrong})
+
+
+def test_each_line_of_a_long_file_is_taken_apart_once(tmp_path, monkeypatch):
+    taken_apart, cells = [], text.Style.cells
+    monkeypatch.setattr(text.Style, "cells", lambda self, line: taken_apart.append(line) or cells(self, line))
+    lines = measured_curve.text().splitlines()
+    assert is_the_curve(read(tmp_path, "\n".join(lines)))
+    assert taken_apart.count(lines[len(lines) // 2]) == 1
+
+
 def test_both_directions_are_told_apart_by_the_heights(tmp_path):
     down = measured_curve.text().splitlines()
     content = "\n".join([*down, *reversed(down[1:]), ""])

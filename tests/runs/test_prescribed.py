@@ -51,6 +51,17 @@ def test_the_energy_along_a_motion_is_the_closed_form_of_a_viscous_contact():
     assert float(result.energy[-1]) == pytest.approx(6.52042150859e-20, rel=1e-4, abs=0.0)
 
 
+def test_the_energy_does_not_depend_on_how_many_distances_or_samples_are_asked_for():
+    few = df.force_curve(case(F.AdhesionHysteresis()), distance=["20 nm", "-2 nm"])
+    # 4 pi R (gamma_r - gamma_a) times the depth, and the same outside
+    both = 4.0 * np.pi * R * 0.01 * (2e-9 + A0 + A0**2 * (1.0 / A0 - 1.0 / 20e-9))
+    assert float(few.energy) == pytest.approx(both, rel=1e-8, abs=0.0)
+    time, distance = tap(samples=61)
+    result = df.force_along(case(F.KelvinVoigt(viscosity=100.0), radius=2e-9), time=time, distance=distance)
+    # a spline through 60 samples of a period meets the motion within 1e-4 of the depth
+    assert float(result.energy[-1]) == pytest.approx(6.52042150859e-20, rel=1e-3, abs=0.0)
+
+
 @pytest.mark.slow
 def test_a_latch_and_a_memory_carry_over_from_tap_to_tap():
     time, distance = tap(zc=4e-9, amplitude=4.5e-9, periods=3)

@@ -14,10 +14,9 @@ import typer
 import dforce as df
 from dforce.cli._names import complete_models
 from dforce.cli._options import Json
-from dforce.cli._page import readable
 from dforce.cli._terminal import BAD_INPUT, DONE, columns, console, print_json, width, wrapped
 from dforce.core.errors import short_for
-from dforce.core.notation import first_sentence, plain_math
+from dforce.core.notation import first_sentence, plain_math, unmarked
 
 ZERO = re.compile(r"^0 .*")  # a zero with its unit
 
@@ -207,3 +206,32 @@ def _page(model: type[df.Force]) -> None:
     terminal.print(wrapped(f"interactions: {', '.join(model.contains) or 'unknown'}", width()))
     terminal.print(f"dissipates energy: {'yes' if model.dissipative else 'no'}")
     terminal.print(wrapped(f"source: {model.source}", width()))
+
+
+def readable(docstring: str) -> str:
+    """Return a docstring in reStructuredText as plain paragraphs and indented equations."""
+    text = inspect.cleandoc(docstring)
+    blocks: list[str] = []
+    lines = text.split("\n")
+    while lines:
+        line = lines.pop(0)
+        if line.startswith(".. math::"):
+            body = [line.removeprefix(".. math::")]
+            while lines and (not lines[0].strip() or lines[0].startswith(" ")):
+                body.append(lines.pop(0))
+            equation = plain_math("\n".join(body).replace("\n", " ").strip())
+            blocks.append("\n".join(map(_fitted, textwrap.indent(equation, "    ").split("\n"))))
+        elif line.strip():
+            paragraph = [line]
+            while lines and lines[0].strip() and not lines[0].startswith((".. ", "- ")):
+                paragraph.append(lines.pop(0))
+            hanging = "  " if line.startswith("- ") else ""
+            words = unmarked(" ".join(part.strip() for part in paragraph))
+            blocks.append(wrapped(words, width(), then=hanging))
+    return "\n\n".join(blocks)
+
+
+def _fitted(line: str) -> str:
+    """Return a line of an equation, on several lines where it is too long for one."""
+    margin = line[: len(line) - len(line.lstrip())]
+    return line if len(line) <= width() else wrapped(line, width(), margin, margin + "    ")

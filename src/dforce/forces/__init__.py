@@ -14,8 +14,7 @@ from typing import Any
 from dforce.core.entries import loaded
 from dforce.core.errors import nearest
 from dforce.forces._contract import INTERACTIONS, REGISTRY, Force, guarded, in_first_contact, makes_its_laws
-from dforce.forces._groups import grouped
-from dforce.forces._interactions import refuse_double_counting
+from dforce.forces._interactions import grouped, refuse_double_counting
 from dforce.forces._layer import kernel_moments
 from dforce.forces._plugins import check_answers, code_of, load_plugin, read_by, read_plugin
 from dforce.forces._rheology import Viscoelastic

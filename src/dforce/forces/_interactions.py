@@ -1,8 +1,8 @@
-"""Forces with the same interaction, which a sum of forces must not contain twice."""
+"""Interactions of forces: no sum contains one twice, and models are listed by them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from dforce.core.errors import ParameterError
 from dforce.forces._contract import REGISTRY, Force
@@ -32,3 +32,35 @@ def _what_to_remove(first: Force, second: Force, common: list[str]) -> str:
         if simpler is not None:
             return f"beside {other.name}, replace {mixed.name} by {simpler}"
     return "remove one of them"
+
+
+VISCOUS = "Viscous and viscoelastic contact"
+LIQUID = "In a liquid, or with a liquid film"
+GROUPS = {
+    "elastic contact": "Elastic contact, with and without adhesion",
+    "contact viscosity": VISCOUS,
+    "chemical bond": "Attraction, and bonds",
+    "van der Waals": "Attraction, and bonds",
+    "double layer": LIQUID,
+    "capillary neck": LIQUID,
+    "solvation": LIQUID,
+    "hydration": LIQUID,
+    "electrostatic bias": "Fields",
+    "magnetic": "Fields",
+}
+OWN = "Your own"
+
+
+def group_of(model: type[Force]) -> str:
+    """Return the heading of a model, by its interactions."""
+    if model.evolve is not None:
+        return VISCOUS
+    return next((title for interaction, title in GROUPS.items() if interaction in model.contains), OWN)
+
+
+def grouped(models: Iterable[type[Force]]) -> dict[str, list[type[Force]]]:
+    """Return models under their headings; a heading without a model is left out."""
+    given = list(models)
+    titles = dict.fromkeys((*GROUPS.values(), OWN))
+    found = {title: [model for model in given if group_of(model) == title] for title in titles}
+    return {title: members for title, members in found.items() if members}

@@ -92,7 +92,8 @@ def check_sign(work: Work) -> None:
         return
     least = max(CHANGED, FAR * float(work.data.attrs["phase_error"]))
     for word in work.directions:
-        turned = (work.values("phase") - lag)[[row for row in work.rows(word) if work.kept[row]]]
+        rows = work.rows(word)
+        turned = (work.values("phase") - lag)[rows[work.kept[rows]]]
         signs = np.sign(turned[np.abs(turned) > least])
         if len(signs) >= 2 * FEWEST and signs[:FEWEST].max() < 0.0 < signs[-FEWEST:].min():
             work.history.append(

@@ -28,19 +28,7 @@ T = TypeVar("T")
 
 
 @checked
-def read_measured(
-    path: str | os.PathLike[str],
-    *,
-    columns: Mapping[str, str] | None = None,
-    units: Mapping[str, str] | None = None,
-    sensitivity: float | str | None = None,
-    amplitude_is: str | None = None,
-    phase_convention: str | None = None,
-    height: str | None = None,
-    height_grows: str | None = None,
-    direction: str | None = None,
-    curve: int | None = None,
-) -> xr.Dataset:
+def read_measured(path: str | os.PathLike[str], *, curve: int | None = None, **how: Unpack[ReadKeywords]) -> xr.Dataset:
     """Return a measured curve of amplitude and phase against height.
 
     It reads text, HDF5, results of dForce, and files of the makers in ``dforce read --help``. If something is missing, dForce
@@ -53,7 +41,8 @@ def read_measured(
     columns
         Name of the column of a quantity, if its heading is not known: ``{"amplitude": "Lock-in R"}``.
     units
-        Unit of a column without a unit: ``{"amplitude": "nm", "phase": "deg"}``.
+        Unit of a column without a unit: ``{"amplitude": "nm", "phase": "deg"}``. For heights in volts the sensitivity of the
+        piezo: ``{"height": "20 nm/V"}``.
     sensitivity
         Sensitivity that converts volts (m/V, or text such as ``"52 nm/V"``).
     amplitude_is
@@ -87,19 +76,7 @@ def read_measured(
     ParameterError
         If a necessary setting is missing in the file, or a setting is not allowed.
     """
-    asked = ReadOptions.of(
-        {
-            "columns": columns,
-            "units": units,
-            "sensitivity": sensitivity,
-            "amplitude_is": amplitude_is,
-            "phase_convention": phase_convention,
-            "height": height,
-            "height_grows": height_grows,
-            "direction": direction,
-        }
-    )
-    found = [make() for make in _each(path, asked, curve)]
+    found = [make() for make in _each(path, ReadOptions.of(how), curve)]
     if len(found) > 1:
         raise ParameterError(
             f"'{shorten(str(path))}' contains {len(found)} curves: choose one with curve = 1 to {len(found)}, or read all of "

@@ -164,12 +164,16 @@ def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | 
     Raises
     ------
     ParameterError
-        Without a unit, for volts without a sensitivity, and for a unit of something else.
+        Without a unit, for volts without a sensitivity, and for a unit of something else. Heights in volts take the
+        sensitivity of the piezo as their unit, such as "20 nm/V".
     """
     stored, called = MEANINGS[quantity].unit, quantity.replace("_", " ")
     if column.values.dtype.kind != "f":
         raise ParameterError(f"{name} has words in the column '{column.name}', which should contain the {called}")
     values = np.asarray(column.values, dtype=float)
+    in_volts = quantity.startswith("height") and is_of(column.unit or "", "V")
+    if in_volts and unit is not None and known_unit(unit) is None:
+        return values * scale_to(str(column.unit), "V") * above_zero("units: the sensitivity of the piezo", unit, "m/V")
     said = known_unit(unit) if unit is not None else column.unit
     if unit is not None and not said:
         raise ParameterError(f"units: '{shorten(unit, 40)}' is not a known unit, for the {called}")
@@ -191,6 +195,7 @@ def in_si(quantity: str, column: Column, unit: str | None, sensitivity: float | 
         return values * scale_to(said, stored)
     except UnitError as error:
         why = str(error).replace("'1 ", "'", 1)
+        why += "; write the sensitivity of the piezo: units = {'height': '20 nm/V'}" if in_volts else ""
         raise UnitError(f"{name}: the unit of the {called} (column '{column.name}') {why}") from None
 
 

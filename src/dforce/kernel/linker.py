@@ -170,37 +170,27 @@ def arguments_of(function: Callable[..., Any]) -> tuple[str, ...]:
     return function.__code__.co_varnames[: function.__code__.co_argcount]
 
 
-def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a function that must not stay a call: only a loop without calls is turned into vector instructions.
+def _mark(name: str) -> Callable[[Function], Function]:
+    """Return a decorator that marks a function for the way in which it is compiled."""
 
-    It is `uncounted`, too.
-    """
-    function.inlined = True  # type: ignore[attr-defined]
-    return function
+    def mark(function: Function) -> Function:
+        setattr(function, name, True)
+        return function
 
-
-def reordered(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a function whose sums may be taken in any order: only so are they turned into vector instructions."""
-    function.reordered = True  # type: ignore[attr-defined]
-    return function
+    return mark
 
 
-def uncounted(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a function that makes no array and returns none, where its annotation does not show it.
+inlined = _mark("inlined")
+"""Marks a function that must not stay a call, as only a loop without calls becomes vector instructions; it is `uncounted`."""
+reordered = _mark("reordered")
+"""Marks a function whose sums may be taken in any order: only so do they become vector instructions."""
+uncounted = _mark("uncounted")
+"""Marks a function that makes no array and returns none, where its annotation does not show it.
 
-    Its callers hold the arrays among its arguments: counting references to them is not necessary, and costs more than a step.
-    """
-    function.uncounted = True  # type: ignore[attr-defined]
-    return function
-
-
-def apart(function: Function) -> Function:
-    """Mark a function called by its address that is `uncounted`, and whose arrays share no memory.
-
-    So its loops need no check that they do not.
-    """
-    function.apart = True  # type: ignore[attr-defined]
-    return function
+Its callers hold the arrays among its arguments: counting references to them is not necessary, and costs more than a step.
+"""
+apart = _mark("apart")
+"""Marks a function called by its address that is `uncounted`, and whose arrays share no memory: no loop checks that."""
 
 
 def by_address(signature: str) -> Callable[[Function], Function]:

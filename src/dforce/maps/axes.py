@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
+import io
 import itertools
 import math
+import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,17 +18,17 @@ import numpy as np
 from dforce.case import MOST_VALUES, Case, Range, Sweep
 from dforce.case.paths import place_of, quantity_at, value_at
 from dforce.core import quantities, units
-from dforce.core.errors import ParameterError, nearest, shorten
-from dforce.core.files import named
+from dforce.core.errors import CaseError, ParameterError, nearest, shorten
+from dforce.core.files import named, read_input
 from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.core.quantity import words
 from dforce.experiments.base import DISTANCE
-from dforce.maps._rows import read_rows
 
 INSTRUMENT = ("cantilever", "drive", "readout", "tip", "sample", "contact", "medium", "forces")
 ROW = "case"  # dimension of cases that are rows of a table
 WAYS = COMBINATIONS, CASES = "combinations", "cases"
 MOST_POINTS = 20_000_000  # of a result: 40 numbers each are 6 GB
+MOST_BYTES = 200_000_000  # a larger table of cases is no sweep of one machine
 
 
 @dataclass(frozen=True)
@@ -262,3 +266,40 @@ def dims_of(axes: Sequence[Axis]) -> dict[str, int]:
 def count(axes: Sequence[Axis]) -> int:
     """Return the number of cases."""
     return math.prod(dims_of(axes).values())
+
+
+def read_rows(path: str | os.PathLike[str]) -> dict[str, list[Any]]:
+    """Return the columns of a CSV file by path: SI numbers where a cell is a number, else its text.
+
+    The first row holds the paths; lines that start with ``#`` are comments.
+
+    Raises
+    ------
+    CaseError
+        When the file cannot be read, holds no case, names a column twice, or has a row of another length.
+    """
+    name = f"'{shorten(str(path), 200)}'"
+    content = read_input(path, "table of cases", MOST_BYTES, CaseError)
+    try:
+        text = io.StringIO(content.decode("utf-8-sig"), newline="")
+        lines = csv.reader(line for line in text if not line.startswith("#"))
+        head = [cell.strip() for cell in next(lines, [])]
+        rows = [row for row in lines if row]
+    except (ValueError, csv.Error) as error:
+        raise CaseError(f"{name} cannot be read: {error}") from None
+    if not rows:
+        raise CaseError(f"{name} contains no case; its first row names parameters, and each other row is a case")
+    for number, row in enumerate(rows, start=1):
+        if len(row) != len(head):
+            raise CaseError(f"case {number} of {name} has {len(row)} values for {len(head)} parameters")
+    for column, times in Counter(head).items():
+        if times > 1:
+            raise CaseError(f"{name} names {shorten(column)} twice")
+    return {column: [_value(row[place]) for row in rows] for place, column in enumerate(head)}
+
+
+def _value(cell: str) -> float | str:
+    try:
+        return float(cell)
+    except ValueError:
+        return cell.strip()

@@ -127,6 +127,12 @@ def first_amplitude(problem: Problem, rows: Array, weights: Array) -> float:
     return float((modulus(signal[:, 0]) * length)[0])
 
 
+def first_ratios(problem: Problem, rows: Array, weights: Array, tables: Array) -> Array:
+    """Return the amplitude ratios of the first tone alone, (motions,), as :func:`finish_each` does."""
+    mean = np.einsum("k,ikc->ic", weights, rows)
+    return modulus(held_signals(problem, mean, kernel.base_of(tables)[:, :1], of_mode=False)[:, 0])
+
+
 def held_signals(problem: Problem, mean: Array, base: Complexes, of_mode: Any) -> Complexes:
     """Return the lock-ins' readings of tones from the first on, relative to the drives and in units of A0, (motions, tones).
 

@@ -19,7 +19,7 @@ import numpy as np
 from dforce.core.arrays import Array, Bools
 from dforce.core.quantities import MOTION, REPEATS
 from dforce.observables.averaging import common_period, weights
-from dforce.observables.finish import finish_each
+from dforce.observables.finish import first_ratios
 from dforce.procedures.motion import rows_of, states_of
 from dforce.procedures.statuses import statuses
 from dforce.results.status import Status
@@ -196,11 +196,8 @@ class _Search:
         block, points = self.block, self.points
         found = block.follow(which, points.states.take((which, 0)), self.zc[which], to[:, None])
         there = found.done == 1
-        numbers, tones = block.tables(self.zc[:, None])
-        even = weights(block.frequencies, block.common)
-        ratio = finish_each(block.batch.example, block.harmonics, found.rows[:, 0], even, numbers[which], tones[which])[
-            "amplitude_ratio"
-        ]
+        even, (_, tones) = weights(block.frequencies, block.common), block.tables(self.zc[:, None])
+        ratio = first_ratios(block.batch.example, found.rows[:, 0], even, tones[which])
         miss, step = ratio - self.wanted.set_points[which], to - self.zc[which]
         with np.errstate(invalid="ignore", divide="ignore"):
             slope = (miss - self.miss[which]) / step * self.length[which]

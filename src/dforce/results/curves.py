@@ -193,8 +193,8 @@ def lines_of(dataset: xr.Dataset, x: str, y: str) -> Iterator[Line]:
 def _values(variable: xr.Variable, row: str, chosen: Mapping[str, int], picked: Mapping[str, int]) -> Array:
     """Return the values of a variable along a row; of columns that the other quantity lacks the first."""
     places = {**chosen, **picked}
-    one = variable.isel({dim: places.get(str(dim), 0) for dim in variable.dims if dim != row})
-    return np.asarray(one.values, dtype=float)
+    index = tuple(slice(None) if dim == row else places.get(str(dim), 0) for dim in variable.dims)
+    return np.asarray(variable.values[index], dtype=float)
 
 
 def _parts(

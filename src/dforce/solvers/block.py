@@ -149,8 +149,14 @@ class Block(TipEquations):
         """
         counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
         found = self.empty_stretch(starts, at, values.shape, repeats)
+        for _ in self._follow(found, which, values, counts, repeats):
+            report(found)
+        return found
+
+    def _follow(self, found: Stretch, which: Indices, values: Array, counts: Indices, repeats: int) -> Iterator[None]:
+        """Follow stable orbits from the last ones found on, and pause now and then."""
         follow = self._solvers.entry("follow")
-        goes_on = values.shape[1] > 1 or not np.array_equal(values[:, 0], at)
+        goes_on = values.shape[1] > 1 or not np.array_equal(values[:, 0], found.last_value)
         ahead = max(1, COLUMNS // (self.size + 2)) if self.is_smooth and goes_on else 1
         for part in self.parts(len(values)):
             most = len(counts[part]) * ahead
@@ -167,9 +173,8 @@ class Block(TipEquations):
             for marches in chunks(math.inf, self.check_cancelled, first):
                 if follow(*here, marches):
                     break
-                report(found)
+                yield
             self.check_cancelled()
-        return found
 
     def empty_stretch(self, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Stretch:
         """Return empty stretches along paths, (problems, values), from the start of each."""

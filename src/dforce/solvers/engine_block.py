@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -160,23 +160,11 @@ class EngineBlock(Block):
             before[going] = length
             going = going[~done & ~lost]
 
-    def follow(
-        self,
-        which: Indices,
-        starts: States,
-        at: Array,
-        values: Array,
-        counts: Indices | None = None,
-        repeats: int = 1,
-        report: Callable[[Stretch], None] = lambda found: None,
-    ) -> Stretch:
-        """Follow the stable orbit near each start along `values`; see :meth:`Block.follow`."""
-        counts = np.full(len(values), values.shape[1], dtype=np.int64) if counts is None else counts
-        found = self.empty_stretch(starts, at, values.shape, repeats)
+    def _follow(self, found: Stretch, which: Indices, values: Array, counts: Indices, repeats: int) -> Iterator[None]:
+        """Follow stable orbits from the last ones found on, and pause now and then."""
         follower = Follower(self, which, values, counts, repeats, found)
         while follower.step():
-            report(found)
-        return found
+            yield
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:
         """Return states `periods` common periods later."""

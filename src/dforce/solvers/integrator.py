@@ -279,10 +279,8 @@ class Engine(Integrator):
             out[:] = found.rows[0]
         else:  # the lock-ins of the whole deflection
             modes, tones = len(self.problem.modes), len(self.tones)
-            first = measure.FIRST + 2 * modes
-            for j in range(tones):
-                place = first + 2 * j * (modes + 1)
-                out[:, 2 * j : 2 * j + 2] = found.rows[0, :, place : place + 2]
+            pairs = found.rows[0, :, measure.FIRST :].reshape(periods, -1, 2)
+            out.reshape(periods, tones, 2)[:] = pairs[:, modes : tones * (modes + 1) : modes + 1]
         return self._end(found, motion.period + periods)
 
     def _marched(self, motion: Motion, periods: int, **wanted: Any) -> Marched:

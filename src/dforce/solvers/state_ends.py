@@ -109,16 +109,7 @@ class Ended(NamedTuple):
 
     def take(self, which: Indices) -> Ended:
         """Return some of them."""
-        return Ended(
-            self.cases[which],
-            self.ends.take(which),
-            self.places[which],
-            self.way[which],
-            self.before.take(which),
-            self.values[which],
-            self.behind[which],
-            self.cycles,
-        )
+        return Ended._make([*(part.take(which) for part in self[:-1]), self.cycles])
 
     @property
     def is_steep(self) -> Bools:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 SPEED = "10 nm/s"  # of a force curve: the viscous force of a contact is then too small to measure
 POINTS = 501
+STEPS = 4000  # of a motion, at least, for the energy: few samples do not show where a contact begins
 TOLERANCE, ROUGH = 1e-6, 1e-3  # of the memory's integration: for a result, and to choose the distances
 FELT = 0.01  # of the largest attraction: a force curve starts where less than this is left
 NEAREST_START, FARTHEST_START = 2e-9, 20e-9  # m; limits of that start
@@ -68,18 +69,20 @@ def force_along(case: Case, time: Any, distance: Any, zc: Any = None) -> xr.Data
     if not np.all(np.diff(t) > 0.0):
         raise ParameterError("the times do not increase")
     motion = _spline(t, d)
+    parts = math.ceil(STEPS / (len(t) - 1))
+    fine = np.interp(np.arange((len(t) - 1) * parts + 1) / parts, np.arange(len(t)), t)
     place = None if zc is None else _number(zc, "m", "zc")
     problem = case.problem
-    answers = [_answer(force, motion, t.tolist(), TOLERANCE, place) for force in problem.forces]
+    answers = [_answer(force, motion, fine.tolist(), TOLERANCE, place) for force in problem.forces]
     variables = {
         "distance": d,
         "velocity": np.array([motion(moment)[1] for moment in t.tolist()]),
         "indentation": np.clip(problem.a0 - d, 0.0, None),
-        "force": _sum([answer.force for answer in answers], d),
-        "energy": _sum([answer.energy for answer in answers], d),
+        "force": _sum([answer.force[::parts] for answer in answers], d),
+        "energy": _sum([answer.energy[::parts] for answer in answers], d),
     }
     found = {name: ("time", values) for name, values in variables.items()}
-    return _finished(found, {"time": t}, case, [answer.force for answer in answers])
+    return _finished(found, {"time": t}, case, [answer.force[::parts] for answer in answers])
 
 
 @checked
@@ -114,9 +117,11 @@ def force_curve(case: Case, distance: Any = None, speed: Any = None, zc: Any = N
         raise ParameterError(f"speed = {units.show(chosen, 'm/s')} is not above 0 m/s")
     place = None if zc is None else _number(zc, "m", "zc")
     given = _range(case.problem, chosen, place) if distance is None else _numbers(distance, "m", "distance")
-    path, back = np.unique(-given, return_inverse=True)
-    if len(path) < 2:
+    if np.ptp(given) == 0.0:
         raise ParameterError("a force curve needs at least two different distances")
+    fine = _fine(case.problem.a0, given.min(), given.max())
+    path, where = np.unique(-np.concatenate([given, fine]), return_inverse=True)
+    back = where[: len(given)]
     answers = [_there_and_back(force, -path, chosen, TOLERANCE, place) for force in case.problem.forces]
     halves = [half[:, back] for half, _ in answers]
     found = {
@@ -152,6 +157,13 @@ def _there_and_back(force: Force, path: Array, speed: float, tolerance: float, z
     answer = _answer(force, motion, times, tolerance, zc)
     there, back = np.split(answer.force, 2)
     return np.stack([there, back[::-1]]), float(answer.energy[-1])
+
+
+def _fine(a0: float, near: float, far: float) -> Array:
+    """Return distances (m) between two, dense where contact begins: the energy must not depend on the requested ones."""
+    steps = np.concatenate([[0.0], np.geomspace(1e-12, max(far - a0, a0 - near, 1e-9), POINTS)])
+    both = np.concatenate([a0 - steps, a0 + steps])
+    return both[(both > near) & (both < far)]
 
 
 def _range(problem: Problem, speed: float, zc: float | None) -> Array:

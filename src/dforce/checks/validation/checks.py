@@ -44,11 +44,6 @@ class Check:
         """Whether the error is within the limit."""
         return self.limit is None or bool(self.error <= self.limit)
 
-    @property
-    def digits(self) -> float:
-        """Decimal digits in which both numbers agree, at most 16."""
-        return 16.0 if self.error <= 1e-16 else -math.log10(self.error) if math.isfinite(self.error) else 0.0
-
 
 @dataclass(frozen=True)
 class ValidationPart:

@@ -1,4 +1,5 @@
 // A file dropped anywhere onto the window is opened.
+const UNSENT = "The server does not answer, so the file was not opened. Open it again once the server is back.";
 const dforceFiles = {
   uploader() {
     return getElement(Number(document.querySelector(".df-upload").id.slice(1))).$refs.qRef;
@@ -10,6 +11,10 @@ const dforceFiles = {
   drop(event) {
     document.body.classList.remove("df-dropping");
     if (!event.dataTransfer?.files.length) return;
+    if (!window.socket?.connected) { // an upload that fails is said by the server
+      Quasar.Notify.create({ message: UNSENT, type: "negative", multiLine: true, timeout: 60000, actions: [{ label: "Close", color: "white" }] });
+      return;
+    }
     this.uploader().reset();
     this.uploader().addFiles([event.dataTransfer.files[0]]);
   },

@@ -16,6 +16,7 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.files import in_quotes
+from dforce.gui.case.values import composed
 from dforce.gui.document.document import MeasuredData
 from dforce.gui.window.dialogs import LONGEST, Field, choice, dialog, text
 from dforce.inverse.fitting.load import known_settings
@@ -281,6 +282,7 @@ def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Fie
             {
                 "name": one.name,
                 "unit": _unit(one, role),
+                "volts": is_of(one.unit or "", "V"),
                 "typed": str(units.get(role) or UNITS.get(role, "nm")),
                 "role": role,
                 "sure": one.sure and role == one.quantity,
@@ -298,6 +300,7 @@ def _shown(head: FileHead, settings: Mapping[str, Any], more: Mapping[Place, Fie
         "amplitudes": AMPLITUDES,
         "amplitude": str(read.get("amplitude_is") or head.amplitude_is or ""),
         "sensitivity": str(read.get("sensitivity") or ""),
+        "piezo": str(units.get("height") or ""),
         "more": [{**field, "value": _answered(settings, place) or field["value"]} for place, field in more.items()],
     }
 
@@ -355,6 +358,7 @@ def with_choices(
 
 
 SENSITIVITIES = {"static": "by a force curve on a hard sample", "mode": "for this mode itself"}
+TUNE_UNITS = {"temperature": "degC", "sensitivity": "nm/V"}  # of numbers alone: 25 is a room, not 25 K
 TUNE_SETTINGS = ("temperature", "calibrated", "unit", "sensitivity")  # of df.thermal_tune
 
 
@@ -368,7 +372,8 @@ def tune_from(data: bytes, name: str, answers: Mapping[str, str], folder: Path) 
     """
     with _as_file(data, folder) as path:
         try:
-            told: dict[str, Any] = {key: answers[key] for key in TUNE_SETTINGS if key in answers}
+            given = {key: answers[key] for key in TUNE_SETTINGS if key in answers}
+            told: dict[str, Any] = {key: composed(one, TUNE_UNITS.get(key, "")) for key, one in given.items()}
             return df.thermal_tune(path, **told)
         except df.DForceError as error:
             raise type(error)(str(error).replace(in_quotes(path), name)) from None

@@ -102,8 +102,11 @@ class MeasuredSession:
         ResultError
             When it cannot be written.
         """
-        identifier = await asyncio.to_thread(self.results.keep, raw)
-        offset = calibrated(raw, settings, None).attrs.get("height_offset", 0.0)
+
+        def shelve() -> tuple[str, float]:
+            return self.results.keep(raw), calibrated(raw, settings, None).attrs.get("height_offset", 0.0)
+
+        identifier, offset = await asyncio.to_thread(shelve)
         return MeasuredData(identifier, name[-LONGEST_FILE:], dict(settings), float(offset))
 
     async def tidy(self, document: Document) -> None:

@@ -15,7 +15,7 @@ export default {
               <option value="">not used</option>
               <option v-for="role in offered(one)" :key="role" :value="role">{{ role.replaceAll("_", " ") }}</option>
             </select>
-            <input v-if="!one.unit && needed.includes(roles[n])" class="df-box" v-model="units[n]" maxlength="20"
+            <input v-if="!one.unit && !isPiezo(n) && needed.includes(roles[n])" class="df-box" v-model="units[n]" maxlength="20"
                    :aria-label="'unit of ' + one.name" placeholder="unit" /></td></tr></thead>
         <tbody><tr v-for="row in rows" :key="row"><td v-for="(one, n) in columns" :key="n">{{ one.cells[row - 1] }}</td></tr></tbody>
       </table></div>
@@ -37,6 +37,8 @@ export default {
               <option v-for="(text, key) in amplitudes" :key="key" :value="key">{{ text }}</option></select></label>
           <label v-if="volts" class="df-save-row"><span>Sensitivity of the detector</span>
             <input class="df-box" v-model="volt" maxlength="40" placeholder="50 nm/V" /></label>
+          <label v-if="ofPiezo" class="df-save-row"><span>Sensitivity of the piezo</span>
+            <input class="df-box" v-model="perVolt" maxlength="40" placeholder="20 nm/V" /></label>
           <label v-for="(one, n) in more" :key="n" class="df-save-row"><span>{{ one.label }}</span>
             <select v-if="one.options" class="df-box" v-model="values[n]">
               <option v-for="option in one.options" :key="option.value" :value="option.value">{{ option.label }}</option></select>
@@ -50,12 +52,12 @@ export default {
   props: {
     title: { default: "" }, why: { default: "" }, columns: { default: () => [] }, needed: { default: () => [] },
     phases: { default: () => ({}) }, convention: { default: "" }, heights: { default: () => ({}) }, grows: { default: "" },
-    amplitudes: { default: () => ({}) }, amplitude: { default: "" }, sensitivity: { default: "" }, more: { default: () => [] },
+    amplitudes: { default: () => ({}) }, amplitude: { default: "" }, sensitivity: { default: "" }, piezo: { default: "" }, more: { default: () => [] },
   },
   data() {
     return {
       roles: this.columns.map((one) => one.role), units: this.columns.map((one) => one.typed), sign: this.grows,
-      turn: this.convention, kind: this.amplitude, volt: this.sensitivity, values: this.more.map((one) => one.value),
+      turn: this.convention, kind: this.amplitude, volt: this.sensitivity, perVolt: this.piezo, values: this.more.map((one) => one.value),
     };
   },
   computed: {
@@ -66,11 +68,15 @@ export default {
       const column = this.column("amplitude");
       return !!column && /V$/.test(column.unit || this.units[this.roles.indexOf("amplitude")]);
     },
+    ofPiezo() {
+      return this.columns.some((one, n) => this.isPiezo(n));
+    },
     missing() {
       const none = this.needed.filter((role) => !this.roles.includes(role) && !this.roles.includes("frequency_shift"));
       if (none.length) return "Choose a column for the " + none.join(" and the ") + ".";
       if (!this.sign) return "Choose where larger heights are.";
       if (!this.turn && this.roles.includes("phase")) return "Choose the sign of the phases.";
+      if (this.ofPiezo && !this.perVolt.trim()) return "Type the sensitivity of the piezo.";
       return this.volts && !this.volt.trim() ? "Type the sensitivity of the detector." : "";
     },
     drawn() {
@@ -80,6 +86,9 @@ export default {
     },
   },
   methods: {
+    isPiezo(n) {
+      return this.columns[n].volts && this.roles[n] === "height";
+    },
     column(role) {
       return this.columns[this.roles.indexOf(role)];
     },
@@ -101,7 +110,7 @@ export default {
     send() {
       if (this.missing) return;
       this.$emit("read", {
-        roles: this.roles, units: this.units.map((unit, n) => (this.columns[n].unit ? "" : unit)), grows: this.sign, convention: this.turn, amplitude: this.kind,
+        roles: this.roles, units: this.units.map((unit, n) => (this.isPiezo(n) ? this.perVolt : this.columns[n].unit ? "" : unit)), grows: this.sign, convention: this.turn, amplitude: this.kind,
         sensitivity: this.volts ? this.volt : "", more: this.values,
       });
     },

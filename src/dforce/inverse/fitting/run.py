@@ -21,14 +21,22 @@ from dforce.inverse.fitting.independence import inflation
 from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import CurveModel
-from dforce.inverse.fitting.nuisance import usual_nuisance, with_free_part
 from dforce.inverse.fitting.points import MeasuredPoints
 from dforce.inverse.fitting.profile import Profile, profile_of
 from dforce.inverse.fitting.result import to_dataset
 from dforce.inverse.fitting.selection import checked_reading, measured
 from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
 from dforce.inverse.fitting.starts import SearchStart, different, first_guess, refined, searched
-from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, given_values, make_unknowns, start_vector
+from dforce.inverse.fitting.unknowns import (
+    CASE,
+    HEIGHT,
+    Unknown,
+    given_values,
+    make_unknowns,
+    start_vector,
+    usual_nuisance,
+    with_free_part,
+)
 from dforce.runs import watched
 
 if TYPE_CHECKING:

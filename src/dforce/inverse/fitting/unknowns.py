@@ -12,16 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from dforce.case import Case
+from dforce.case import Case, Fit
 from dforce.case.paths import place_of, value_at
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, nearest, shorten
 from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.findings.finding import DEGREE
 from dforce.instrument.shared import values_used
+from dforce.inverse.fitting.points import FROM_FREE, MeasuredPoints
 from dforce.inverse.values import number_of, value_and_error, with_unit
 
 CASE, HEIGHT, PHASE, SCALE = "case", "height", "phase", "scale"  # targets of an unknown
+FREE_POINTS = 5  # used points of free motion: then they constrain A0 and the phase offset themselves
 LOG_STEP, LENGTH_STEP = 1e-5, 1e-6  # of the logarithm, and of the free amplitude: differences that give derivatives
 # units of unknowns that are varied by their logarithm if they start above 0
 OFTEN = ("Pa", "Pa s", "J", "J/m^2", "N/m", "Hz", "m")
@@ -296,3 +298,35 @@ def limits(unknowns: Sequence[Unknown]) -> tuple[Array, Array]:
             start = one.varied(one.start)
             low[i], high[i] = max(low[i], start - math.log(MOST)), min(high[i], start + math.log(MOST))
     return low, high
+
+
+def usual_nuisance(case: Case, settings: Fit, read: MeasuredPoints) -> tuple[str, ...]:
+    """Return the nuisance parameters: the usual ones of each tone, without an amplitude that the case sets at each distance."""
+    if settings.nuisance != Fit().nuisance:
+        return settings.nuisance
+    if case.cantilever.drift is not None and case.cantilever.drift.A0:
+        return tuple(name for name in settings.nuisance if name != "A0")
+    if read.tones == 1:
+        return settings.nuisance
+    return (*settings.nuisance, "A0_2", "phase_offset_2")
+
+
+def with_free_part(unknowns: list[Unknown], data: MeasuredPoints, given: set[str]) -> list[Unknown]:
+    """Return unknowns with priors from the free part, unless its points are in the fit."""
+    free = data.attrs.get("free_amplitude")
+    if free is None:
+        return unknowns
+    points = np.flatnonzero(data.used)
+    is_free = np.abs(data.amplitude[points, 0] - float(free)) < 3.0 * data.amplitude_error[0]
+    if (is_free & (data.branch[points] == FROM_FREE)).sum() >= FREE_POINTS:
+        return unknowns
+    out = []
+    for one in unknowns:
+        known = {
+            "A0": (float(free), data.attrs.get("free_amplitude_error")),
+            "phase_offset": (0.0, data.attrs.get("phase_offset_error")),
+        }.get(one.name)
+        if known is not None and known[1] and one.name not in given:
+            one = replace(one, prior=(known[0], float(known[1])), start=known[0])
+        out.append(one)
+    return out

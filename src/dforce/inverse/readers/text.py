@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -92,10 +92,10 @@ def read_text(
         raise ResultError(f"{name} is not text")
     lines = list(_lines(text))
     style, rows = _table(lines, name)
-    _refuse_cut(text, lines, rows, style, name)
-    width = len(style.cells(lines[rows[0]].text))
-    named = headings_in(lines[: rows[0]][::-1], width) if headings_in is not None else None
-    headings = named or _headings(lines, rows[0], style, name)
+    _refuse_cut(text, lines, rows, name)
+    first, row = next(iter(rows.items()))
+    named = headings_in(lines[:first][::-1], len(row)) if headings_in is not None else None
+    headings = named or _headings(lines, first, style, name)
     table = _columns(headings, lines, rows, style)
     return [paired(table) if has_pairs(table) else table]
 
@@ -144,14 +144,14 @@ def _is_row(cells: Sequence[str], style: Style) -> bool:
     return numbers >= 2 and all(segment_of(word) is not None or word.lower() in OTHER_WORDS for word in words)
 
 
-def _table(lines: Sequence[TextLine], name: str) -> tuple[Style, list[int]]:
-    """Return how cells are separated, and which lines are rows of the table: the way that makes most of them one."""
+def _table(lines: Sequence[TextLine], name: str) -> tuple[Style, dict[int, list[str]]]:
+    """Return how cells are separated, and the cells of each row of the table by its line: the way that makes most rows."""
     plain = [place for place, line in enumerate(lines) if not line.comment]
-    best: tuple[int, int, Style, list[int]] | None = None
+    best: tuple[int, int, Style, dict[int, list[str]]] | None = None
     sample = [place for place in plain if any(sign.isdigit() for sign in lines[place].text)]
     for rank, style in enumerate(STYLES):
         there = [place for place in sample if style.separator in lines[place].text]
-        rows = [place for place in there if _is_row(style.cells(lines[place].text), style)]
+        rows = {place: cells for place in there if _is_row(cells := style.cells(lines[place].text), style)}
         if rows and (best is None or (len(rows), -rank) > best[:2]):
             best = len(rows), -rank, style, rows
         if len(rows) == len(sample):  # no later way makes more
@@ -159,16 +159,13 @@ def _table(lines: Sequence[TextLine], name: str) -> tuple[Style, list[int]]:
     if best is None:
         raise ResultError(f"{name} contains no table of numbers{_word_between([lines[place] for place in sample])}")
     style, rows = best[2], best[3]
-    if len(rows) * len(style.cells(lines[rows[0]].text)) > MOST_CELLS:
+    first, row = next(iter(rows.items()))
+    if len(rows) * len(row) > MOST_CELLS:
         raise ResultError(f"{name} contains more than {MOST_CELLS} numbers, too many for a curve")
-    width, known = _width(lines, rows, style), set(rows)
+    width = Counter(map(len, rows.values())).most_common(1)[0][0]
     if width > MOST_COLUMNS:
         raise ResultError(f"{name} has {width} columns; a curve has at most {MOST_COLUMNS}")
-    broken = [
-        place
-        for place in plain
-        if place >= rows[0] and (place not in known or len(style.cells(lines[place].text)) != width)
-    ]
+    broken = [place for place in plain if place >= first and len(rows.get(place, ())) != width]
     if broken:
         _refuse_broken(lines, broken[0], plain[-1], width, style, name)
     return style, rows
@@ -191,11 +188,6 @@ def _word_between(lines: Sequence[TextLine]) -> str:
     return ""
 
 
-def _width(lines: Sequence[TextLine], rows: Sequence[int], style: Style) -> int:
-    widths = [len(style.cells(lines[place].text)) for place in rows]
-    return Counter(widths).most_common(1)[0][0]
-
-
 def _refuse_broken(lines: Sequence[TextLine], place: int, last: int, width: int, style: Style, name: str) -> None:
     line, cells = lines[place], style.cells(lines[place].text)
     if place == last and len(cells) <= width:
@@ -216,11 +208,11 @@ def _cut(line: TextLine, name: str) -> ResultError:
     )
 
 
-def _refuse_cut(text: str, lines: Sequence[TextLine], rows: Sequence[int], style: Style, name: str) -> None:
+def _refuse_cut(text: str, lines: Sequence[TextLine], rows: Mapping[int, Sequence[str]], name: str) -> None:
     """Refuse a last number that may have lost its last digits: the file ends with it, and it is the shortest of all."""
-    if text.endswith("\n") or len(rows) < 2 or lines[-1] is not lines[rows[-1]]:
+    if text.endswith("\n") or len(rows) < 2 or len(lines) - 1 not in rows:
         return
-    ends = [style.cells(lines[place].text)[-1] for place in rows]
+    ends = [cells[-1] for cells in rows.values()]
     if not ends[-1]:
         raise _cut(lines[-1], name)
     if len(ends[-1]) < min(map(len, ends[:-1])):
@@ -275,12 +267,13 @@ def _are_units(cells: Sequence[str]) -> bool:
     return all(known_unit(inside) is not None or split_heading(f"of [{inside}]")[1] for inside in insides)
 
 
-def _columns(headings: Sequence[str], lines: Sequence[TextLine], rows: Sequence[int], style: Style) -> MeasuredTable:
+def _columns(
+    headings: Sequence[str], lines: Sequence[TextLine], rows: Mapping[int, Sequence[str]], style: Style
+) -> MeasuredTable:
     """Return the table of a file."""
-    cells = [style.cells(lines[place].text) for place in rows]
     columns = []
     for number, heading in enumerate(headings):
-        column = [row[number] for row in cells]
+        column = [row[number] for row in rows.values()]
         values = [style.value(cell) for cell in column]
         title, unit = split_heading(heading)
         if not title and not any(column):
@@ -291,7 +284,7 @@ def _columns(headings: Sequence[str], lines: Sequence[TextLine], rows: Sequence[
             columns.append(Column(title, unit, np.array(values, dtype=float)))
     numbers = np.array([lines[place].number for place in rows])
     notes = _notes(line for line in lines if line.comment)
-    return MeasuredTable(tuple(columns), notes, _segments(lines, rows), numbers)
+    return MeasuredTable(tuple(columns), notes, _segments(lines, list(rows)), numbers)
 
 
 def _notes(comments: Iterable[TextLine]) -> dict[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from dforce.core import units
 from dforce.core.arrays import Array, Bools
@@ -31,6 +32,7 @@ SENTENCES = (
 )
 BY_NODES = 2e-3  # of the range of the force: errors of the nodes at kinks, by known laws
 BY_CHANCE = 3.0  # errors of the distance
+EVEN = 5.0  # nodes over which shares of nodes are averaged
 AROUND = 9  # distances within an error of one
 UNSURE = 0.1  # of the range of the force, as far as it is above its errors
 UNSETTLED = 0.01  # of the largest virial
@@ -61,7 +63,8 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
     found = _excess(inverse) * np.linalg.norm((fit.error, hidden, inverse.beyond, inverse.unsettled, shifted), axis=0)
     seen = ~blind & (np.abs(law.force) > SEEN * found)
     span = float(np.ptp(np.append(law.force[seen], 0.0)))
-    total = np.hypot(found, BY_NODES * span)
+    resolution = _resolution(inverse)
+    total = np.hypot(np.hypot(found, _by_resolution(law, resolution)), BY_NODES * span)
     unsure = (total > UNSURE * span) | _by_noise(inverse, reading.distance_error)
     walled = _is_a_wall(inverse, reading.distance_error)
     if walled or _unsettled(inverse) > UNSETTLED:
@@ -74,7 +77,7 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
         "force_error": ("distance", total * open_),
         "force_noise": ("distance", np.sqrt(np.diag(fit.noise)) * open_),
         "gap_error": ("distance", hidden * open_),
-        "resolution": ("distance", _resolution(inverse) * open_),
+        "resolution": ("distance", resolution * open_),
         "force_status": ("distance", status),
         "classic_force": (("formula", "distance"), classic * open_),
         "zc": ("point", reading.height),
@@ -129,6 +132,17 @@ def _by_distance(law: Law, gaps: list[Gap], error: float) -> Array:
     low, high = np.take(edges, place), np.take(edges, place + 1)
     around = law.nodes + error * np.linspace(-1.0, 1.0, AROUND)[:, None]
     return np.asarray(0.5 * np.ptp(force_of(law, law.force, np.clip(around, low, high)), axis=0))
+
+
+def _by_resolution(law: Law, resolution: Array) -> Array:
+    """Return a third of the deviation (N) of the force at each node from the line through the force a resolution (m) aside.
+
+    A Gaussian of this width at half its height takes a half of it off a kink, and a fifth off a force that bends evenly.
+    """
+    nodes = law.nodes
+    away = np.minimum(resolution, np.minimum(nodes - nodes[0], nodes[-1] - nodes))
+    before, after = (force_of(law, law.force, nodes + side * away) for side in (-1.0, 1.0))
+    return np.asarray(np.abs(law.force - 0.5 * (before + after)) / 3.0)
 
 
 def _by_noise(inverse: Inverse, error: float) -> Bools:
@@ -193,9 +207,12 @@ def classic_forces(inverse: Inverse, reading: CurvePoints, case: Case, distance:
 
 
 def _resolution(inverse: Inverse) -> Array:
-    """Return over which length the force is averaged at each node (m): its spacing over its share in its own value."""
+    """Return over which length the force is averaged at each node (m): its spacing over its share in its own value.
+
+    The shares of single nodes go up and down where several nodes lie between two points.
+    """
     nodes = inverse.law.nodes
-    own = np.einsum("ij,ji->i", inverse.fit.gain, inverse.rows.virial)
+    own = gaussian_filter1d(np.einsum("ij,ji->i", inverse.fit.gain, inverse.rows.virial), EVEN, mode="nearest")
     return np.asarray(np.gradient(nodes) / np.clip(own, 1e-6, 1.0))
 
 
