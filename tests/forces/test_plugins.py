@@ -247,6 +247,48 @@ def test_a_law_that_gives_no_number_ends_a_force_curve_in_one_sentence(folder, l
 
 
 @pytest.mark.parametrize(
+    ("part", "argument", "body", "sentence"),
+    [
+        (
+            "switch",
+            "latched",
+            "return None",
+            "the switch of 'repulsion' at d = 10 nm returns NoneType, but must return a number",
+        ),
+        (
+            "switch",
+            "latched",
+            "raise KeyError('side')",
+            "the switch of 'repulsion' at d = 10 nm fails: KeyError: 'side'",
+        ),
+        (
+            "evolve",
+            "memory",
+            "raise KeyError('rate')",
+            "the evolve of 'repulsion' at d = 10 nm fails: KeyError: 'rate'",
+        ),
+        (
+            "evolve",
+            "memory",
+            "change[5] = 1.0",
+            "the evolve of 'repulsion' at d = 10 nm fails: IndexError: index 5 is out",
+        ),
+    ],
+)
+@pytest.mark.parametrize("ask", [df.force_curve, df.run])
+def test_a_switch_or_an_evolve_that_fails_is_one_sentence(folder, part, argument, body, sentence, ask):
+    first = "latched, d, rate, t" if part == "switch" else "d, rate, t, memory, change"
+    text = GOOD.replace("law(d, rate, t,", f"law(d, rate, t, {argument},")
+    arguments = text.partition("def law(")[2].partition(")")[0].removeprefix(f"d, rate, t, {argument}, ")
+    text = text.rstrip() + f"\n\n    @staticmethod\n    def {part}({first}, {arguments}):\n        {body}\n"
+    if part == "evolve":
+        text = text.replace('    name = "repulsion"', '    name = "repulsion"\n    memory = 1')
+    (folder / "repulsion.py").write_text(text)
+    with pytest.raises(ForceError, match=re.escape(sentence)):
+        ask(df.load_case(folder / "case.toml"))
+
+
+@pytest.mark.parametrize(
     ("law", "sentence"),
     [
         (

@@ -710,6 +710,8 @@ def test_a_spectrum_in_volts_asks_for_its_sensitivity(tmp_path):
     assert "sensitivity" in reading.tune_questions(str(refused.value), {})
     found = reading.tune_from(data, "volts.csv", {"sensitivity": "100 nm/V", "calibrated": "mode"}, tmp_path)
     assert found.k == pytest.approx(measured_curve.K, rel=0.1)
+    bare = {"sensitivity": "100", "calibrated": "mode", "temperature": "25"}  # as the form shows: in nm/V and degC
+    assert reading.tune_from(data, "volts.csv", bare, tmp_path) == found
 
 
 def test_a_file_with_too_few_columns_is_not_asked_for_the_missing_ones(tmp_path):

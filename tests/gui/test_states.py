@@ -58,6 +58,19 @@ def test_the_tab_lists_all_states_at_a_distance_and_shows_the_motion_of_one(tmp_
     asyncio.run(flow())
 
 
+def test_the_tab_asks_for_a_distance_where_a_controller_keeps_the_amplitude(tmp_path):
+    held = df.run(df.example("fm-afm"))
+
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            panel = page.plots.all_states
+            panel.states = lambda: held
+            panel.open()
+            assert panel.element.props["text"] == "A controller keeps this amplitude constant; choose a distance."
+
+    asyncio.run(flow())
+
+
 def test_states_behind_a_frequency_sweep_go_along_its_frequency():
     case = df.example("hysteresis")
     f0 = case.problem.modes[0].f0

@@ -1,6 +1,6 @@
 // A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
 const NARROW = 320; // px, below which titles of axes are smaller
-const LOW = 300; // px, below which titles of several frames are smaller, too: else they reach into the frame above
+const PHONE = 600; // px, width of a window in which a legend of many rows leaves titles of several frames little room
 const LABEL = 15; // px, the room of a number at an upright axis
 const MOST = 6; // numbers at an upright axis of a frame
 const POWER = 22; // px, the room of a power of ten
@@ -68,7 +68,7 @@ function themed(figure, narrow, height) {
     const { title, domain: [bottom, top] = [0, 1] } = layout[key];
     if (top - bottom === 1) continue; // of several frames each has its title above, where it has room
     (layout.annotations ??= []).push({
-      text: title.text, font: height < LOW ? { ...title.font, size: 10 } : title.font, showarrow: false, borderpad: 0, xref: "x domain", x: 0, xanchor: "left",
+      text: title.text, font: window.innerWidth < PHONE ? { ...title.font, size: 10 } : title.font, showarrow: false, borderpad: 0, xref: "x domain", x: 0, xanchor: "left",
       yref: key.replace("axis", "") + " domain", y: 1, yanchor: "bottom",
     });
     const room = height * (top - bottom);

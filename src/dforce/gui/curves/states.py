@@ -25,6 +25,7 @@ from dforce.gui.curves.setpoint import cell_of, nones_of, of_quantity
 from dforce.gui.document.compute import BEHIND, LIVE_CURVES, LULL, Overtaken, RecentCurves, in_thread, key_of
 from dforce.gui.window.view import View
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of
+from dforce.results.kinds import measured
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -157,6 +158,7 @@ def _traces(drawn: Drawn, lines: list[tuple[str, Line]]) -> Iterator[Figure]:
 COLUMNS = ("zc", "frequency", "amplitude", "phase", "peak_force", "max_indentation")
 LOOKING = "The states are being looked for ..."
 NO_STATE = "No state exists here."
+HELD = "a controller keeps this amplitude constant; choose a distance"
 UNFOLLOWED = "dForce cannot follow the states of this curve."
 LONGEST = 40  # characters of a distance
 READER = "nm"  # unit of a distance typed as a number alone
@@ -236,6 +238,8 @@ class StatesPanel(Panel):
         """Return the states at the chosen place."""
         if self.distance and goes_along(states) == "zc":
             return at_distance(states, df.parse(composed(self.distance, READER), "m"))
+        if "amplitude" not in measured(states):
+            raise df.ParameterError(HELD)
         return df.at_set_point(states, self.view.document.set_point)
 
     def _at(self, distance: str) -> None:

@@ -16,6 +16,7 @@ from nicegui.events import GenericEventArguments
 
 import dforce as df
 from dforce.core.files import in_quotes
+from dforce.gui.case.values import composed
 from dforce.gui.document.document import MeasuredData
 from dforce.gui.window.dialogs import LONGEST, Field, choice, dialog, text
 from dforce.inverse.fitting.load import known_settings
@@ -357,6 +358,7 @@ def with_choices(
 
 
 SENSITIVITIES = {"static": "by a force curve on a hard sample", "mode": "for this mode itself"}
+TUNE_UNITS = {"temperature": "degC", "sensitivity": "nm/V"}  # of numbers alone: 25 is a room, not 25 K
 TUNE_SETTINGS = ("temperature", "calibrated", "unit", "sensitivity")  # of df.thermal_tune
 
 
@@ -370,7 +372,8 @@ def tune_from(data: bytes, name: str, answers: Mapping[str, str], folder: Path) 
     """
     with _as_file(data, folder) as path:
         try:
-            told: dict[str, Any] = {key: answers[key] for key in TUNE_SETTINGS if key in answers}
+            given = {key: answers[key] for key in TUNE_SETTINGS if key in answers}
+            told: dict[str, Any] = {key: composed(one, TUNE_UNITS.get(key, "")) for key, one in given.items()}
             return df.thermal_tune(path, **told)
         except df.DForceError as error:
             raise type(error)(str(error).replace(in_quotes(path), name)) from None
