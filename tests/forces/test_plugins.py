@@ -99,12 +99,14 @@ def test_a_case_with_a_plugin_can_be_changed_from_anywhere_and_written_back(fold
     assert df.load_case(folder / "again.toml") == case
 
 
-def test_a_result_finds_its_plugin_beside_itself_or_says_where_it_looked(folder, tmp_path_factory):
-    result = df.force_curve(df.load_case(folder / "case.toml"))
-    df.write(result, folder / "out.nc")
-    assert df.load_case(folder / "out.nc") == df.load_case(folder / "case.toml")
-    elsewhere = tmp_path_factory.mktemp("elsewhere")
-    df.write(result, elsewhere / "out.nc")
+def test_a_result_finds_its_plugin_in_its_folder_or_beside_itself_or_says_where_it_looked(folder, tmp_path_factory):
+    case, elsewhere = df.load_case(folder / "case.toml"), tmp_path_factory.mktemp("elsewhere")
+    result, gone = df.force_curve(case), folder.with_name("gone")
+    for place in (folder, elsewhere):
+        df.write(result, place / "out.nc")
+        assert df.load_case(place / "out.nc") == case
+    folder.rename(gone)
+    assert df.load_case(gone / "out.nc").forces == case.forces
     with pytest.raises(CaseError, match=rf"out\.nc: the plug-in '{elsewhere}/repulsion\.py': there is no such file"):
         df.load_case(elsewhere / "out.nc")
 
