@@ -99,12 +99,14 @@ def test_a_case_with_a_plugin_can_be_changed_from_anywhere_and_written_back(fold
     assert df.load_case(folder / "again.toml") == case
 
 
-def test_a_result_finds_its_plugin_beside_itself_or_says_where_it_looked(folder, tmp_path_factory):
-    result = df.force_curve(df.load_case(folder / "case.toml"))
-    df.write(result, folder / "out.nc")
-    assert df.load_case(folder / "out.nc") == df.load_case(folder / "case.toml")
-    elsewhere = tmp_path_factory.mktemp("elsewhere")
-    df.write(result, elsewhere / "out.nc")
+def test_a_result_finds_its_plugin_in_its_folder_or_beside_itself_or_says_where_it_looked(folder, tmp_path_factory):
+    case, elsewhere = df.load_case(folder / "case.toml"), tmp_path_factory.mktemp("elsewhere")
+    result, gone = df.force_curve(case), folder.with_name("gone")
+    for place in (folder, elsewhere):
+        df.write(result, place / "out.nc")
+        assert df.load_case(place / "out.nc") == case
+    folder.rename(gone)
+    assert df.load_case(gone / "out.nc").forces == case.forces
     with pytest.raises(CaseError, match=rf"out\.nc: the plug-in '{elsewhere}/repulsion\.py': there is no such file"):
         df.load_case(elsewhere / "out.nc")
 
@@ -244,6 +246,48 @@ def test_a_law_that_gives_no_number_ends_a_force_curve_in_one_sentence(folder, l
     case = df.load_case(folder / "case.toml")
     with pytest.raises(ForceError, match=sentence):
         df.force_curve(case, distance=["20 nm", "8 nm", "2 nm", "1 nm"])
+
+
+@pytest.mark.parametrize(
+    ("part", "argument", "body", "sentence"),
+    [
+        (
+            "switch",
+            "latched",
+            "return None",
+            "the switch of 'repulsion' at d = 10 nm returns NoneType, but must return a number",
+        ),
+        (
+            "switch",
+            "latched",
+            "raise KeyError('side')",
+            "the switch of 'repulsion' at d = 10 nm fails: KeyError: 'side'",
+        ),
+        (
+            "evolve",
+            "memory",
+            "raise KeyError('rate')",
+            "the evolve of 'repulsion' at d = 10 nm fails: KeyError: 'rate'",
+        ),
+        (
+            "evolve",
+            "memory",
+            "change[5] = 1.0",
+            "the evolve of 'repulsion' at d = 10 nm fails: IndexError: index 5 is out",
+        ),
+    ],
+)
+@pytest.mark.parametrize("ask", [df.force_curve, df.run])
+def test_a_switch_or_an_evolve_that_fails_is_one_sentence(folder, part, argument, body, sentence, ask):
+    first = "latched, d, rate, t" if part == "switch" else "d, rate, t, memory, change"
+    text = GOOD.replace("law(d, rate, t,", f"law(d, rate, t, {argument},")
+    arguments = text.partition("def law(")[2].partition(")")[0].removeprefix(f"d, rate, t, {argument}, ")
+    text = text.rstrip() + f"\n\n    @staticmethod\n    def {part}({first}, {arguments}):\n        {body}\n"
+    if part == "evolve":
+        text = text.replace('    name = "repulsion"', '    name = "repulsion"\n    memory = 1')
+    (folder / "repulsion.py").write_text(text)
+    with pytest.raises(ForceError, match=re.escape(sentence)):
+        ask(df.load_case(folder / "case.toml"))
 
 
 @pytest.mark.parametrize(

@@ -5,16 +5,18 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import fitted_curves as fc
 import numpy as np
 import pytest
 import xarray as xr
+from fitted_curves import ETA
 
 import dforce as df
 from dforce.inverse.fitting.folds import fold_beside, lowest
 from dforce.inverse.fitting.minimize import Objective, jacobian
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.selection import PointSelection, measured
-from dforce.inverse.fitting.unknowns import make_unknowns
+from dforce.inverse.fitting.unknowns import make_unknowns, start_vector
 from dforce.validity import advice_in
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
@@ -100,3 +102,42 @@ def test_the_interval_of_the_hamaker_constant_follows_chi2_where_the_fold_bends_
     low, high = float(one["value"] - one["interval_low"]), float(one["interval_high"] - one["value"])
     assert within(fits(number), H, sets[number].truth[H])
     assert high > wider * 1.96 * float(one["error"]) and high > higher * low
+
+
+def soft(seed: int) -> tuple[df.Case, xr.Dataset]:
+    """Return a soft sample in a liquid, and a noisy curve with indentations of nanometers."""
+    case, zc, draw = fc.case_of("liquid"), np.linspace(10e-9, 2e-9, 90), np.random.default_rng(seed)
+    curve, (noise, turn) = df.approach(case, zc=zc), fc.SIGMA["liquid"]
+    amplitude, phase = (curve[name].values[:, 0] for name in ("amplitude", "phase"))
+    data = {"amplitude": amplitude + noise * draw.normal(size=90), "phase": phase + turn * draw.normal(size=90)}
+    data = {name: ("point", values) for name, values in {"height": zc, **data}.items()}
+    return case, xr.Dataset(data, attrs={"amplitude_error": noise, "phase_error": turn})
+
+
+def test_a_fit_to_a_soft_sample_that_starts_at_its_values_stays_there() -> None:
+    """Its least amplitudes are nanometers above the distances: the guess for stiff samples led to E = 92 Pa."""
+    case, data = soft(1)
+    fit = df.fit(case, data, free=[E, H, ETA], search=False, nuisance=["zc_offset"])
+    assert fit.attrs["chi2"] < 1.1 * fit.attrs["degrees_of_freedom"]
+    truth = np.array([*fc.TRUTH["liquid"][:3], 0.0])
+    assert (np.abs(fit["value"].values - truth) < 2.0 * fit["error"].values).all()
+
+
+def test_parameters_that_a_false_minimum_did_not_see_are_fitted_at_the_lower_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    case, data = soft(2)
+    settings = {"free": [E, H, ETA], "nuisance": ["zc_offset"]}
+    wanted = df.fit(case, data, **settings)
+
+    def faint(model: CurveModel, *_: object) -> list[object]:
+        objective = Objective(
+            model, start_vector(model.unknowns) - [0.0, 20.0, 20.0, 0.0]
+        )  # logarithms of H and viscosity
+        objective.residuals(objective.start)
+        return [objective.best]
+
+    monkeypatch.setattr("dforce.inverse.fitting.run.refined", faint)
+    found = df.fit(case, data, search=False, **settings)
+    assert found["seen"].all()
+    assert found.attrs["chi2"] == pytest.approx(wanted.attrs["chi2"], abs=0.01)  # 0.45 above, with both at their start

@@ -38,9 +38,9 @@ def drag_energy(d, frequency, drag):
     return 4.0 * np.pi**2 * frequency * A**2 * drag * np.exp(-DRAG_KAPPA * d) * ive(1, x) / x
 
 
-def locked(noise=0.0, seed=1, loss=0.0):
+def locked(noise=0.0, seed=1, loss=0.0, nearest=0.30e-9):
     """Return a phase-locked curve of a lever so stiff that its path is a sinusoid (within 4 fm), by closed forms."""
-    height = np.arange(0.30e-9, 1.5e-9, 10e-12)
+    height = np.arange(nearest, 1.5e-9, 10e-12)
     f = F0 * np.sqrt(1.0 - 2.0 * morse_virial(height - A, A) / (K * A**2))
     shift = f - F0 + noise * np.random.default_rng(seed).standard_normal(len(height))
     variables = {"height": height, "amplitude": np.full(len(height), A), "frequency_shift": shift}
@@ -319,6 +319,12 @@ def test_a_force_between_points_far_apart_has_an_error_that_covers_it():
     found = df.reconstruct(locked().isel(point=slice(0, None, 4)))  # 40 pm apart, with a well 0.1 nm wide
     off = np.abs(found.force - morse(found.distance.values)) / found.force_error
     assert off.max() < 2.0
+
+
+def test_a_steep_wall_does_not_widen_the_error_of_the_well_before_it():
+    found = df.reconstruct(locked(nearest=0.21e-9))  # up to 300 nN; the well is 1.7 nN deep
+    well = found.isel(distance=int(found.force.values.argmin()))
+    assert abs(well.force - morse(well.distance.values)) < 3.0 * well.force_error < 0.1 * abs(well.force)
 
 
 def test_noise_of_the_distances_counts_in_the_error_of_a_steep_force():

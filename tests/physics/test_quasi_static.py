@@ -295,7 +295,7 @@ def test_a_force_too_rough_to_be_followed_is_settled_in_time():
 
 
 def test_a_motion_that_does_not_repeat_settles_some_times_between_values_however_far_apart(monkeypatch):
-    """Of an amplitude of 43 pm, between distances 1.5 nm apart: a stride for each 2 % of the amplitude would be 1740."""
+    """Of an amplitude of 5 nm, between distances 2.5 nm apart: a stride for each 2 % of the amplitude would be 25."""
     settled, steady = [], quasi_static_walk.steady
 
     def counted(*given):
@@ -304,10 +304,7 @@ def test_a_motion_that_does_not_repeat_settles_some_times_between_values_however
         return steady(*given)
 
     monkeypatch.setattr(quasi_static_walk, "steady", counted)
-    shaken = lever(
-        "jumping", A0=43.2e-12, f0=5.18e3, k=0.0875, Q=3.09, youngs_modulus=6.79e8, radius=2e-9, max_periods=100
-    )
-    df.approach(shaken, zc=[2.7e-9, 1.6e-9, 0.1e-9])
+    df.approach(lever("capillary", A0=5e-9, f0=50e3, k=2.0, Q=300.0, max_periods=300), zc=[5e-9, 2.5e-9, 0.25e-9])
     assert len(settled) > 5  # of strides: the motion does not repeat
 
 

@@ -41,7 +41,7 @@ def test_the_source_archive_contains_every_folder_that_its_tests_import_from() -
 )
 def test_the_lowest_versions_are_those_that_are_tested() -> None:
     for wanted in importlib.metadata.requires("dforce") or ():
-        found = re.match(r"([\w.-]+)(?:\[.*\])?>=([\d.]+)\s*(;.*extra.*)?$", wanted)
+        found = re.match(r"([\w.-]+)(?:\[.*\])?(?:!=[\d.]+,)*>=([\d.]+)\s*(;.*extra.*)?$", wanted)
         if found is None or found[3]:
             continue
         installed = importlib.metadata.version(found[1])

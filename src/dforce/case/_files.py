@@ -19,7 +19,7 @@ from dforce.forces import REGISTRY
 from dforce.results import hdf5
 from dforce.results.files import MOST_BYTES as MOST_BYTES_OF_RESULT
 from dforce.results.files import is_whole
-from dforce.results.provenance import check_plugins, folder_of_plugins
+from dforce.results.provenance import FOLDER, check_plugins, folder_of_plugins
 from dforce.results.store import is_store, open_store
 from dforce.results.store_files import local_place
 
@@ -56,9 +56,8 @@ def load_case(path: str | os.PathLike[str]) -> Case:
         return example(str(path))
     try:
         if is_store(path):
-            place = local_place(path)
-            with beside(None if place is None else place.resolve().parent):
-                return Case.from_toml(str(open_store(path).attrs["case"]))
+            place, attrs = local_place(path), open_store(path).attrs
+            return _of_result(attrs, None if place is None else place.resolve().parent)
     except ResultError as error:
         raise CaseError(str(error)) from None
     try:
@@ -67,9 +66,9 @@ def load_case(path: str | os.PathLike[str]) -> Case:
         missing = str(error).startswith("there is no file")
         raise CaseError(f"{error}{_example_hint(file.name) if missing else ''}") from None
     try:
+        if content.startswith(hdf5.START):
+            return _of_result(_attributes(content), file.resolve().parent)
         with beside(file.resolve().parent):
-            if content.startswith(hdf5.START):
-                return Case.from_toml(_case_of_results(content))
             if file.suffix.lower() == ".nc":
                 raise CaseError("the file is damaged or not a file of results")
             return Case.from_toml(content.decode("utf-8-sig"))
@@ -125,7 +124,7 @@ def cases_of(result: xr.Dataset, places: Iterable[Mapping[str, int]]) -> Iterato
 
 def _case_in(result: xr.Dataset) -> Case:
     """Return the case in a result, with the force models that the result was computed with."""
-    text, place = str(result.attrs.get("case", "")), folder_of_plugins(result)
+    text, place = str(result.attrs.get("case", "")), folder_of_plugins(result.attrs)
     case = _read(text) if place is None else None
     is_known = case is not None and all(REGISTRY.get(force.name) is type(force) for force in case.forces)
     if case is None or not is_known:  # a model may be defined anew
@@ -145,7 +144,15 @@ def _example_hint(name: str) -> str:
     return hint.replace("did you mean", "did you mean the example") if "did you mean" in hint else ""
 
 
-def _case_of_results(content: bytes) -> str:
+def _of_result(attrs: Mapping[str, str], place: Path | None) -> Case:
+    """Return the case in the attributes of a result; plug-ins are looked for beside it where their own folder is not here."""
+    folder = folder_of_plugins(attrs)
+    with beside(folder if folder is not None and folder.is_dir() else place):
+        return Case.from_toml(attrs["case"])
+
+
+def _attributes(content: bytes) -> dict[str, str]:
+    """Return the texts among the attributes of a file of results."""
     import h5py
 
     damaged = CaseError("the file of results is damaged or cut off")
@@ -153,13 +160,13 @@ def _case_of_results(content: bytes) -> str:
         raise damaged
     try:
         with h5py.File(io.BytesIO(content), "r") as results:
-            text = results.attrs.get("case")
-            text = text if isinstance(text, str | None) else bytes(text).decode("utf-8")
+            found = {name: results.attrs[name] for name in ("case", FOLDER) if name in results.attrs}
+            texts = {name: one if isinstance(one, str) else bytes(one).decode() for name, one in found.items()}
     except Exception:  # as any error of h5py  # noqa: BLE001
         raise damaged from None
-    if text is None:
+    if "case" not in texts:
         raise CaseError("the file of results contains no case")
-    return text
+    return texts
 
 
 @checked

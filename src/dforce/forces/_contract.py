@@ -301,8 +301,8 @@ def _is_rooted(
     return False
 
 
-def guarded(name: str, function: Callable[..., float]) -> Callable[..., float]:
-    """Return a law as plain Python that gives NaN where arithmetic fails, as if it were compiled.
+def guarded(name: str, function: Callable[..., Any], part: str = "law") -> Callable[..., float]:
+    """Return a law, or a force's `switch` or `evolve`, as plain Python that gives NaN where arithmetic fails, as compiled.
 
     Raises
     ------
@@ -310,18 +310,22 @@ def guarded(name: str, function: Callable[..., float]) -> Callable[..., float]:
         From the returned function, where the given function fails otherwise or returns no number.
     """
 
-    def answer(d: float, *arguments: Any) -> float:
+    def answer(*arguments: Any) -> float:
         try:
-            value: Any = function(d, *arguments)
+            value: Any = function(*arguments)
         except (ArithmeticError, ValueError):
             return math.nan
         except Exception as error:
-            why = f"{type(error).__name__}: {shorten(str(error), 200)}"
-            raise ForceError(f"the law of '{name}' at d = {show(d, 'm', 3)} fails: {why}") from error
+            raise refused(f"fails: {type(error).__name__}: {shorten(str(error), 200)}", arguments) from error
+        if part == "evolve":  # it writes its answer
+            return 0.0
         if not isinstance(value, REAL):
-            kind = type(value).__name__
-            raise ForceError(f"the law of '{name}' at d = {show(d, 'm', 3)} returns {kind}, but must return a number")
+            raise refused(f"returns {type(value).__name__}, but must return a number", arguments)
         return float(value)
+
+    def refused(fault: str, arguments: tuple[Any, ...]) -> ForceError:
+        d = arguments[1 if part == "switch" else 0]
+        return ForceError(f"the {part} of '{name}' at d = {show(d, 'm', 3)} {fault}")
 
     return answer
 

@@ -19,12 +19,13 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
+import numpy as np
 import pydantic
 
 from dforce.core import log
 from dforce.core.errors import ForceError, ParameterError, checked, shorten
 from dforce.core.files import named, read_input
-from dforce.forces._contract import REGISTRY, Force, in_first_contact
+from dforce.forces._contract import REGISTRY, Force, guarded, in_first_contact
 
 PREFIX = "dforce_plugin_"  # of the modules that files become
 MOST_BYTES = 1_000_000  # a larger file is no force model
@@ -113,7 +114,7 @@ def _parts_of(model: type[Force]) -> Iterator[bytes]:
 
 
 def check_answers(force: Force) -> None:
-    """Refuse a bound force whose law fails, or returns something else than a number.
+    """Refuse a bound force whose law, `switch` or `evolve` fails, or returns something else than a number.
 
     Where arithmetic fails nothing is refused: the compiled law gives no number there, and a motion may never come there.
 
@@ -124,6 +125,12 @@ def check_answers(force: Force) -> None:
     """
     for d in (1e-8, 1e-9, 1e-10, -1e-9):
         in_first_contact(force, d, 0.0, 1e-8)
+        if force.switch is not None:
+            for latched in (0.0, 1.0):
+                guarded(force.name, force.switch, "switch")(latched, d, 0.0, 0.0, *force.values())
+        if force.evolve is not None:
+            memory, change = np.zeros((2, force.memory))
+            guarded(force.name, force.evolve, "evolve")(d, 0.0, 0.0, memory, change, *force.values())
 
 
 def read_by(function: Callable[..., Any], known: tuple[object, ...] = ()) -> Iterator[FunctionType | bytes]:

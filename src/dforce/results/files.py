@@ -139,7 +139,7 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
 
 def _at(result: xr.Dataset, path: str | os.PathLike[str]) -> xr.Dataset:
     """Return a result whose plug-ins are looked for beside its file, where their own folder does not exist here."""
-    folder = folder_of_plugins(result)
+    folder = folder_of_plugins(result.attrs)
     if folder is not None and not folder.is_dir():
         result.attrs[FOLDER] = str(Path(path).resolve().parent)
     return result

@@ -7,9 +7,9 @@ import functools
 import importlib.metadata
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from dforce.core.errors import ParameterError
 from dforce.forces import Force, code_of
@@ -74,9 +74,9 @@ def of_plugins(case: Described) -> dict[str, str]:
     )
 
 
-def folder_of_plugins(result: xr.Dataset) -> Path | None:
-    """Return the folder of the plug-ins of a result; None without plug-ins."""
-    return Path(_expanded(result.attrs[FOLDER])) if FOLDER in result.attrs else None
+def folder_of_plugins(attrs: Mapping[Any, Any]) -> Path | None:
+    """Return the folder of the plug-ins of a result from its attributes; None without plug-ins."""
+    return Path(_expanded(attrs[FOLDER])) if FOLDER in attrs else None
 
 
 def _expanded(folder: str) -> str:

@@ -191,7 +191,7 @@ def assure_settled(block: Block, value: float, found: Steady, settles_on: bool =
     fixed number of periods, and of integrators that choose their own steps, only the orbit becomes more accurate.
     """
     accuracy, (problem, _) = block.settings.accuracy, block.problem(0, value)
-    if found.settled and not found.repeats and block.settings.integrator == "rk4":
+    if found.settled and not found.repeats and not found.stays and block.settings.integrator == "rk4":
         return replace(found, is_misled=_is_misled(block, value, found))
     # no motion repeats with the tones, or none but after hours
     is_free = any(force.timed for force in problem.forces) or problem.late_surface is not None
@@ -239,6 +239,8 @@ def unless_stuck(block: Block, value: float, found: Steady, was_stuck: bool = Fa
 
     A tip that sticks by adhesion hysteresis does so. A tip that was stuck just before, and breaks the equation, is still stuck.
     """
+    if found.stays:
+        return found
     problem, _ = block.problem(0, value)
     (first,) = misfit(problem, found.columns).tolist() if found.settled and found.repeats else (0.0,)
     if not first > GROSS or was_stuck or ENOUGH * block.points > MOST_SAMPLES:

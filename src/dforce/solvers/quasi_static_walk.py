@@ -18,13 +18,14 @@ import numpy as np
 from dforce.core.arrays import Array, Indices
 from dforce.solvers.accuracy import assure, assure_repeated, assure_settled, unless_stuck
 from dforce.solvers.block import Block
+from dforce.solvers.model import DISTANCE
 from dforce.solvers.points import Points, StateJump, amplitude_at, amplitude_of, as_kept, repeated
 from dforce.solvers.quasi_static import ENDED, FOLLOWED, SMALLEST, TOO_ROUGH, Stretch
 from dforce.solvers.quasi_static_steps import CHORD
-from dforce.solvers.settling import apart, comes_near, gone, polished, settled
+from dforce.solvers.settling import apart, comes_near, gone, held_back, polished, settled
 from dforce.solvers.state_ends import End, Ended, Left, ahead_of, assured_places, behind_doublings, directions
 from dforce.solvers.states import States
-from dforce.solvers.transient import steady
+from dforce.solvers.transient import steady, still_at_rest
 
 CHUNK = 64  # values that are followed in one stretch: at its start only the state is known, where a run can go on
 AT_ONCE = 1e-4  # of the free amplitude: the motion settles to an orbit so near to the start
@@ -303,15 +304,17 @@ class Walk:
 
     def _in_time(self, case: int) -> None:
         """Let a motion settle in time at its next value, or on the way there, and look for a stable orbit."""
-        block, points = self.block, self.points
-        place, before = int(self.done[case]), float(self.at[case])
+        block, points, place, before = self.block, self.points, int(self.done[case]), float(self.at[case])
         target = float(self.values[case, place])
         far = abs(target - float(self.values[case, max(place - 1, 0)]))
         stride = math.inf if self.stuck[case] else max(STRIDE * float(block.unit[case]), far / MOST_STRIDES)
         known = bool(np.isfinite(self.state.x[case]).all())
         value = before + min(max(target - before, -stride), stride) if known and place > 0 else target
-        start = (self.state if known else self.starts).motion(case)
-        found = steady(block.integrator(case, value), start, block.check_cancelled)
+        start, integrator = (self.state if known else self.starts).take([case]), block.integrator(case, value)
+        held = known and bool(self.stuck[case]) and block.parameter == DISTANCE
+        start = held_back(block, case, start, before, value) if held else start
+        found = still_at_rest(integrator, start.motion(0), block.check_cancelled) if held else None
+        found = found or steady(integrator, start.motion(0), block.check_cancelled)
         found = unless_stuck(block.one(case), value, found, bool(self.stuck[case]))
         one, at, motion = np.array([case]), np.array([value]), States.of(found.motion)
         self.state.put(one, motion)

@@ -172,6 +172,14 @@ def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -
     return state
 
 
+def held_back(block: Block, case: int, state: States, before: float, at: float) -> States:
+    """Return a problem's state where the average distance has changed (m), but the tip stays where it was on the sample."""
+    compliances, held = np.array([1.0 / mode.k for mode in block.problem(case, at)[0].modes]), state.copy()
+    bend = (at - before) / float(block.batch.length[case]) * compliances / compliances.sum()
+    held.x[:, : 2 * len(bend) : 2] -= bend
+    return held
+
+
 def later(block: Block, cases: Indices, start: States, at: Array, spans: Indices) -> States:
     """Return states `spans` common periods later, each by its own number: it must not depend on its neighbors."""
     state = start.copy()

@@ -26,6 +26,7 @@ LONG, LEAST_LONG = 256, 16  # periods, and common periods at least, to measure a
 WANDERS = 4.0  # times its whole range: a motion whose way from period to period is longer does not come to rest
 CALMS = 0.7  # share of the range of the first half: a motion with less in the second half does come to rest
 REPEATS = 100.0  # times the settling tolerance: more change than this between windows is no settled motion
+BOUNCE = 8  # steps: a tip whose bounces at a jump of the force are as short rests there, but for the steps
 
 CancelCheck = Callable[[], None]  # called now and then; stops the run by raising
 
@@ -51,7 +52,7 @@ class Steady:
     stays
         Whether its error hardly falls with more samples.
     is_misled
-        Whether it does not repeat, and errors of its steps may be the reason.
+        Whether its tip rests at a jump of the force, or it does not repeat and errors of its steps may be the reason.
     """
 
     values: Mapping[str, Any]
@@ -184,7 +185,31 @@ def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
     if settings.settle == "fixed":  # the same in all windows is the only sign that the count was long enough
         alone = len(rows) == common_period(frequencies)
         settled = repeats and not (alone and _moves(integrator, rows, before))
-    return Steady(values, motion, settled, repeats)
+    rests = _is_at_rest(integrator, values)
+    return Steady(values, motion, settled, repeats, stays=rests, is_misled=rests)
+
+
+def still_at_rest(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> Steady | None:
+    """Return the motion of a tip that rests where the force jumps, which need not settle; None of a tip that does not."""
+    frequencies = [tone.frequency for tone in integrator.problem.tones]
+    periods = LEAST_LONG * (common_period(frequencies) or window_length(frequencies))
+    motion, rows = observe(integrator, motion, periods, check_cancelled)
+    values = finish(integrator.problem, integrator.harmonics, rows, weights(frequencies, periods))
+    values |= {"settling_periods": 0.0, "drift": math.nan}
+    return Steady(values, motion, True, False, stays=True, is_misled=True) if _is_at_rest(integrator, values) else None
+
+
+def _is_at_rest(integrator: Integrator, values: Mapping[str, Any]) -> bool:
+    r"""Return whether the tip rests where the force jumps, because both sides drive it back: it bounces by the steps alone.
+
+    Between bounces that last a time T under the force F it comes as far as :math:`F T^2 / 8 m`.
+    """
+    problem, span, lowest = integrator.problem, 2.0 * values["half_peak_to_peak"], values["min_distance"]
+    if not any(lowest < at < lowest + span for force in problem.forces for at in force.jumps()):
+        return False
+    time = BOUNCE / (integrator.points * problem.tones[0].frequency)
+    inverse_mass = sum((2.0 * np.pi * mode.f0) ** 2 / mode.k for mode in problem.modes)
+    return bool(span < (values["peak_force"] - values["min_force"]) * time**2 / 8.0 * inverse_mass)
 
 
 def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift: float) -> tuple[bool, Array, float]:

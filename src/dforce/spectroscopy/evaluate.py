@@ -11,7 +11,7 @@ import numpy as np
 
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError
-from dforce.forces import Force, guarded
+from dforce.forces import Force, check_answers, guarded
 from dforce.kernel.linker import compile_function
 
 Motion = Callable[[float], tuple[float, float]]
@@ -62,16 +62,19 @@ def follow(
     ------
     ParameterError
         When the law depends on the deflection and `zc` is not given.
+    ForceError
+        When a function of the force fails or returns no number.
     """
     if "zc" in force.leading() and zc is None:
         raise ParameterError(f"{force.name} depends on the deflection z, which needs an average distance: pass zc")
+    check_answers(force)  # compiled code reports no mistakes
     wrap = compile_function if compiled else (lambda function: function)
     evolve = wrap(force.evolve) if force.evolve is not None else None
     run = _PathState(
         motion,
         guarded(force.name, wrap(force.law_function())),
         evolve,
-        wrap(force.switch) if force.switch is not None else None,
+        guarded(force.name, wrap(force.switch), "switch") if force.switch is not None else None,
         force.values(),
         (zc,) if zc is not None and "zc" in force.leading() else (),
         np.zeros(force.memory),

@@ -27,7 +27,16 @@ from dforce.inverse.fitting.result import to_dataset
 from dforce.inverse.fitting.selection import checked_reading, measured
 from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
 from dforce.inverse.fitting.starts import SearchStart, different, first_guess, refined, searched
-from dforce.inverse.fitting.unknowns import CASE, Unknown, given_values, make_unknowns, usual_nuisance, with_free_part
+from dforce.inverse.fitting.unknowns import (
+    CASE,
+    HEIGHT,
+    Unknown,
+    given_values,
+    make_unknowns,
+    start_vector,
+    usual_nuisance,
+    with_free_part,
+)
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -228,7 +237,15 @@ class _FitRun:
         return met if met is not None and met.chi2 < objective.best.chi2 else objective.best
 
     def _first_guess(self) -> Array:
-        return first_guess(self.data, self.unknowns, set(self.settings.start))
+        """Return the first guess, with the user's offset of the heights where the data prefer it: soft samples yield."""
+        guess = first_guess(self.data, self.unknowns, set(self.settings.start))
+        own = np.where([one.kind == HEIGHT for one in self.unknowns], start_vector(self.unknowns), guess)
+        if (own == guess).all():
+            return guess
+        places = [Objective(self.model, varied) for varied in (guess, own)]
+        for place in places:
+            place.residuals(place.start)
+        return min(places, key=lambda place: place.best.chi2).start
 
     def _find(self) -> None:
         first = self._first_guess()
@@ -250,7 +267,10 @@ class _FitRun:
             back[i] = self.unknowns[i].varied(self.unknowns[i].start)
         others = np.flatnonzero(certain.seen).tolist()
         again = Objective(self.model, back, others, self.on_run).minimize() if others else best
-        if again.chi2 < best.chi2 + 1.0:
+        if again.chi2 < best.chi2 - 1.0:  # the data may see all of them there
+            self.minima[0] = lowest(Objective(self.model, again.varied, on_run=self.on_run))
+            self._leave_unseen()
+        elif again.chi2 < best.chi2 + 1.0:
             self.minima[0] = again
 
     def _enough_samples(self) -> float:

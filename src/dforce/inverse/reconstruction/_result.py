@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from dforce.core import units
 from dforce.core.arrays import Array, Bools
@@ -30,7 +30,8 @@ SENTENCES = (
     "no turning point at this distance: the force is unknown",
     "the error of the force is above a tenth of the range of the force, behind a gap or by noise, or only noise leads here",
 )
-BY_NODES = 2e-3  # of the range of the force: errors of the nodes at kinks, by known laws
+BY_NODES = 2e-3  # of the largest force near: errors of the nodes, by known laws
+NEAR, RINGS = 81, 5  # nodes: of that force; around a kink, where the force rings
 BY_CHANCE = 3.0  # errors of the distance
 EVEN = 5.0  # nodes over which shares of nodes are averaged
 AROUND = 9  # distances within an error of one
@@ -64,7 +65,7 @@ def dataset_of(inverse: Inverse, reading: CurvePoints, case: Case, source: xr.Da
     seen = ~blind & (np.abs(law.force) > SEEN * found)
     span = float(np.ptp(np.append(law.force[seen], 0.0)))
     resolution = _resolution(inverse)
-    total = np.hypot(np.hypot(found, _by_resolution(law, resolution)), BY_NODES * span)
+    total = np.linalg.norm((found, _by_resolution(law, resolution), _by_nodes(law.force)), axis=0)
     unsure = (total > UNSURE * span) | _by_noise(inverse, reading.distance_error)
     walled = _is_a_wall(inverse, reading.distance_error)
     if walled or _unsettled(inverse) > UNSETTLED:
@@ -132,6 +133,17 @@ def _by_distance(law: Law, gaps: list[Gap], error: float) -> Array:
     low, high = np.take(edges, place), np.take(edges, place + 1)
     around = law.nodes + error * np.linspace(-1.0, 1.0, AROUND)[:, None]
     return np.asarray(0.5 * np.ptp(force_of(law, law.force, np.clip(around, low, high)), axis=0))
+
+
+def _by_nodes(force: Array) -> Array:
+    """Return the error (N) by the nodes: a share of the largest force near, and half the ringing around a kink between nodes.
+
+    Ringing is the deviation of each value from the cubic through the nodes on both sides, as a mean over some nodes.
+    """
+    off = np.zeros(len(force))
+    off[3:-3] = force[3:-3] - (9.0 * (force[2:-4] + force[4:-2]) - (force[:-6] + force[6:])) / 16.0
+    rings = 0.5 * np.sqrt(np.convolve(off**2, np.full(RINGS, 1.0 / RINGS), "same"))
+    return np.asarray(np.hypot(BY_NODES * maximum_filter1d(np.abs(force), NEAR), rings))
 
 
 def _by_resolution(law: Law, resolution: Array) -> Array:
