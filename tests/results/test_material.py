@@ -92,7 +92,9 @@ def test_material_says_that_mode_2_answers_a_harmonic(am_fm_curve):
     found = df.material(am_fm_curve)
     assert "Mode 2 also answers harmonics of tone 1" in found.attrs["advice"]
     assert float(found.neglected.sel(effect="harmonics")[-1]) == pytest.approx(0.1, abs=0.02)
-    assert "true effective modulus" in str(df.summary(found))
+    at, *rows = df.summary(found)
+    assert (at.label, at.value) == ("at the closest distance", found.zc.values.min())
+    assert "true effective modulus" in str(rows)
 
 
 def test_material_refuses_a_curve_without_a_lock_and_a_tip_without_an_angle(am_fm_curve):

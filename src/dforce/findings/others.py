@@ -43,7 +43,10 @@ def material(dataset: xr.Dataset) -> Iterator[Finding]:
     """Give modulus, indentation and viscosity at the deepest point, with the true values beside."""
     from dforce.findings.finding import finding
 
-    deepest = dataset.isel(zc=int(np.argmin(dataset["zc"].values))) if "zc" in dataset.dims else dataset
+    deepest = dataset
+    if "zc" in dataset.dims:
+        deepest = dataset.isel(zc=int(np.argmin(dataset["zc"].values)))
+        yield finding("zc", "at the closest distance", float(deepest["zc"]), "m")
     for name in ("E_eff", "estimated_indentation", "estimated_viscosity", "loss_tangent"):
         for one in (name, f"true_{name.removeprefix('estimated_')}"):
             if one in dataset:
