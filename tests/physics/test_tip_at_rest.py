@@ -50,6 +50,7 @@ def test_tip_rests_on_the_sample_until_the_spring_pulls_it_off() -> None:
     curve = df.run(soft_lever())
     away = curve.sel(direction="retract")
     stuck = away["zc"].values[away["status"].values == Status.UNRESOLVED]
+    assert any("rest where the force van_der_waals jumps" in one.text for one in df.advice(curve))
     limit = CONTACT + (PULL - K * A0 / Q) / K  # the spring and the drive against the attraction
     step = float(curve["zc"][0] - curve["zc"][1])
     assert (

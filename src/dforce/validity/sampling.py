@@ -278,12 +278,16 @@ def unresolved(seen: Evidence) -> Advice | None:
     lost = 0 if status is None else int(np.count_nonzero(status == Status.UNRESOLVED))
     if status is None or lost == 0 or held_tip(seen) is not None:
         return None
+    cause = "the force is too steep for the samples, or the tip sticks"
+    remedy = "Raise solver.points_per_period. If this does not help, use"
+    jumping = next((force.name for force in seen.problem.forces if force.jumps()), None)
+    if jumping is not None:
+        cause, remedy = f"the tip may rest where the force {jumping} jumps", "More samples do not help there: use"
     return Advice(
         "unresolved",
         lost,
         0,
-        f"{lost} of {status.size} points have no result: the force is too steep for the samples, or the tip sticks. Raise "
-        "solver.points_per_period. If this does not help, use a larger A0 or a stiffer lever.",
+        f"{lost} of {status.size} points have no result: {cause}. {remedy} a larger A0 or a stiffer lever.",
         "solver.accuracy",
         ("solver.points_per_period", seen.of_tone(0, "A0"), seen.of_mode(seen.problem.tones[0].mode, "k")),
     )
