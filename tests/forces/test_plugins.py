@@ -279,6 +279,19 @@ def test_a_law_that_gives_no_number_ends_a_force_curve_in_one_sentence(folder, l
 )
 @pytest.mark.parametrize("ask", [df.force_curve, df.run])
 def test_a_switch_or_an_evolve_that_fails_is_one_sentence(folder, part, argument, body, sentence, ask):
+    _write(folder, part, argument, body)
+    with pytest.raises(ForceError, match=re.escape(sentence)):
+        ask(df.load_case(folder / "case.toml"))
+
+
+def test_an_evolve_that_divides_by_zero_is_refused_where_a_force_follows_a_path(folder):
+    _write(folder, "evolve", "memory", "change[0] = 1.0 / (0.0 * d)")
+    with pytest.raises(ForceError, match=r"the evolve of 'repulsion' at d = \S+ nm gives no finite number"):
+        df.force_curve(df.load_case(folder / "case.toml"))
+
+
+def _write(folder, part, argument, body):
+    """Write a plug-in whose switch or evolve has the given body."""
     first = "latched, d, rate, t" if part == "switch" else "d, rate, t, memory, change"
     text = GOOD.replace("law(d, rate, t,", f"law(d, rate, t, {argument},")
     arguments = text.partition("def law(")[2].partition(")")[0].removeprefix(f"d, rate, t, {argument}, ")
@@ -286,8 +299,6 @@ def test_a_switch_or_an_evolve_that_fails_is_one_sentence(folder, part, argument
     if part == "evolve":
         text = text.replace('    name = "repulsion"', '    name = "repulsion"\n    memory = 1')
     (folder / "repulsion.py").write_text(text)
-    with pytest.raises(ForceError, match=re.escape(sentence)):
-        ask(df.load_case(folder / "case.toml"))
 
 
 @pytest.mark.parametrize(

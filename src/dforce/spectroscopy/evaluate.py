@@ -10,7 +10,8 @@ from typing import Any, cast
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.core.errors import ParameterError
+from dforce.core.errors import ForceError, ParameterError
+from dforce.core.units import show
 from dforce.forces import Force, check_answers, guarded
 from dforce.kernel.linker import compile_function
 
@@ -182,7 +183,10 @@ def _memory_path(
 
     def rates(t: float, memory: Array) -> Array:
         change = np.zeros_like(memory)
-        evolve(*motion(t), t, memory, change, *arguments)
+        d, rate = motion(t)
+        evolve(d, rate, t, memory, change, *arguments)
+        if not np.isfinite(change).all():  # LSODA would not end
+            raise ForceError(f"the evolve of '{force.name}' at d = {show(d, 'm', 3)} gives no finite number")
         return change
 
     below, above = _bandwidths(rates, force, (times[0], times[len(times) // 4], times[len(times) // 2]))
