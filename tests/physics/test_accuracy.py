@@ -1,7 +1,6 @@
 """The accuracy that is asked for holds, at each point by itself, or the point says so."""
 
 import functools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +10,7 @@ from tiers import some_long
 
 import dforce as df
 from dforce.checks.validation.draws import draw
-from dforce.experiments.base import initial_motions
 from dforce.results.status import keep_promise, repeats
-from dforce.solvers.accuracy import assure_settled
-from dforce.solvers.transient import never_cancelled, steady
 from dforce.validity import advice_in
 
 FAMILIES = ("Hertz", "DMT", "Hertz, Kelvin–Voigt")
@@ -204,15 +200,6 @@ def test_a_neck_that_forms_and_a_contact_that_begins_in_one_step_come_one_after_
 def test_a_motion_over_a_wall_narrower_than_a_step_is_found_to_repeat(settings):
     case = WALL.replace("solver", {}).set(*settings)
     assert repeats(df.run(case).status)
-
-
-def test_a_motion_that_settles_by_chance_and_does_not_repeat_is_held_against_more_samples():
-    zc, case = 11.227977733161657e-9, WALL.replace("solver", {})
-    block = Block.of_one(case.problem, case.solver, 1, points=4096)
-    (start,) = initial_motions(block, np.array([zc]), "free")
-    found = steady(block.integrator(0, zc), start, never_cancelled)
-    by_chance = replace(found, settled=True, repeats=False, values={**found.values, "drift": 4e-7})
-    assert assure_settled(block, zc, by_chance).is_misled
 
 
 def test_the_engine_finds_a_motion_over_a_wall_narrower_than_a_step():

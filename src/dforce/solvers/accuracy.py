@@ -38,7 +38,7 @@ from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.sample_counts import MOST_SAMPLES
 from dforce.solvers.settling import apart, polished, remeasured
 from dforce.solvers.states import States
-from dforce.solvers.transient import REPEATS, Steady, decay_periods, march, steady
+from dforce.solvers.transient import Steady, decay_periods, march, steady
 
 GRACE = 2.0  # s that a run which is stopped goes on to estimate errors
 PORTION = 16  # values of which it does so at once
@@ -223,10 +223,8 @@ def _is_misled(block: Block, value: float, found: Steady) -> bool:
         missed[look] = apart(*np.array(ends)[:, None])[0]
         motion, _ = march(own, motion, math.ceil(periods / LOOKS), block.check_cancelled)
     driven = np.pi * np.abs(kernel.drive_of(own.tones, len(own.problem.modes))).max()  # their change in a period
-    wanders, least = found.values["drift"], block.settings.settle_tolerance
-    if wanders <= least and block.repeats_together:  # it seemed to settle, by chance, but its windows do not agree
-        wanders = REPEATS * least
-    allowed = driven * (min(GROSS, SHARE * wanders) if wanders > least else GROSS)
+    wanders = found.values["drift"]
+    allowed = driven * (min(GROSS, SHARE * wanders) if wanders > block.settings.settle_tolerance else GROSS)
     if np.sqrt((missed**2).mean()) <= allowed:
         return False
     if np.quantile(missed, 1.0 - FEW) > allowed:
