@@ -286,7 +286,7 @@ SEVERAL_TONES = table(
     tones=st.lists(TONE.map(lambda tone: tone | {"mode": 1}), min_size=1, max_size=3),
 )
 START = st.sampled_from(["free", "rest"]) | table(amplitude=LENGTH, phase=PHASE)
-GRID = table(start=LENGTH, stop=LENGTH, points=st.integers(1, 10**6))
+GRID = table(start=LENGTH, stop=LENGTH, points=st.integers(1, 10**6)).filter(lambda grid: grid["start"] != grid["stop"])
 DWELL = table({"start": START}, kind=st.just("dwell"), zc=DISTANCE)
 APPROACH = table(
     {"direction": st.sampled_from(["approach", "retract", "both"]), "carry_state": st.booleans(), "start": START},

@@ -2,7 +2,7 @@
 
 import pytest
 
-from dforce_docs.misprint_proofs import dimension, misprints, misprints_text
+from misprint_proofs import dimension, misprints, misprints_text
 
 SHOWN = {misprint.equation: misprint.shown for misprint in misprints()}
 

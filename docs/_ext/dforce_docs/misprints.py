@@ -6,7 +6,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from dforce_docs.misprint_proofs import misprints_text
+from misprint_proofs import misprints_text
 
 
 class Misprints(SphinxDirective):

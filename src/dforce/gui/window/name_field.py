@@ -19,6 +19,8 @@ TAKE = """(event) => {
     if (found.length) list.add(found.find((one) => one.label === text) ?? found[0]);
     emit(found.length ? "" : text);
 }"""
+# by Enter, too, where it is pressed before the first match is marked
+ENTER = "(event) => getElement(%d).$refs.qRef.getOptionIndex() === -1 && (%s)(event)"
 
 
 class NameField(ui.select):
@@ -29,6 +31,7 @@ class NameField(ui.select):
         self.noun = noun
         self.on("input-value", js_handler=MARK % self.id)
         self.on("focusout", self._leave, js_handler=TAKE % self.id)
+        self.on("keydown.enter", self._leave, js_handler=ENTER % (self.id, TAKE % self.id))
 
     def _leave(self, event: GenericEventArguments) -> None:
         self.error = f"No {self.noun} matches “{str(event.args)[:30]}”." if event.args else None
