@@ -287,8 +287,7 @@ def parse_all(given: object, unit: str) -> list[float]:
 
 
 def _example(unit: str, before: str = "") -> str:
-    usual = "degC" if unit == "K" else SUGGESTED.get(unit, unit)
-    return f"{before} (for example in {usual})" if unit != "1" else ""
+    return f"{before} (for example in {'degC' if unit == 'K' else SUGGESTED.get(unit, unit)})" if unit != "1" else ""
 
 
 def _finite(value: float, given: object) -> float:
