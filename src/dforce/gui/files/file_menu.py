@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 ENDING = ".dforce"  # of a project
 ACCEPTED = ",".join((".toml", ".nc", ENDING, *endings()))
+DEVICES = re.compile(r"con|prn|aux|nul|(com|lpt)\d")  # names that Windows keeps for itself
 DPI = 300.0
 WIDTH = "85 mm"  # of a figure: one column of a journal
 RESULTS = {".nc": "netCDF, complete, to open again", ".csv": "CSV, a table for a spreadsheet"}
@@ -376,4 +377,5 @@ def written(write: Callable[[Path], object], ending: str) -> bytes:
 def stem(title: str) -> str:
     """Return a file's name, without its ending, that every system takes."""
     plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode()  # a letter without its accents
-    return re.sub(r"[^A-Za-z0-9]+", "-", plain)[:60].strip("-").lower() or "dforce"
+    name = re.sub(r"[^A-Za-z0-9]+", "-", plain)[:60].strip("-").lower() or "dforce"
+    return f"dforce-{name}" if DEVICES.fullmatch(name) else name
