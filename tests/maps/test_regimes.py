@@ -209,3 +209,16 @@ def test_a_stopped_map_has_its_finished_rows(row):
     else:
         assert (found.states > 0).all()
         assert "without_state" not in {one.name for one in df.summary(found)}
+
+
+def test_a_state_that_loses_its_stability_just_below_a_set_point_is_on_the_map():
+    """The curves, with steps of 0.1 nm, met it at no point: the last stable one is above, the next one does not repeat."""
+    case = df.Case(
+        cantilever={"f0": "11.75 kHz", "k": "0.151 N/m", "Q": 4.86}, drive={"A0": "8.4 nm"}, tip={"radius": "24.3 nm"},
+        sample={"youngs_modulus": "3.64 GPa", "poisson_ratio": 0.3}, forces=[df.forces.DMT(hamaker="53.6 zJ")],
+    )  # fmt: skip
+    curve = df.approach(case, zc=["9 nm", "8.3 nm", "8.2 nm"])
+    assert (curve.status == 0).all() and curve.amplitude_ratio[-1] < 0.889 < curve.amplitude_ratio[-2]
+    found = df.regimes(case, {"drive.A0": ["8.4 nm", "8.6 nm"]}, [0.889])
+    assert found.states.values.ravel().tolist() == [1, 0]
+    assert found.edge_kind.values.tolist() == ["instability"]

@@ -18,6 +18,7 @@ from dforce.experiments.base import Progress
 from dforce.findings.set_point import at_set_point
 from dforce.maps._sweep import sweep
 from dforce.procedures.motion import base_of, rows_of, scales_of
+from dforce.results.status import repeats
 from dforce.solvers.continuation import Curve
 from dforce.solvers.parameter_range import ParameterRange
 from dforce.solvers.search import Known, search
@@ -136,6 +137,7 @@ class Curves:
         for part in self.parts if only is None else [part.of(only) for part in self.parts if only in part.numbers]:
             zc, motions, data = part.zc, part.motions, part.data
             ratio = data["amplitude_ratio"].transpose("case", "direction", ...).values
+            steady = repeats(data["status"].transpose("case", "direction", ...).values)
             for j, set_point in enumerate(set_points):
                 states = at_set_point(data, float(set_point), ["amplitude_ratio"])
                 for place, crossing in zip(*np.nonzero(np.isfinite(states["zc"].values)), strict=True):
@@ -146,6 +148,10 @@ class Curves:
                     yield Seed(
                         int(part.numbers[place]), j, float(zc[place, nearest]), motions[place, d, nearest], str(way)
                     )
+                # a state may pass the set point just before it loses its stability, where the next point repeats no more
+                for place, d, i in np.argwhere(_last_before(ratio, steady, float(set_point))):
+                    way = data["direction"].values[d]
+                    yield Seed(int(part.numbers[place]), j, float(zc[place, i]), motions[place, d, i], str(way))
         for number, branches in self.walked.items() if only is None else [(only, self.walked[only])]:
             for branch, (j, set_point) in itertools.product(branches, enumerate(set_points)):
                 for pair in branch.at_ratio(float(set_point)):
@@ -163,6 +169,16 @@ class Curves:
         for branch in self.walked.get(case, []):
             for i in branch.at_distance(zc):
                 yield float(branch.zc[i]), branch.motions[i]
+
+
+def _last_before(ratio: Array, steady: Bools, set_point: float) -> Bools:
+    """Return which motions repeat, while a neighbor beyond the set point does not, (cases, directions, distances)."""
+    above = ratio > set_point
+    alone = np.zeros(steady.shape, dtype=bool)
+    passed = above[..., 1:] != above[..., :-1]
+    alone[..., :-1] |= passed & steady[..., :-1] & ~steady[..., 1:]
+    alone[..., 1:] |= passed & steady[..., 1:] & ~steady[..., :-1]
+    return alone
 
 
 def _pairs(past: Array, among: Bools) -> Iterator[tuple[int, int]]:
