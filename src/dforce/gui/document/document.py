@@ -388,6 +388,8 @@ def path_of(document: Document, words: str) -> Path:
 def _words(sentence: str) -> Iterator[str]:
     """Give the parts of the value that a sentence is about: its first word, or else the first value of a case in it."""
     first, *others = (word.rstrip(":,;") for word in sentence.split(" "))
+    if first in df.forces.REGISTRY and others[:1] == ["needs"] and "." not in others[1]:
+        first = f"{first}.{others[1]}"
     if "." in first and first.split(".")[0] in df.forces.REGISTRY:  # a sentence of a force starts with its own name
         first = f"forces.{first}"
     if first.split(".")[0] not in df.Case.model_fields:
