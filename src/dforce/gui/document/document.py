@@ -99,11 +99,12 @@ CaseTable = Annotated[Table, AfterValidator(_renewed)]
 
 @dataclass(frozen=True)
 class Slider:
-    """A parameter on a slider: its path, and the range in the unit that its field shows."""
+    """A parameter on a slider: its path, and the range in a unit; without a unit it is in that of the field."""
 
     path: Path
     low: Number
     high: Number
+    unit: Annotated[str, Bounded(max_length=40)] = ""
 
 
 @dataclass(frozen=True)
@@ -322,7 +323,7 @@ def _first_slider(table: Mapping[str, Any]) -> tuple[Slider, ...]:
     if parts is None or not float(parts[0]) > 0.0:
         return ()
     value = float(parts[0])
-    return (Slider(path, float(f"{0.6 * value:.3g}"), float(f"{1.1 * value:.3g}")),)
+    return (Slider(path, float(f"{0.6 * value:.3g}"), float(f"{1.1 * value:.3g}"), parts[1]),)
 
 
 def _unnamed(table: Mapping[str, object]) -> dict[str, Any]:
