@@ -99,7 +99,7 @@ CaseTable = Annotated[Table, AfterValidator(_renewed)]
 
 @dataclass(frozen=True)
 class Slider:
-    """A parameter on a slider: its path, and the range in a unit; without a unit it is in that of the field."""
+    """A parameter on a slider: its path, and its range in a unit, empty for the unit of the field."""
 
     path: Path
     low: Number
