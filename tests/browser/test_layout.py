@@ -368,6 +368,16 @@ def test_a_name_typed_on_the_first_page_without_enter_is_taken_or_said_to_match_
     start.wait_for(state="hidden")
 
 
+def test_on_a_phone_a_case_begins_at_its_top_and_no_button_lies_over_a_title(visit):
+    window = visit(width=375, height=740)
+    assert window.page.evaluate("() => window.scrollY") == 0
+    chart = window.page.locator(".df-main")
+    chart.scroll_into_view_if_needed()
+    chart.hover()
+    window.page.wait_for_timeout(300)
+    expect(chart.locator(".modebar-btn")).to_have_count(0)
+
+
 def test_one_sentence_at_a_time_lies_over_the_page_and_a_mistake_dims_the_answer(window):
     page, notes = window.page, window.page.locator(".q-notification")
     for name in ("one.csv", "two.csv", "three.csv"):

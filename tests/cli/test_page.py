@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 from every import every
 
 import dforce as df
+from dforce.cli.app import COMMANDS
 from dforce.cli.models import readable
 from dforce.core.notation import first_sentence, plain_math
 
@@ -55,3 +59,9 @@ def test_no_model_leaves_latex_on_the_page(model):
     page = readable(model.__doc__ or "")
     assert "\\" not in page and ":math:" not in page and "{" not in page
     assert "`" not in first_sentence(model.__doc__ or "")
+
+
+def test_the_help_lists_all_commands_where_python_has_removed_their_texts():
+    ran = [sys.executable, "-OO", "-m", "dforce", "--help"]
+    page = subprocess.run(ran, capture_output=True, text=True, check=True).stdout
+    assert page.endswith("".join(f"  {command.__name__}\n" for command in COMMANDS))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import os
 import subprocess
 import sys
@@ -12,6 +14,7 @@ from tiers import some_long
 
 import dforce as df
 from dforce.cli._report import quoted
+from dforce.cli._streams import Outlet
 
 FULL = Path("/dev/full")
 CODE = "import sys; from dforce.cli import main; sys.argv[0] = 'dforce'; main()"
@@ -95,6 +98,19 @@ def test_a_reader_that_has_seen_enough_is_no_error(words):
     # the command's own exit code; the reader is gone before the command prints
     done = ran(*words, redirected="| true; exit ${PIPESTATUS[0]}")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_a_closed_pipe_of_windows_is_a_reader_that_has_gone():
+    class Pipe(io.StringIO):
+        def write(self, text):
+            raise OSError(errno.EINVAL, "Invalid argument")
+
+        def flush(self):
+            self.write("")
+
+    outlet = Outlet(Pipe(), needed=True)
+    assert outlet.write("text") == 4
+    outlet.flush()
 
 
 @pytest.mark.parametrize("redirected", [">/dev/full", "| true; exit ${PIPESTATUS[0]}"])

@@ -22,7 +22,7 @@ from dforce.gui.document.store import ResultStore
 from dforce.gui.files import file_menu, project, uploads
 from dforce.gui.study import explore, pictures
 from dforce.gui.study.panel import ExplorePanel
-from dforce.gui.study.parameter_study import SECTIONS, Over, PlanJob, Varied, sweep_job
+from dforce.gui.study.parameter_study import SECTIONS, Over, PlanJob, SweepJob, Varied, sweep_job
 from dforce.validity import advice_in
 
 CASE = df.example("figure-3-air").set("experiment.zc.points=41")
@@ -403,10 +403,15 @@ def test_ranges_are_suggested_anew_for_another_case(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (user, page):
             page.plots.explorer.open()
-            panel = element(user, ExplorePanel)
+            panel, document = element(user, ExplorePanel), page.view.document
             assert panel.props["suggested"]["high"] == "20 nm"
+            page.view.session.study.job = SweepJob(
+                document.case(), document=document, state="failed", error="no states"
+            )
+            page.plots.explorer.show()
+            assert panel.props["failed"] == "No states."
             page.view.open(Document.of(df.example("figure-3-air").replace("drive.A0", "5 nm")))
-            assert panel.props["suggested"]["high"] == "10 nm"
+            assert panel.props["suggested"]["high"] == "10 nm" and panel.props["failed"] == ""
 
     asyncio.run(flow())
 

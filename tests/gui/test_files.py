@@ -475,6 +475,9 @@ def test_a_figure_that_cannot_be_drawn_says_so_in_a_sentence():
         ("<script>", "script"),
         ("Übung: Äpfel, 40 N/m", "ubung-apfel-40-n-m"),
         ("", "dforce"),
+        ("Aux", "dforce-aux"),  # a device of Windows
+        ("LPT 1", "lpt-1"),
+        ("com1", "dforce-com1"),
     ],
 )
 def test_the_name_of_a_file_holds_letters_and_digits_only(title, name):

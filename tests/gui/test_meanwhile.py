@@ -104,6 +104,11 @@ def test_a_force_is_reconstructed_at_the_shift_that_is_typed_and_not_at_that_of_
             await page.plots.reconstruction.start()
             heights = session.measured.curve["height"].values
             assert given[0]["height"].values == pytest.approx(heights + 0.7e-9)
+            page.plots.reconstruction.open()
+            assert page.plots.reconstruction.element.props["failed"] == "Enough."
+            page.plots.measured._change(shift=0.8e-9)  # of another input nothing is known
+            page.plots.reconstruction.show()
+            assert page.plots.reconstruction.element.props["failed"] == ""
 
     asyncio.run(flow())
 

@@ -609,6 +609,9 @@ def test_safe_settings_are_found_for_the_sample_of_a_fit(tmp_path):
             told = df.safe_settings(session.measured.fit, "0.2 nN", page.view.document.set_point)
             assert "biased" in told.attrs["findings"][0]  # a point of this fit failed
             assert panel.props["findings"] == told.attrs["findings"] and not panel.props["unsafe"]
+            session.look(dataclasses.replace(session.document, set_point=0.6))  # beside the field of another set point
+            page.plots.measured.show()
+            assert panel.props["set_point"] == "60 %" and panel.props["findings"] == []
 
     asyncio.run(flow())
 

@@ -154,7 +154,8 @@ def test_what_is_of_another_case_is_seen_to_be_until_it_follows(tmp_path, live_a
             view.force.dim = lambda behind: dimmed.update(force=behind)
 
             def seen():
-                table = "df-behind" in page.plots.set_point.element.classes
+                tables = page.plots.set_point, page.plots.all_states
+                table = all("df-behind" in one.element.classes for one in tables)
                 advice = "df-behind" in page.left.classes
                 return dimmed.get("main", False), dimmed.get("force", False), table, advice
 

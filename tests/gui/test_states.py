@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import threading
 
 import numpy as np
 import pytest
 from simulated import element, send, until, window
 
 import dforce as df
+from dforce.findings import set_point
 from dforce.findings.coexisting import coexisting
 from dforce.findings.set_point import at_distance
 from dforce.gui.curves import states
@@ -29,6 +31,28 @@ def test_states_behind_an_approach_hold_those_that_the_approach_does_not_meet():
     near = np.abs(zc[:, None] - zc) < 0.3e-9
     assert np.abs(phase[:, None] - phase)[near].max() > 15.0  # attractive and repulsive at one distance
     assert not states["stable"].values.all()
+
+
+def test_states_behind_a_curve_are_solved_for_the_answer_outside_the_event_loop(tmp_path, monkeypatch):
+    solve, threads = set_point._states, []
+
+    def solved(result, *how):
+        if "branch" in result:
+            threads.append(threading.current_thread())
+        return solve(result, *how)
+
+    monkeypatch.setattr(set_point, "_states", solved)
+
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            page.view.edit(Document.of(CASE), anew=True)
+            await until(lambda: page.plots.states.of(page.view.curve) is not None and threads, 120.0)
+            page.view.session.look(dataclasses.replace(page.view.document, set_point=0.97))
+            await until(lambda: "97 %" in page.plots.answer.props.get("text", ""))
+            assert "nother state" in page.plots.answer.props["text"]
+            assert threading.main_thread() not in threads
+
+    asyncio.run(flow())
 
 
 def test_the_tab_lists_all_states_at_a_distance_and_shows_the_motion_of_one(tmp_path):

@@ -49,6 +49,15 @@ def test_a_last_file_that_finds_no_room_leaves_the_earlier_one_whole(tmp_path):
     assert files.take("curve.csv") == b"whole"
 
 
+def test_a_last_file_of_any_name_has_a_path_that_windows_takes(tmp_path):
+    files = LastFiles(tmp_path)
+    files.keep(b"whole", f"{'Spannung über Höhe, ' * 20}.csv")
+    (kept,) = tmp_path.iterdir()
+    folder = rf"C:\Users\{'n' * 20}\AppData\Local\dforce\window\results\{'i' * 36}\last"
+    assert len(f"{folder}/{kept.name}") < 260
+    assert files.listed()[0].name.endswith("über Höhe, .csv")
+
+
 @pytest.mark.parametrize(
     "text", [b"", b"{", b"[]", b"3", b"\xff\xfe", b"[" * 100_000, b'{"a": ' + b"9" * 5000 + b"}", b"\0" * 9]
 )

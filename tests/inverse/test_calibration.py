@@ -394,6 +394,38 @@ def test_a_jump_or_a_slope_between_missing_points_is_no_spike():
         assert not any("spike" in line for line in doubts(df.calibrate(data.isel(point=kept)).attrs)), seed
 
 
+def coarse(name, seed, shift):
+    """Return a curve with a channel in steps of 8 times its noise, whose places are shifted by a share of a step."""
+    data = measured_curve.dataset(seed=seed)
+    step = 8.0 * {"amplitude": measured_curve.NOISE, "phase": measured_curve.TURN}[name]
+    return data.assign({name: (np.round(data[name] / step + shift) - shift) * step}), step
+
+
+@pytest.mark.parametrize("shift", [0.1, 0.2])
+@pytest.mark.parametrize(("name", "offset"), [("amplitude", "free_amplitude"), ("phase", "phase_offset")])
+def test_a_free_part_in_few_steps_of_the_digitization_is_found_with_the_error_of_its_rounding(name, offset, shift):
+    """A few points one step off the others are neither far off nor spikes, and no mean is better than the rounding."""
+    true = {"amplitude": measured_curve.A0, "phase": 0.0}[name]
+    for seed in range(SETS):
+        data, step = coarse(name, seed, shift)
+        found = df.calibrate(data).attrs
+        assert found[f"{name}_error"] >= 0.99 * step / 12**0.5
+        assert abs(found[offset] - true) < 3.0 * found[f"{offset}_error"]
+
+
+def test_a_free_part_of_equal_points_needs_the_error_of_a_point_alone():
+    refused = 0
+    for seed in range(SETS):
+        data, step = coarse("amplitude", seed, 0.5)
+        try:
+            df.calibrate(data)
+        except df.ParameterError as error:
+            assert "the amplitude is equal at every point of the free part" in str(error)
+            assert "free_amplitude" in df.calibrate(data, errors={"amplitude": step / 12**0.5}).attrs
+            refused += 1
+    assert refused > 0.1 * SETS
+
+
 def test_few_points_without_a_drift_are_left_as_they_are():
     sets = []
     for seed in range(SETS):

@@ -7,16 +7,19 @@ import xarray as xr
 from fitted_curves import ETA, E, H
 
 import dforce as df
-from dforce.inverse.fitting import starts
+from dforce.inverse.fitting import curves, starts
 from dforce.inverse.fitting.certainty import certainty
 from dforce.inverse.fitting.curves import BESIDE_END, ModelBranches, beyond
+from dforce.inverse.fitting.edges import past_stability
 from dforce.inverse.fitting.minimize import jacobian
 from dforce.inverse.fitting.model import CurveModel, Prediction
 from dforce.inverse.fitting.points import BEHIND_JUMP, FROM_FREE, MeasuredPoints
 from dforce.inverse.fitting.selection import PointSelection, measured
 from dforce.inverse.fitting.starts import searched
 from dforce.inverse.fitting.unknowns import Unknown, make_unknowns
+from dforce.solvers.block import Block
 from dforce.solvers.newton import TOLERANCE
+from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.settling import remeasured
 from dforce.validity import advice_in
 
@@ -326,3 +329,20 @@ def test_a_hidden_jump_leaves_free_motion_or_attraction_and_no_gap_between_repul
     )
     found = measured(data, PointSelection())
     assert (found.branch == np.where(attracted, FROM_FREE, BEHIND_JUMP)).all()
+
+
+def test_a_branch_whose_derivatives_overflowed_ends_there_without_a_warning_of_numpy(
+    stiff: tuple[CurveModel, np.ndarray, Prediction], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So it is with a trial of 700 GPa and 3 MPa s, where the contact stops the tip; warnings are errors here."""
+    model, varied, told = stiff
+
+    def overflowed(block: Block, which: np.ndarray, stretch: Stretch, values: np.ndarray) -> None:
+        stretch.done[:] -= 1  # the last point is left, and the state before it has no derivatives
+        stretch.last_value[:], stretch.last_x[:] = values[:, stretch.done[0] - 1], stretch.x[:, stretch.done[0] - 1]
+        stretch.last_monodromy[:] = np.nan
+        past_stability(block, which, stretch, values)
+
+    monkeypatch.setattr(curves, "past_stability", overflowed)
+    assert not told.lost.any()
+    assert model.predict(varied).lost.sum() == len(model.stretches)

@@ -45,6 +45,18 @@ def test_a_spike_is_no_jump_and_the_report_names_the_points_left_out() -> None:
     np.testing.assert_array_equal(df.fit_again(fit)["used"], fit["used"])
 
 
+@pytest.mark.parametrize("name", ["amplitude", "phase"])
+def test_a_spike_at_the_last_point_is_no_jump_and_takes_no_neighbor_along(name: str) -> None:
+    data = fc.data_of("stiff")
+    bare = data.drop_vars("branch").assign_coords(direction=("point", np.full(126, "approach")))
+    last = int(np.argmin(bare["height"].values))
+    plain = measured(bare, PointSelection())
+    bare[name][last] += {"amplitude": 5e-9, "phase": 20.0}[name]
+    found = measured(bare, PointSelection())
+    assert np.flatnonzero(plain.used & ~found.used).tolist() == [last] and found.left_out[last] == "spike"
+    np.testing.assert_array_equal(found.branch, plain.branch)
+
+
 def test_a_fit_leaves_out_spikes_that_the_calibration_found_and_does_not_doubt_them() -> None:
     """The first point has a neighbor on one side alone, so a fit by itself takes a spike there for a point."""
     case, draw = fc.case_of("liquid"), np.random.default_rng(2)

@@ -1,5 +1,7 @@
 """Fits of the shipped curves reach the values, errors and sums of squares of an independent reference."""
 
+import re
+
 import fitted_curves as fc
 import numpy as np
 import pytest
@@ -8,7 +10,10 @@ from fitted_curves import ETA, E, H
 from tiers import some_long
 
 import dforce as df
+from dforce.inverse.fitting.load import measured_curve
 from dforce.inverse.fitting.minimize import EXACT, MOST, ROUGH, Minimum, Objective
+from dforce.inverse.fitting.run import fitted as find
+from dforce.inverse.fitting.run import settings_of
 from dforce.validity import advice_in
 
 # value, error of the reference, which integrates with other steps: its curve differs from dForce's by 1 % of the noise
@@ -69,6 +74,33 @@ def test_attractive_curve_gives_the_reference_values_and_does_not_see_the_modulu
     assert [piece.name for piece in advice_in(fit)] == ["not_seen"]
     assert "not constrained by these data" in df.fit_report(fit)
     assert "The other values and errors are valid for sample.youngs_modulus = 1 GPa only." in df.fit_report(fit)
+
+
+@pytest.mark.parametrize("name", ["liquid", "stiff"])
+def test_a_model_without_dissipation_is_told_the_viscosity_that_its_residuals_show(name) -> None:
+    """It is what a fit with this force finds; chi2 alone is as expected, and H is off by up to three errors."""
+    fit = df.fit(fc.case_of(name, viscous=False), fc.data_of(name), free=[E, H])
+    viscous = df.fit(fc.case_of(name), fc.data_of(name), free=[E, H, ETA])
+    [told] = advice_in(fit)
+    assert told.name == "missing_viscosity" and "reduced_chi2" not in fit.attrs["advice_pieces"]
+    assert told.found**2 == pytest.approx(fit.attrs["chi2"] - viscous.attrs["chi2"], rel=0.1)
+    found = viscous.sel(parameter=ETA)
+    value, error = re.search(r"viscosity of ([.\d]+) ± ([.\d]+) Pa s", told.text).groups()
+    assert float(value) == pytest.approx(float(found["value"]), abs=0.3 * float(found["error"]))
+    assert float(error) == pytest.approx(float(found["error"]), rel=0.15)
+
+
+def test_noise_over_an_elastic_sample_shows_no_viscosity() -> None:
+    """The deviation of the score test is normal: over 12 draws of the size of noise."""
+    case, deviations = fc.case_of("liquid", viscous=False), []
+    model = df.fit(case, fc.data_of("liquid"), free=[E, H], search=False)
+    truth = np.stack([model["amplitude_fit"].values[:, 0], model["phase_fit"].values[:, 0]])
+    for draw in range(12):
+        noise = np.random.default_rng(draw).standard_normal(truth.shape) * np.array(fc.SIGMA["liquid"])[:, None]
+        data = fc.dataset(model["height"].values, *(truth + noise), model["branch"].values, fc.SIGMA["liquid"])
+        found = find(case, measured_curve(case, data), settings_of(case, [E, H], {"search": False}), lambda *_: None)
+        deviations.append(found.missing.deviation)
+    assert 0.5 < np.sqrt(np.mean(np.square(deviations))) < 1.6
 
 
 def test_attractive_curve_without_nuisance_gives_the_reference_values() -> None:

@@ -72,7 +72,7 @@ def test_the_piezo_of_a_binary_wave_is_taken_when_asked_for(tmp_path):
 
 def test_without_igor2_the_sentence_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "igor2", None)
-    with pytest.raises(df.ResultError, match=r"pip install 'dforce\[readers\]'"):
+    with pytest.raises(df.ResultError, match=r'pip install "dforce\[readers\]"'):
         df.read_measured(written(tmp_path, wave(), "curve.ibw"))
 
 

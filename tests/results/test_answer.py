@@ -8,6 +8,7 @@ import pytest
 
 import dforce as df
 from dforce.findings.answer import answer_with
+from dforce.findings.set_point import states_at
 
 
 def test_a_fit_names_its_parameters_with_errors_and_units_and_for_which_lever_and_tip():
@@ -73,7 +74,7 @@ def test_a_state_that_the_curve_does_not_meet_is_named_where_all_states_are_know
     force, depth = (
         df.show(float(at[name][one]), unit, 3) for name, unit in (("peak_force", "N"), ("max_indentation", "m"))
     )
-    said = answer_with(curve, 0.8, branches=branches)
+    said = answer_with(curve, 0.8, all_states=states_at(branches, 0.8))
     assert said == f"Attractive at 80 %: no contact. Another state exists: repulsive, {force}, {depth} deep."
 
 

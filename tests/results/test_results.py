@@ -163,6 +163,28 @@ def test_a_full_disk_is_one_sentence_and_leaves_nothing(tmp_path, monkeypatch):
     assert names(tmp_path) == []
 
 
+@pytest.mark.parametrize("times", [2, 9])
+def test_a_file_that_another_program_holds_is_tried_again_and_then_named(tmp_path, monkeypatch, times):
+    path, left, replace = tmp_path / "out.csv", [*range(times)], Path.replace
+    path.write_text("old")
+
+    def held(self, target):
+        if left:
+            left.pop()
+            raise PermissionError(13, "Access is denied")  # as on Windows
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", held)
+    if times > 2:
+        with pytest.raises(ResultError, match="could not be written: access is denied; close it in other programs"):
+            write(synthetic.dwell(), path)
+        assert path.read_text() == "old"
+    else:
+        write(synthetic.dwell(), path)
+        assert path.read_text().startswith("# Synthetic dwell")
+    assert names(tmp_path) == ["out.csv"]
+
+
 @pytest.mark.skipif(os.name != "posix", reason="file modes and links of POSIX")
 def test_a_replaced_file_keeps_its_mode_and_a_link_stays_a_link(tmp_path):
     real, link = tmp_path / "real.nc", tmp_path / "link.nc"

@@ -644,7 +644,7 @@ def test_a_force_curve_is_told_of_its_forces_alone():
     assert {piece.name for piece in df.advice(slack)} == {"tabor_of_dmt", "low_Q"}
 
 
-def test_a_continued_run_is_advised_on_as_a_whole():
+def test_a_continued_run_is_advised_on_as_a_whole(every_look):
     case = AIR.replace("experiment.zc", {"start": "12 nm", "stop": "3 nm", "points": 181}).set(
         "experiment.direction=approach"
     )
@@ -653,9 +653,7 @@ def test_a_continued_run_is_advised_on_as_a_whole():
         if 5 <= done < total:
             raise KeyboardInterrupt
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("dforce.runs.LOOKS_A_SECOND", 1e9)
-        part = df.run(case, progress=stop)
+    part = df.run(case, progress=stop)
     assert part.attrs["interrupted"]
     whole = df.run(case, resume=part)
     assert advice_in(whole) == df.advice(case, df.run(case)) != advice_in(part)

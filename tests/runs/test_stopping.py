@@ -64,6 +64,14 @@ def test_a_run_keeps_what_was_computed_however_often_it_is_told_to_stop(name, ev
     assert result.attrs["interrupted"] and found[df.Status.NOT_COMPUTED]
 
 
+def test_a_run_keeps_what_was_computed_at_ctrl_break(every_look, monkeypatch):
+    """Windows has this signal: Ctrl-Break, and the only one that another process can send."""
+    monkeypatch.setattr(signal, "SIGBREAK", signal.SIGUSR1, raising=False)
+    result = df.run(df.example("figure-3-air"), progress=lambda done, *_: terminate(signal.SIGUSR1) if done else None)
+    assert result.attrs["interrupted"] and count_status(result)[df.Status.NOT_COMPUTED]
+    assert signal.getsignal(signal.SIGUSR1) is signal.SIG_DFL
+
+
 def test_a_run_under_nohup_goes_on_without_its_terminal(every_look):
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:

@@ -108,6 +108,22 @@ def test_a_sparse_file_is_refused_by_its_size(tmp_path, kind):
         KINDS[kind](path)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_folder_is_named_so_where_the_system_denies_the_permission_to_open_it(tmp_path, monkeypatch, kind):
+    path = tmp_path / f"input{ENDINGS.get(kind, '.csv')}"
+    path.mkdir()
+    opened = os.open
+
+    def denied(path, *rest, **more):
+        if os.path.isdir(path):  # noqa: PTH112
+            raise PermissionError(13, "Permission denied")  # as on Windows
+        return opened(path, *rest, **more)
+
+    monkeypatch.setattr(os, "open", denied)
+    with pytest.raises(df.DForceError, match="is a folder, not a file"):
+        KINDS[kind](path)
+
+
 @POSIX
 def test_a_store_whose_metadata_are_a_pipe_is_refused(tmp_path):
     store = tmp_path / "map.zarr"

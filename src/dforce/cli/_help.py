@@ -139,4 +139,4 @@ def _laid_out(rows: list[tuple[str, str]], room: int) -> Iterator[str]:
         if len(name) > most:
             yield start
             start = ""
-        yield wrapped(text, room, start.ljust(column), " " * column)
+        yield wrapped(text, room, start.ljust(column), " " * column) or start  # python -OO leaves no texts

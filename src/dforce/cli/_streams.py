@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import contextlib
+import errno
 import io
 import os
 import sys
@@ -74,7 +75,8 @@ class Outlet:
             self._lose(error)
 
     def _lose(self, error: OSError) -> None:
-        if not self.needed or isinstance(error, BrokenPipeError):  # its reader has seen enough
+        # its reader has seen enough; Windows has another word for a closed pipe
+        if not self.needed or isinstance(error, BrokenPipeError) or error.errno == errno.EINVAL:
             return
         raise df.ResultError(f"the output could not be written: {str(error.strerror).lower()}") from error
 

@@ -8,6 +8,7 @@ import os
 import re
 import secrets
 import stat
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from pathlib import Path
@@ -19,6 +20,7 @@ CHUNK = 65_536  # bytes that are read at once where the system gives no size
 SUFFIXES = (".nc", ".csv")  # of results
 FOR_GUESTS = "is a file on the server, and guests may not read it; type its values in the case"
 TEMPORARY = re.compile(r"\.dforce-[0-9a-f]{16}\.tmp")
+PAUSES = (0.02, 0.1, 0.5)  # s between tries to replace a file
 ABANDONED = 3600.0  # s after which a temporary file has no writer any more, on a system without locks
 
 guests_only = False  # whether this process answers guests, whose cases may read no file of this computer
@@ -106,12 +108,14 @@ def read_input(
                 raise error(f"{name} is larger than {_in_bytes(most_bytes)}, the limit for a {noun}")
     except FileNotFoundError:
         raise missing from None
-    except IsADirectoryError:
-        raise error(f"{name} is a folder, not a file") from None
     except DForceError:
         raise
     except (OSError, ValueError) as failed:
-        raise error(f"{name} cannot be read: {reason(failed)}") from None
+        # Windows answers "permission denied"; the method of Path fails in a folder that may not be searched
+        is_folder = isinstance(failed, OSError) and os.path.isdir(path)  # noqa: PTH112
+        raise error(
+            f"{name} {'is a folder, not a file' if is_folder else f'cannot be read: {reason(failed)}'}"
+        ) from None
     return b"".join(parts)
 
 
@@ -222,7 +226,7 @@ def write_whole(
             if os.name != "posix":
                 file.close()  # Windows moves no file that is open
             if overwrite:
-                temporary.replace(target)
+                put_in_place(temporary, target)
             else:
                 _move_beside(temporary, target)
             if sync_folder:
@@ -230,7 +234,25 @@ def write_whole(
     except FileExistsError:
         raise
     except (OSError, ValueError) as error:
-        raise ResultError(f"'{shorten(str(path))}' could not be written: {reason(error)}") from error
+        is_open = isinstance(error, PermissionError) and os.path.isfile(path)  # noqa: PTH113 see above
+        remedy = "; close it in other programs" if is_open else ""
+        raise ResultError(f"'{shorten(str(path))}' could not be written: {reason(error)}{remedy}") from error
+
+
+def put_in_place(temporary: Path, target: Path) -> None:
+    """Replace a file by a new one; on Windows a virus scanner may hold one of them for a moment, so this tries again.
+
+    Raises
+    ------
+    OSError
+        When it cannot be done.
+    """
+    for pause in PAUSES:
+        with contextlib.suppress(PermissionError):
+            temporary.replace(target)
+            return
+        time.sleep(pause)
+    temporary.replace(target)
 
 
 @contextlib.contextmanager

@@ -249,8 +249,9 @@ def sigterm_as_ctrl_c(ends_program: bool = False) -> Iterator[bool]:
     is the outermost handler of stops. With `ends_program` a stop also cancels a compilation.
     """
     usual: dict[signal.Signals, Any] = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
-    if hasattr(signal, "SIGHUP"):  # Windows has none; under nohup it stays ignored
-        usual[signal.SIGHUP] = signal.SIG_DFL
+    for name in ("SIGHUP", "SIGBREAK"):  # the second on Windows alone, the first elsewhere: nohup ignores it
+        if hasattr(signal, name):
+            usual[getattr(signal, name)] = signal.SIG_DFL
     ours = [number for number, handler in usual.items() if _in_main_thread() and signal.getsignal(number) is handler]
     if ours:
         _ending.forget(imports_around(sys._getframe()))

@@ -22,7 +22,7 @@ from dforce.validity import Evidence
 from dforce.validity.laws import other_forces
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     import xarray as xr
 
@@ -61,12 +61,12 @@ def answer(result: xr.Dataset, set_point: float | str = 0.8) -> str:
 
 
 def answer_with(
-    result: xr.Dataset, share: float, states: xr.Dataset | None = None, branches: xr.Dataset | None = None
+    result: xr.Dataset, share: float, states: xr.Dataset | None = None, all_states: Sequence[SetPointState] = ()
 ) -> str:
     """Return a result in words.
 
-    `states` is a result of :func:`dforce.at_set_point` for this share, if known. `branches` has all states of the case: the
-    answer then names states in regimes that the curve does not reach, too.
+    `states` is a result of :func:`dforce.at_set_point` for this share, if known. With `all_states` of the case at this share
+    the answer names states in regimes that the curve does not reach, too.
     """
     if is_kind(result, "fit"):
         return _of_fit(result)
@@ -80,9 +80,8 @@ def answer_with(
     met = [state for state in states_at(result, share, states) if state.stable]
     if not met:
         return why_none(result, share)
-    unmet = [] if branches is None else [state for state in states_at(branches, share) if state.stable]
     regimes = {state.regime for state in met}
-    unmet = [state for state in unmet if state.regime not in regimes]
+    unmet = [state for state in all_states if state.stable and state.regime not in regimes]
     found = dict.fromkeys((state.regime, _details(state)) for state in (*met, *unmet))
     (regime, details), *others = found
     first = f"{regime} at {100.0 * share:.4g} %" if regime else f"at {100.0 * share:.4g} %"

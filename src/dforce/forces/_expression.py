@@ -80,6 +80,8 @@ REFUSED = {
     ast.Set: "a set",
 }
 
+POINT = "write decimals with a point, such as 0.5"
+
 
 @dataclass(frozen=True)
 class Expression:
@@ -384,11 +386,14 @@ def _power(base: ast.expr, exponent: float) -> ast.expr:
 
 def _check_count(name: str, count: int, wanted: int) -> None:
     if count != wanted:
-        raise ParameterError(f"has {name} with the wrong number of arguments, {count} instead of {wanted}")
+        advice = f"; {POINT}" if count > wanted else ""
+        raise ParameterError(f"has {name} with the wrong number of arguments, {count} instead of {wanted}{advice}")
 
 
 def _refusal(node: ast.expr) -> ParameterError:
     if isinstance(node, ast.BinOp | ast.UnaryOp):
         return ParameterError(f"has '{_shown(node)}'; the operators are + - * / ** and comparisons")
+    if isinstance(node, ast.Tuple) and node.elts:
+        return ParameterError(f"has a comma outside a function; {POINT}")
     form = REFUSED.get(type(node), "a form of Python")
     return ParameterError(f"has {form} ('{_shown(node)}'), not allowed in an expression")

@@ -15,6 +15,7 @@ FLAT = 2.0  # errors by which a slope may differ from zero
 STRAY = 100  # of so many points one may be farther off than that
 SIZES = 300  # stretches that are tried
 SPIKE = 8.0  # times the scatter of the others: a point so far off is a spike
+DIGITS = 1.5  # last digits of the values: a point nearer to the others is neither far off nor a spike
 LAST = 2  # points of a stretch: where one of them is far off, no spike but a force begins
 LONGER = 1.5  # times a stretch without a slope: a straight line so long is a drift
 MARGIN = 0.1  # of a stretch is left out at its near end, where a change may be too small to be seen
@@ -57,20 +58,33 @@ def line_of(height: Array, values: Array) -> tuple[float, float, Array]:
     return slope, spread, values - values.mean() - slope * x
 
 
+def digit(values: Array) -> float:
+    """Return the smallest difference of values: their last digit where it is coarse, far below the noise elsewhere."""
+    return float(np.diff(np.unique(values)).min()) if np.ptp(values) > 0.0 else 0.0
+
+
 def stretch(height: Array, values: Array) -> FreeChannel:
     """Return mean, slope and noise of a channel along a stretch of three points or more."""
     count = len(values)
     slope, spread, rest = line_of(height, values)
     power = float((rest**2).sum())
     correlation = float((rest[1:] * rest[:-1]).sum() / power) if power > 0.0 else 0.0
-    noise = float(np.sqrt((np.diff(values) ** 2).mean() / 2.0))
+    noise, last = float(np.sqrt((np.diff(values) ** 2).mean() / 2.0)), digit(values)
+    rounding = last / np.sqrt(12.0) if noise < 0.5 * last else 0.0  # no mean takes it away
+    noise = max(noise, rounding)
     known = correlation if correlation > FLAT / np.sqrt(count) else 0.0
     known = min(known, 0.95)
     noise /= np.sqrt(1.0 - known)
     longer = np.sqrt((1.0 + known) / (1.0 - known))
     slope_error = noise * longer / spread if spread > 0.0 else 0.0
     return FreeChannel(
-        float(values.mean()), noise * longer / np.sqrt(count), noise, correlation, slope, slope_error, count
+        float(values.mean()),
+        max(noise * longer / np.sqrt(count), rounding),
+        noise,
+        correlation,
+        slope,
+        slope_error,
+        count,
     )
 
 
@@ -82,7 +96,7 @@ def steady(values: Array) -> Bools:
     off = np.abs(values - np.median(values))
     others = np.sort(off[:-LAST])[: -1 - len(values) // STRAY]
     usual = np.sqrt((others**2).mean()) if len(others) else 0.0
-    return np.asarray((off <= SPIKE * usual) | (usual == 0.0))
+    return np.asarray((off <= max(SPIKE * usual, DIGITS * digit(values))) | (usual == 0.0))
 
 
 def steady_stretch(height: Array, values: Array) -> FreeChannel:
@@ -139,10 +153,12 @@ def free_count(
 
 
 def _is_flat(height: Array, values: Array, most: float) -> bool:
+    if np.ptp(values) == 0.0:  # the slope of equal values may be one of rounding
+        return True
     found = stretch(height, values)
     if abs(found.slope) * float(np.ptp(height)) > most:
         return False
-    return abs(found.slope) <= FLAT * found.slope_error and _few_strays(values - np.median(values), found.noise)
+    return abs(found.slope) <= FLAT * found.slope_error and _few_strays(values - np.median(values), values, found.noise)
 
 
 def _is_straight(height: Array, values: Array, most: float) -> bool:
@@ -159,9 +175,9 @@ def _is_straight(height: Array, values: Array, most: float) -> bool:
     if size == 0.0:
         return False
     curvature = float((bend * rest).sum()) / size
-    return abs(curvature) <= FLAT * found.noise and _few_strays(rest, found.noise)
+    return abs(curvature) <= FLAT * found.noise and _few_strays(rest, values, found.noise)
 
 
-def _few_strays(rest: Array, noise: float) -> bool:
-    far: Bools = np.abs(rest) > WIDE * noise
+def _few_strays(rest: Array, values: Array, noise: float) -> bool:
+    far: Bools = np.abs(rest) > max(WIDE * noise, DIGITS * digit(values))
     return int(far.sum()) <= len(rest) // STRAY

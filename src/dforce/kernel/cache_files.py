@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from dforce.core.files import put_in_place
 from dforce.core.places import not_own_by
 from dforce.kernel.whole import is_part
 
@@ -34,7 +35,7 @@ def keep(path: Path, content: bytes) -> None:
     try:
         os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))  # nobody else may write to it, ever
         temporary.write_bytes(HASH(content).digest() + content)
-        temporary.replace(path)
+        put_in_place(temporary, path)
     except OSError:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)

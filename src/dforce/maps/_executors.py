@@ -178,7 +178,7 @@ class Cluster(Hands):
         try:
             import distributed
         except ImportError:
-            raise ParameterError("a cluster needs Dask, which is not installed: pip install 'dforce[maps]'") from None
+            raise ParameterError('a cluster needs Dask, which is not installed: pip install "dforce[maps]"') from None
         self._own = isinstance(client, str)
         self._levels = {name: logging.getLogger(name).level for name in LOGS}
         if self._own:  # a lost scheduler is one sentence here, not a traceback in a log

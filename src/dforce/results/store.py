@@ -140,7 +140,7 @@ def zarr_package() -> Any:
         import zarr
         import zarr.codecs
     except ImportError:
-        raise ParameterError("a store needs zarr, which is not installed: pip install 'dforce[maps]'") from None
+        raise ParameterError('a store needs zarr, which is not installed: pip install "dforce[maps]"') from None
     return zarr
 
 

@@ -1,6 +1,6 @@
 // A chart by Plotly: typed arrays, zoom that survives a redraw, and an answer once it is drawn.
 const NARROW = 320; // px, below which titles of axes are smaller
-const PHONE = 600; // px, width of a window in which a legend of many rows leaves titles of several frames little room
+const PHONE = 600; // px, width of a window with little room: titles of several frames are smaller, and buttons would lie over a title
 const LABEL = 15; // px, the room of a number at an upright axis
 const MOST = 6; // numbers at an upright axis of a frame
 const POWER = 22; // px, the room of a power of ten
@@ -194,7 +194,7 @@ export default {
       const { data, layout } = themed(this.held(), this.narrow, this.height - t - b);
       // no button that sends a chart to another host
       const config = { showSendToCloud: false, plotlyServerURL: "", displaylogo: false, responsive: false,
-                       displayModeBar: this.figure.bar ?? false, scrollZoom: false, doubleClick: "reset",
+                       displayModeBar: window.innerWidth >= PHONE && (this.figure.bar ?? false), scrollZoom: false, doubleClick: "reset",
                        modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage"],
                        edits: { shapePosition: this.figure.drag ?? false } };
       // a move draws lines for the present size, and leaves the axes at the one before

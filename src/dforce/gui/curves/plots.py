@@ -152,6 +152,7 @@ class Plots:
             self.material.sheet,
             self.numbers.sheet,
             self.differences.element,
+            self.all_states.element,
         ):
             view.shown.mark(PagePart.BESIDE, partial(dim, element))
         view.on_beside.append(self.beside)
@@ -170,6 +171,7 @@ class Plots:
         while self.shown is not None and layers is not self.layers:
             layers = self.layers
             await asyncio.to_thread(self.set_point.marked, layers, self.shown)
+            await asyncio.to_thread(self.states.met, self.view.curve, self.view.document.set_point)
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
         """Return the figure of a result with the kept results drawn beside it."""
@@ -227,8 +229,8 @@ class Plots:
         document, fit = self.view.document, self.view.session.measured.fit
         top = self.layers[-1]
         try:
-            states = self._all_states() if top.result is self.result else None
-            text = with_labels(document, answer_with(top.result, document.set_point, top.states, states))
+            others = self.states.met(self.view.curve, document.set_point) if top.result is self.result else []
+            text = with_labels(document, answer_with(top.result, document.set_point, top.states, others))
             if document.measured is not None and fit is not None and fitting.is_of(fit, document):
                 if fitting.taken_over(document, fit).same_case(document):
                     return f"{df.answer(fit)} {text}"

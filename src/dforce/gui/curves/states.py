@@ -16,7 +16,7 @@ import dforce as df
 from dforce.case import case_of
 from dforce.core.arrays import Array
 from dforce.findings.coexisting import coexisting
-from dforce.findings.set_point import at_distance
+from dforce.findings.set_point import SetPointState, at_distance, states_at
 from dforce.gui.case.values import composed
 from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
@@ -55,6 +55,7 @@ class CoexistingStates:
     def __init__(self, view: View) -> None:
         self.view = view
         self.found: FoundStates | None = None
+        self._met: tuple[xr.Dataset | None, float, list[SetPointState]] = (None, 0.0, [])  # at a set point, the last
         self._latest = view.latest(self._find)
         view.on_beside.append(self._ask)
 
@@ -64,6 +65,15 @@ class CoexistingStates:
         if curve is None or found is None or not found.document.same_case(curve.document):
             return None
         return found.states
+
+    def met(self, curve: DrawnResult | None, share: float) -> list[SetPointState]:
+        """Return the states behind a curve at a set point; the last that were solved are remembered. Blocking."""
+        states = self.of(curve)
+        if states is None or goes_along(states) != "zc" or "amplitude" not in measured(states):
+            return []
+        if self._met[0] is not states or self._met[1] != share:
+            self._met = states, share, states_at(states, share)
+        return self._met[2]
 
     def is_looking(self, curve: DrawnResult | None) -> bool:
         """Return whether the states behind a curve are not known yet."""

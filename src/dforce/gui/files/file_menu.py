@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 ENDING = ".dforce"  # of a project
 ACCEPTED = ",".join((".toml", ".nc", ENDING, *endings()))
+DEVICES = re.compile(r"con|prn|aux|nul|(com|lpt)\d")  # names that Windows keeps for itself
 DPI = 300.0
 WIDTH = "85 mm"  # of a figure: one column of a journal
 RESULTS = {".nc": "netCDF, complete, to open again", ".csv": "CSV, a table for a spreadsheet"}
@@ -49,7 +50,6 @@ TOO_LARGE = (
 NOTHING = "No result yet; press Run."
 MOMENT = 0.8  # s without a word on a file that is read
 UNSAVED, UNOPENED = "the file could not be made", "the file could not be opened"
-UNSENT = "The file did not arrive: the disk of the server is full, or the server does not answer. Try again."
 REFUSED = (
     f"Only a case (.toml), a result (.nc), a measured curve ({', '.join(endings())}) or a project ({ENDING}) of at most "
     f"{uploads.MOST_BYTES // 1_000_000} MB can be opened."
@@ -98,7 +98,7 @@ class FileMenu:
         self.upload = ui.upload(auto_upload=True, on_upload=take, max_file_size=uploads.MOST_BYTES)
         self.upload.props(f'accept="{ACCEPTED}"').classes("df-upload")
         self.upload.on_rejected(lambda: say(REFUSED))
-        self.upload.on("failed", lambda: say(UNSENT))
+        self.upload.on("failed", js_handler="() => window.dforceFiles.failed()")
         ui.add_body_html(f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>")
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
@@ -377,4 +377,5 @@ def written(write: Callable[[Path], object], ending: str) -> bytes:
 def stem(title: str) -> str:
     """Return a file's name, without its ending, that every system takes."""
     plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode()  # a letter without its accents
-    return re.sub(r"[^A-Za-z0-9]+", "-", plain)[:60].strip("-").lower() or "dforce"
+    name = re.sub(r"[^A-Za-z0-9]+", "-", plain)[:60].strip("-").lower() or "dforce"
+    return f"dforce-{name}" if DEVICES.fullmatch(name) else name

@@ -299,7 +299,7 @@ LAST = (
 )
 MOST_LAST = 6
 MOST_LAST_BYTES = 100_000_000  # of all of them
-LONGEST_FILE_NAME = 180  # bytes of a name; a longer one keeps its end
+LONGEST_FILE_NAME = 90  # bytes of a name; a longer one keeps its end, for Windows takes no path of 260 characters
 
 
 @dataclass(frozen=True)

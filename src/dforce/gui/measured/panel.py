@@ -151,7 +151,7 @@ class MeasuredCurve(Panel):
             }
         safe = self._safe_for(document)
         shown |= {
-            "findings": [] if safe is None else safe.sentences(),
+            "findings": safe.sentences() if safe is not None and safe.share == document.set_point else [],
             "finding": safe is not None and safe.busy,
             "found": 0.0 if safe is None else safe.share,
             "unsafe": as_sentence(safe.error) if safe is not None and safe.error else "",

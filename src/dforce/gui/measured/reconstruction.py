@@ -150,14 +150,15 @@ class Reconstruction(Panel):
         if document.measured is None or not self.in_sight:
             return
         result = None if job is None else job.result
+        here = job is not None and job.of == _input(document)
         self.element.show(
             name=document.measured.name,
             unconfirmed=UNCONFIRMED if fitting.unconfirmed(document, fitting.lever_of(document)) else "",
             busy=job is not None and job.busy,
             share=job.share if job is not None else 0.0,
-            failed=as_sentence(job.error) if job is not None and job.error else "",
+            failed=as_sentence(job.error) if job is not None and here and job.error else "",
             done=result is not None,
-            stale=job is not None and result is not None and job.of != _input(document),
+            stale=result is not None and not here,
             holds_for="" if job is None else job.holds_for,
             gaps=[] if result is None else [as_sentence(line) for line in notes_of(result)],
         )

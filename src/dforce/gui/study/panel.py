@@ -114,9 +114,8 @@ class Explorer(Panel):
         shown |= {"suggested": self.suggested, "second": self.second, "limitable": _limitable()}
         shown |= {"busy": self.study.busy, "share": job.share if job is not None else 0.0}
         shown |= {"words": job.words() if job is not None and job.state != "failed" else ""}
-        shown["failed"] = (
-            as_sentence(in_words(document, job.error)) if job is not None and job.state == "failed" else ""
-        )
+        failed = job is not None and job.state == "failed" and job.is_of(document)
+        shown["failed"] = as_sentence(in_words(document, job.error)) if job is not None and failed else ""
         self.element.show(**shown, **self._of_result())
         behind = self.study.result is not None and bool(self.study.why_behind(self.view.document))
         self.place.classes(add="df-behind" if behind else "", remove="" if behind else "df-behind")

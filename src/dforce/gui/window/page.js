@@ -68,10 +68,10 @@ const dforceFocus = {
     if (now === document.body || now.closest(".q-menu") || this.before?.contains(now)) this.before?.focus();
   },
   // to the new element, once it is there
-  go(place) {
+  go(place, preventScroll = false) {
     requestAnimationFrame(() => requestAnimationFrame(() => {
       this.before = document.querySelector(place);
-      this.before?.focus();
+      this.before?.focus({ preventScroll });
     }));
   },
 };

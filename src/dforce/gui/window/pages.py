@@ -55,7 +55,7 @@ SKIPS = {
     "Skip to the tabs": ".df-pane [role=tab][aria-selected=true]",
 }
 SKIP = "(event) => { event.preventDefault(); document.querySelector(PLACE)?.focus(); }"
-TO_TOP = 'document.querySelector(".df-panels").scrollTop = 0'
+TO_TOP = 'document.querySelector(".df-panels").scrollTop = 0; window.scrollTo(0, 0)'
 SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
 
 

@@ -171,7 +171,7 @@ KEPT = "Forces and free amplitude are the values of the example."
 ATTRACTED = "The Hamaker constant is the geometric mean of sample and glass, as for a silicon tip with its oxide."
 TWO_MODES = "The second mode belongs to an ideal beam in air: f2 = 6.27 f1, k2 = 39.3 k1."
 # the keyboard focus moves to the chart, because its element is gone
-TO_CHART = 'dforceFocus.before?.closest(".df-start") && dforceFocus.go(".df-main .df-chart")'
+TO_CHART = 'dforceFocus.before?.closest(".df-start") && dforceFocus.go(".df-main .df-chart", true)'
 NO_Q = "The library has no quality factor of this lever. Type your value at “Quality factor Q”."
 COMMAND = "dforce gui --host 0.0.0.0"
 HOW_TO_TEACH = (

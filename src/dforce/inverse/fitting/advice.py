@@ -17,6 +17,7 @@ from dforce.inverse.fitting.independence import neighbors
 from dforce.inverse.fitting.sides import not_excluded
 from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.steps import FAR_FORCES, LEFT_OUT
+from dforce.inverse.values import show
 from dforce.solvers.stability import UNSTABLE, stability
 from dforce.validity import Advice
 
@@ -32,6 +33,8 @@ OUTLIER, NEAR, FEW = (
     0.05,
 )  # standard deviations of an outlier and of its neighbors, and its share of the points
 BOUND = 1e-3
+VISCOUS = 3.0  # standard deviations of a viscosity that a model lacks
+SCORE = "C. R. Rao, Proc. Camb. Philos. Soc. 44, 50 (1948)"
 STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
 SPEC = "numbers of this fit"
 
@@ -40,7 +43,7 @@ def advice_on(found: Fitted, independence: float) -> list[Advice]:
     """Return the advice on a fit, with the probability that its residuals are noise; of a stopped one without its minimum."""
     if found.interrupted and bool(np.isnan(found.certain.covariance).all()):
         return list(_doubts(found))
-    pieces = (_unstable, _minima, _bounds, _unseen, _products, _untold, _together, _sampling)
+    pieces = (_viscosity, _unstable, _minima, _bounds, _unseen, _products, _untold, _together, _sampling)
     every = [
         _doubts(found),
         _lost(found),
@@ -102,6 +105,16 @@ def _chi2(found: Fitted, independence: float) -> Iterator[Advice]:
     if chi2.word != AS_EXPECTED:
         text = f"chi2 is {chi2.reduced:.3g} for each degree of freedom: {WHY[chi2.word]}."
         yield Advice("reduced_chi2", chi2.reduced, chi2.limit, text, STATISTICS, ())
+
+
+def _viscosity(found: Fitted) -> Iterator[Advice]:
+    if found.missing is not None and found.missing.deviation > VISCOUS:
+        text = (
+            "the model dissipates no energy in contact, but the residuals show a viscosity of "
+            f"{show(found.missing.value, found.missing.error, 'Pa s')}. The other values may be wrong by more than their "
+            "errors. Add the force kelvin_voigt, and fit its viscosity, too."
+        )
+        yield Advice("missing_viscosity", found.missing.deviation, VISCOUS, text, SCORE, ("forces",))
 
 
 def _minima(found: Fitted) -> Iterator[Advice]:

@@ -119,14 +119,19 @@ def _beside_known_jump(height: Array, branch: object, margin: int) -> Any:
 
 
 def _spikes(found: MeasuredPoints, order: Indices) -> Bools:
-    """Return which points along a curve are spikes: large steps of amplitude or phase lead to them and back, none remains."""
+    """Return which points along a curve are spikes: large steps of amplitude or phase lead to them and back, none remains.
+
+    A large step to the last point is a spike, too, unless it leads from attraction to repulsion, as a jump does.
+    """
     back, jumps = np.zeros((2, len(order)), bool)
+    same = len(np.unique(found.phase[order[-2:], 0] < RIGHT_ANGLE)) == 1
     for values, over in _large_steps(found, order):
         step = np.diff(values)
         large = np.maximum(np.abs(step[:-1]) * over[:-1], np.abs(step[1:]) * over[1:])
         returns = np.abs(step[:-1] + step[1:]) < BACK * large
         back[1:-1] |= returns
         jumps[1:-1] |= (large > 0.0) & ~returns
+        back[-1:] |= over[-1:] & same
     return np.asarray(back & ~jumps)
 
 

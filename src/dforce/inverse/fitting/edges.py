@@ -74,7 +74,8 @@ def _step_on(block: Block, same: Any, stretch: Stretch, values: Array, case: int
     if orbits.outcome[0] != CONVERGED or not apart(slots.x, last.x)[0] < block.predicted:
         return False
     both = np.stack([orbits.monodromy[0], stretch.last_monodromy[case]])
-    if np.ptp(np.linalg.slogdet(np.eye(block.size) - both).sign):  # it lies behind a fold
+    # derivatives that overflowed show no fold; a state with them is not followed, either
+    if not np.isfinite(both).all() or np.ptp(np.linalg.slogdet(np.eye(block.size) - both).sign):  # behind a fold
         return False
     found = (target[0], slots.x[0], slots.memory[0], slots.branch[0], orbits.monodromy[0], orbits.slope[0])
     names = ("value", "x", "memory", "branch", "monodromy", "slope")

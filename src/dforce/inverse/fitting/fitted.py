@@ -13,6 +13,7 @@ from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.profile import Profile
 from dforce.inverse.fitting.sides import Sides
 from dforce.inverse.fitting.starts import SearchStart
+from dforce.inverse.fitting.viscosity import MissingViscosity
 
 
 @dataclass
@@ -33,6 +34,8 @@ class Fitted:
         Profiles by the name of the unknown.
     bootstrap
         Fits to redrawn residuals, if requested.
+    missing
+        The viscosity that the residuals ask for, if it was looked for.
     coarse, runs
         Change of the curve by more samples, in standard deviations; evaluations of the model.
     interrupted
@@ -48,6 +51,7 @@ class Fitted:
     passed: Array
     profiles: dict[str, Profile]
     bootstrap: Bootstrap | None
+    missing: MissingViscosity | None
     coarse: float
     runs: int
     interrupted: bool

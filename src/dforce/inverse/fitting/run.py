@@ -37,6 +37,7 @@ from dforce.inverse.fitting.unknowns import (
     usual_nuisance,
     with_free_part,
 )
+from dforce.inverse.fitting.viscosity import MissingViscosity, missing_viscosity
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -194,11 +195,13 @@ class _FitRun:
         interrupted, coarse = False, np.nan
         profiles: dict[str, Profile] = {}
         sides: Sides | None = None
+        missing: MissingViscosity | None = None
         try:
             self._find()
             coarse = self._enough_samples()
             if not self._is_poor():
                 sides = self._sides()
+                missing = self._missing_viscosity()
                 profiles = self._profiles()
                 self._bootstrap()
         except KeyboardInterrupt:
@@ -223,6 +226,7 @@ class _FitRun:
             passed=passed,
             profiles=profiles,
             bootstrap=self.redrawn,
+            missing=missing,
             coarse=coarse,
             runs=self.runs,
             interrupted=interrupted,
@@ -343,6 +347,9 @@ class _FitRun:
         by = self._derivatives() if by is None else by
         larger = inflation(self.model, self.minima[0].predicted)
         return certainty(by, self.unknowns, larger, self.data.widening)
+
+    def _missing_viscosity(self) -> MissingViscosity | None:
+        return missing_viscosity(self.model, self.minima[0], self._derivatives(), self._certainty().inflation)
 
     def _is_poor(self) -> bool:
         """Return whether the model is so far from the data that its values have no errors, and no ends of intervals."""

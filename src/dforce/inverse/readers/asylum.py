@@ -61,7 +61,7 @@ def read(content: bytes, name: str) -> list[MeasuredTable]:
         from igor2 import binarywave
     except ImportError:
         raise ResultError(
-            f"{name} is a binary wave of Igor and needs igor2: python -m pip install 'dforce[readers]'"
+            f'{name} is a binary wave of Igor and needs igor2: python -m pip install "dforce[readers]"'
         ) from None
     if not _fits(content):
         raise ResultError(f"{name} is damaged or was cut short")
