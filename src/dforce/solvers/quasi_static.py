@@ -236,7 +236,7 @@ def choose_values(
 
 
 def judge(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, units: Any, longer: Any, which: Any) -> int:
-    """Write how much longer the steps to the orbits found might be, and the numbers of those that fit; return how many."""
+    """Write how much longer the steps to the orbits found might be, and the numbers of the fitting ones; return how many."""
     fitting = 0
     for s in range(course.sought[0]):
         longer[s] = longer_by(s, longer, slots, orbits, stretch, course, units[slots.case[s]], path.predicted)
