@@ -196,3 +196,11 @@ def test_a_force_is_found_by_its_words(window):
     page.get_by_text("No force has these words").wait_for()
     page.keyboard.press("Escape")
     page.get_by_role("dialog").wait_for(state="detached")
+
+
+def test_a_refused_end_of_a_slider_gives_way_to_the_end_in_use(window):
+    end = window.page.locator(".df-slider-end").last
+    before = end.input_value()
+    end.fill("2e400")
+    end.press("Enter")
+    expect(end).to_have_value(before)

@@ -72,6 +72,7 @@ def test_an_expression_equals_the_built_in_force_that_it_spells_out(bound, d):
         ("exp(log(P1)) + log10(100) + cosh(0) + sinh(0) + tanh(0) + asin(0) + acos(1)", 5.0),
         ("indentation", 0.0),
         ("1e-9", 1e-9),
+        ("−2·P1³×P1", -32.0),  # as typeset in a paper
     ],
 )
 def test_an_expression_means_what_it_says(law, expected):

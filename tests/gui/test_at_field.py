@@ -78,6 +78,27 @@ def test_each_opening_has_a_slider_that_follows_what_is_typed_beyond_its_range(t
     asyncio.run(flow())
 
 
+def test_the_ends_of_a_slider_follow_the_unit_of_its_field(tmp_path):
+    """10 nm on a slider from 6 to 11 nm became 0.01 um on a slider to 11 um."""
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            page.view.open(Document.of(df.example("figure-3-air")))
+            for unit, scale in (("um", 1e-3), ("pm", 1e3), ("nm", 1.0)):
+                entry = next(entry for path, (_, _, entry) in page.forms.shown.items() if path == ("drive", "A0"))
+                send(entry, "unit", unit)
+                slider = element(user, SliderElement).props
+                assert [slider[name] for name in ("low", "high", "given")] == pytest.approx(
+                    [6 * scale, 11 * scale, 10 * scale]
+                )
+            send(entry, "typed", {"text": "0.008 um", "unit": "nm", "number": 1})
+            send(element(user, SliderElement), "range", ["?", ""])  # refused
+            slider = element(user, SliderElement).props
+            assert [slider[name] for name in ("low", "high")] == pytest.approx([6e-3, 11e-3])
+
+    asyncio.run(flow())
+
+
 @pytest.mark.parametrize("typed", ["1 nm", "NaN GPa", "1e400 GPa", "x", "7 x"])
 def test_no_slider_starts_from_a_text_that_is_no_value_of_its_field(tmp_path, typed):
     path = ("sample", "youngs_modulus")

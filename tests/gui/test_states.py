@@ -55,6 +55,20 @@ def test_states_behind_a_curve_are_solved_for_the_answer_outside_the_event_loop(
     asyncio.run(flow())
 
 
+def test_the_tab_lists_all_states_of_a_resonance_curve_and_shows_the_motion_of_one(tmp_path):
+    async def flow():
+        async with window(tmp_path) as (_, page):
+            page.view.open(Document.of(df.example("resonance-curve").set("experiment.frequency.points=61")))
+            panel = page.plots.all_states
+            await until(lambda: page.plots.states.of(page.view.curve) is not None, 120.0)
+            panel.open()
+            assert [row["stable"] for row in panel.element.props["rows"]].count(True) >= 2
+            send(panel.element, "motion", 0)
+            assert page.plots.motion.spot.result is page.plots.states.of(page.view.curve)
+
+    asyncio.run(flow())
+
+
 def test_the_tab_lists_all_states_at_a_distance_and_shows_the_motion_of_one(tmp_path):
     async def flow():
         async with window(tmp_path) as (user, page):

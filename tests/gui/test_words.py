@@ -15,7 +15,7 @@ from simulated import window
 import dforce as df
 from dforce.core.parameters import Parameters
 from dforce.gui.case.fields import fields, in_words, with_labels
-from dforce.gui.document.document import Document
+from dforce.gui.document.document import Document, path_of
 from dforce.gui.window import pages
 
 AIR = Document.of(df.example("figure-3-air"))
@@ -25,7 +25,7 @@ AIR = Document.of(df.example("figure-3-air"))
     ("path", "value", "sentence"),
     [
         (("tip", "radius"), None, "The force DMT needs a value for: Radius of the tip's apex"),
-        (("forces",), [{"model": "custom", "law": "-H*d"}], "The force Own law needs a value for: Hamaker constant"),
+        (("forces", 0), {"model": "custom", "law": "-H*d"}, "The force Own law needs a value for: Hamaker constant"),
         (("drive", "A0"), None, "Free amplitude: a value is missing"),
         (("drive", "A0"), "3300 ft", "Free amplitude: 1005.84 m is above 1 mm"),
         (("drive", "A0"), "-1 nm", "Free amplitude: -1 nm is not above 0 nm"),
@@ -38,6 +38,7 @@ def test_a_mistake_is_said_in_the_words_of_the_form(path, value, sentence):
     with pytest.raises(df.DForceError) as mistake:
         document.case()
     assert in_words(document, str(mistake.value)) == sentence
+    assert path_of(document, str(mistake.value))[: len(path)] == path  # the field at which it stands
 
 
 def values_of(table, path=()):

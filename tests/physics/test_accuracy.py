@@ -228,6 +228,20 @@ def test_a_tip_that_sticks_is_left_unresolved_with_the_first_samples():
     assert (swept.status == df.Status.UNRESOLVED).all()
 
 
+TWO_TONES = {  # which never repeat together
+    "cantilever": {"modes": [{"f0": "26.5 kHz", "k": "2.66 N/m", "Q": 26.8}, {"f0": "166.17 kHz", "k": "104 N/m", "Q": 60}]},
+    "drive": {"tones": [{"A0": "2 nm"}, {"A0": "0.2 nm", "mode": 2}]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("changes", [TWO_TONES, {"solver": {"method": "transient"}}], ids=["two tones", "transient"])
+def test_a_tip_that_sticks_has_the_first_samples_in_steps_of_the_distance(changes):
+    found = df.run(df.Case(**({name: getattr(STICKING, name) for name in STICKING.model_fields_set} | changes)))
+    assert found.attrs["protocol"] == "stepwise"
+    assert (found.status == df.Status.UNRESOLVED).all()
+    assert found.attrs["samples_per_period"] == 256
+
+
 def test_a_dwell_of_a_tip_that_sticks_has_the_first_samples_too():
     soft = STICKING.set(
         "cantilever.f0=27.7 kHz", "cantilever.k=0.36 N/m", "cantilever.Q=15.4", "drive.A0=3.8 nm", "tip.radius=12 nm",

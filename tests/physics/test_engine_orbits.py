@@ -5,6 +5,7 @@ import pytest
 from tiers import some_long
 
 import dforce as df
+from dforce.solvers.engine_block import EngineBlock
 
 STIFF = {
     "cantilever": {"f0": "300 kHz", "k": "40 N/m", "Q": 400},
@@ -42,6 +43,24 @@ CASES = {
     },
     "a dwell": STIFF | {"forces": [DMT], "experiment": {"kind": "dwell", "zc": "17 nm"}},
 }
+
+
+def test_a_state_is_followed_in_fewer_orbits_than_twice_its_values(monkeypatch):
+    """Steps that fell short again and again took 100 orbits a value here."""
+    find, sought = EngineBlock.find, []
+
+    def counted(self, which, *rest):
+        sought.append(len(which))
+        assert sum(sought) < 2 * curve["points"] * 2
+        return find(self, which, *rest)
+
+    monkeypatch.setattr(EngineBlock, "find", counted)
+    curve = OVER_TWO_FOLDS["zc"] | {"points": 201}
+    soft = STIFF["sample"] | {"youngs_modulus": 1e8 * 100.0 ** (12 / 63)}
+    drag = {"model": "kelvin_voigt", "viscosity": "20 Pa s"}
+    case = df.Case(**STIFF | {"sample": soft}, forces=[DMT, drag], solver={"integrator": "engine"})
+    found = df.run(case.replace("experiment", OVER_TWO_FOLDS | {"zc": curve}))
+    assert (found.status == 0).all()
 
 
 @pytest.mark.parametrize("name", some_long(CASES, ["DMT and drag"]))

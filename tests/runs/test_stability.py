@@ -8,7 +8,7 @@ import pytest
 from compiled import CRITICAL, ERROR, FOLD, STABLE, UNSTABLE, Orbit, States, is_stable, stability
 
 from dforce.maps import state_lines
-from dforce.maps.loci import LinePoint
+from dforce.maps.loci import LineOrbit
 from dforce.solvers import continuation, escape
 
 
@@ -135,19 +135,27 @@ def test_no_unstable_part_begins_before_the_fold():
 @pytest.mark.parametrize("aside", [ASIDE, -ASIDE])
 def test_a_place_within_the_margin_of_a_fold_is_no_boundary_of_another_kind(aside):
     def place(x):
-        equations = np.array([[-2.0 * x, 0.3, 1.0, 0.0], [0.0, -0.5, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-        return LinePoint(
-            np.array([x, 0.0, 0.5, 0.5]), np.empty((1, 0)), equations, 2, {"virial": 1.0, "min_distance": 1.0}
+        kept = States(np.array([[x, 0.0]]), np.empty((1, 0)), np.empty((1, 0)))
+        return LineOrbit(
+            np.array([0.5, x, 0.0, 0.5]),
+            kept,
+            0.5,
+            kept,
+            np.array([[1.0 - 2.0 * x, 0.3], [0.0, 0.5]]),
+            np.empty(0),
+            np.empty(0),
+            np.empty(0),
+            0.0,
+            0.0,
+            measured={"virial": 1.0, "min_distance": 1.0},
         )
 
-    class Between:
-        size = 2
-
+    class Line:
         def switches_beside(self, last):
             return False
 
-        def between(self, a, b, test):
+        def find(self, guess, branch, normal, repeats):
             return place(0.0)
 
-    edges = state_lines._edges(Between(), [place(0.1), place(0.5 * aside), place(-0.1)], 0.1)
-    assert [kind for kind, found in edges if kind != state_lines.LOST] == [state_lines.FOLD]
+    edges = state_lines._edges(Line(), [place(0.1), place(0.5 * aside), place(-0.1)], 0.1)
+    assert [kind for kind, found in edges if kind != state_lines.LOST] == [FOLD]

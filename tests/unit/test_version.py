@@ -29,11 +29,14 @@ def test_the_page_on_a_package_index_has_no_link_into_the_source() -> None:
     assert about.get_all("Project-URL")
 
 
-def test_the_source_archive_contains_every_folder_that_its_tests_import_from() -> None:
+def test_the_source_archive_contains_every_folder_and_file_that_its_tests_use() -> None:
     tool = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
     archived = tool["hatch"]["build"]["targets"]["sdist"]["include"]
-    for folder in tool["pytest"]["ini_options"]["pythonpath"]:
-        assert "/" + folder.partition("/")[0] in archived
+    tests = "".join(file.read_text(encoding="utf-8") for file in sorted((ROOT / "tests").rglob("*.py")))
+    used = re.findall(r'(?:ROOT|\.parents\[2\]) / "([^"]+)"', tests)
+    assert "README.md" in used
+    for name in (*tool["pytest"]["ini_options"]["pythonpath"], *used):
+        assert "/" + name.partition("/")[0] in (*archived, "/pyproject.toml")  # which each archive contains
 
 
 @pytest.mark.skipif(

@@ -81,6 +81,7 @@ REFUSED = {
 }
 
 POINT = "write decimals with a point, such as 0.5"
+TYPESET = str.maketrans({"−": "-", "·": "*", "×": "*", "²": "**2", "³": "**3"})
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,7 @@ def _parsed(text: str) -> ast.expr:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Python has advice on style
-            tree = expression_tree(" ".join(text.split()))
+            tree = expression_tree(" ".join(text.split()).translate(TYPESET))
     except SyntaxError as error:
         if re.search(r"(?<![<>=!:])=(?!=)", text):
             raise ParameterError("has an '='; write only the right side of the equation") from None

@@ -4,10 +4,9 @@ Unknown are the orbit, the average distance and the parameter. With the map P ov
 
 .. math:: P(x, z_c, p) = x, \quad A(x, z_c, p) = s A_0
 
-are one fewer than the unknowns: their solutions are lines. The forces' memory belongs to x. A point is predicted along the
-line's tangent and corrected by Newton's method in the plane across it (pseudo-arclength continuation). A line may turn back
-along the parameter; its states begin or end there. Where a force with two branches is about to switch, P jumps and the lines
-end. Motion and distance are scaled by free amplitudes, the parameter by its range.
+are one fewer than the unknowns: their solutions are lines. The forces' memory belongs to x. Lines are followed as any curve,
+see ``continuation``. A line may turn back along the parameter; its states begin or end there. Where a force with two branches
+is about to switch, P jumps and the lines end. Motion and distance are scaled by free amplitudes, the parameter by its range.
 
 Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010), chapters 4 and 5.
 """
@@ -15,36 +14,29 @@ Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (2010)
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from dforce.case import Case
 from dforce.case.paths import with_number
 from dforce.core.arrays import Array
-from dforce.core.errors import DForceError
 from dforce.observables.averaging import weights
-from dforce.observables.finish import finish_each
+from dforce.observables.finish import finish, first_ratios
 from dforce.problem import Problem
-from dforce.solvers.blocks import side_by_side
-from dforce.solvers.continuation import LOOP, located, passes
-from dforce.solvers.period_map import FD_STEP
+from dforce.solvers.orbit import Orbit
+from dforce.solvers.parameter_range import ParameterRange
+from dforce.solvers.period_map import ALL, FD_STEP, MOTION, Slots
 from dforce.solvers.stability import stability
 from dforce.solvers.states import States
 
-if TYPE_CHECKING:
-    from dforce.solvers.transient import CancelCheck
-
-SIDE = 1e-5  # scaled: neighbors on either side that give derivatives
-TOLERANCE, NEAR = 1e-8, 1e-6  # scaled: Newton step at which a point is accepted, and after the most steps
-MOST_STEPS, EASY = 8, 4  # Newton steps of a point, at most; with fewer the next step along the line is longer
-FIRST, LARGEST, SMALLEST = 0.01, 0.03, 1e-7  # scaled: steps along a line; with 0.06 a line was lost
-GROWTH = 1.5
-STRAIGHT = 0.9  # cosine of the largest turn of the tangent in a step
-MOST_POINTS = 400  # of a line, each way
+SIDE = 1e-5  # scaled: neighbors that give derivatives; nearer ones show the edges of the map where the tip just touches
+LARGEST = 0.03  # scaled: step along a line; with 0.06 a line was lost
+MOST_POINTS = 800  # of a line
 JUMP = 0.1  # of the neighbors' distance: bend of the map between them at which a force switches there
+DEEPEST = -3.0  # free amplitudes: lines are not followed to smaller distances
 
 
 @dataclass(frozen=True)
@@ -70,35 +62,19 @@ class FreeParameter:
 
 
 @dataclass(frozen=True)
-class LinePoint:
-    """A point of a line.
+class LineOrbit(Orbit):
+    """An orbit on a line: `u` has the scaled distance first, and the parameter last; at `fold` the line turns back along it.
 
     Attributes
     ----------
-    u, branch
-        Scaled motion and memory, `size` numbers, then distance and parameter; the forces' branches, (1, branches).
     equations
-        Derivatives of the equations, (size + 1, size + 2).
+        Derivatives of the equations by the scaled unknowns.
     measured
-        The measured sums over a common period.
-    bend
-        By how much the derivatives on both sides differ.
-    is_turn
-        Whether the line turns back along the parameter.
+        The observables.
     """
 
-    u: Array
-    branch: Array
-    equations: Array
-    size: int
-    measured: dict[str, float]
-    bend: float = 0.0
-    is_turn: bool = False
-
-    @functools.cached_property
-    def monodromy(self) -> Array:
-        """How the map answers to the motion, (size, size)."""
-        return np.asarray(self.equations[: self.size, : self.size] + np.eye(self.size))
+    equations: Any = None
+    measured: dict[str, float] = field(default_factory=dict)
 
     @functools.cached_property
     def stability(self) -> int:
@@ -106,179 +82,91 @@ class LinePoint:
         return stability(self.monodromy)
 
     @property
-    def is_stable(self) -> bool:
-        """Whether small disturbances die out at this distance."""
-        return self.stability > 0
-
-    @property
-    def index(self) -> float:
+    def determinant(self) -> float:
         """The number det(1 - M), which changes its sign at a fold along the distance."""
-        return float(np.linalg.det(np.eye(self.size) - self.monodromy))
-
-    @functools.cached_property
-    def tangent(self) -> Array:
-        """Unit tangent of the line; its sign is arbitrary."""
-        return np.asarray(np.linalg.svd(self.equations)[2][-1])
+        return float(np.linalg.det(np.eye(len(self.monodromy)) - self.monodromy))
 
 
-class Lines:
+class Lines(ParameterRange):
     """Lines along a parameter of a case at a set point (a share of A0).
+
+    The distance is one more unknown, and the set point one more equation: an orbit is a fixed point of the map of distance and
+    motion to the distance plus the miss of the set point, and to the motion one common period later.
 
     Parameters
     ----------
     values
         Values (SI) of the parameter. The largest free amplitude among them, `length` (m), is the unit of the distance.
-    check_cancelled
-        Called now and then; it stops the work by raising KeyboardInterrupt.
     """
 
-    def __init__(
-        self,
-        case: Case,
-        free_parameter: FreeParameter,
-        set_point: float,
-        values: Sequence[float],
-        check_cancelled: CancelCheck,
-    ) -> None:
+    def __init__(self, case: Case, free_parameter: FreeParameter, set_point: float, values: Sequence[float]) -> None:
         self.case, self.free_parameter, self.set_point = case, free_parameter, set_point
-        self.check_cancelled = check_cancelled
-        self.length = max(self.problem(value).tones[0].A0 for value in values)
-        self._problem = functools.lru_cache(maxsize=64)(lambda scaled: self.problem(free_parameter.value(scaled)))
-        [(_, block)] = side_by_side([self._problem(0.0)], case.solver, 1, check_cancelled)
-        self.memory_scale = block.memory_scale
-        self.size, self.has_branches = block.size + len(block.memory_scale), block.hysteresis > 0
-        # where a force is about to switch neighbors must not; of memory there may be much, and one side is enough
-        side = FD_STEP if self.has_branches else SIDE
-        self._sides = np.array([side] * block.size + [FD_STEP] * len(block.memory_scale) + [side, side])
-        self._both = np.delete(np.arange(self.size + 2), np.arange(block.size, self.size))
+        self.length = max(self.problem_with(value).tones[0].A0 for value in values)
 
-    def problem(self, value: float) -> Problem:
+        def at(scaled: float) -> Problem:
+            return self.problem_with(free_parameter.value(min(max(scaled, 0.0), 1.0)))
+
+        super().__init__(at, 0.0, 1.0, case.solver, 1, zc=0.0)
+        self._motion, self.size, self._is_compiled = self._motion + 1, self.size + 1, False
+        self.has_branches = self.block(0.0).hysteresis > 0
+        # where a force is about to switch neighbors must not
+        self.side = FD_STEP if self.has_branches else SIDE
+
+    def problem_with(self, value: float) -> Problem:
         """Return the problem at a value (SI) of the parameter."""
         case = with_number(self.case, self.free_parameter.path, value)
         return Problem.build(case.instrument, case.forces)
 
-    def _march(self, us: Array, branch: Array) -> tuple[Array, Array, Array, dict[str, float]]:
-        """Return motions one common period later, the branches of the first, all amplitude ratios, and the sums of the first.
+    def seed(self, state: States, zc: float, value: float) -> Any:
+        """Return the orbit of a line near a motion at a distance (m) and a value (SI) of the parameter; None without one."""
+        guess = np.concatenate([[zc / self.length], *self.vectors(state), [self.free_parameter.scaled(value)]])
+        return self.find(guess, state.branch)
 
-        Each may be at another value of the parameter.
-        """
-        ends: Array = np.empty((len(us), self.size))
-        ratios: Array = np.empty(len(us))
-        after, measured = branch, {}
-        values, which = np.unique(us[:, -1], return_inverse=True)
-        problems = [self._problem(value) for value in values.tolist()]
-        for those, block in side_by_side(problems, self.case.solver, 1, self.check_cancelled):
-            some = np.flatnonzero(np.isin(which, those))
-            start = States.of_vectors(us[some, : self.size], branch, self.memory_scale)
-            slots = block.slots(start, us[some, self.size] * self.length)
-            slots.case[:] = np.searchsorted(those, which[some])
-            block.march(slots, 1, True)
-            end = States(slots.ends[:, 0], slots.memory_after, slots.branch_after)
-            ends[some] = end.vectors(self.memory_scale)
-            even, tables = weights(block.frequencies, block.common), block.tables_of(slots.case, slots.value)
-            with np.errstate(all="ignore"):
-                found = finish_each(block.batch.example, 1, slots.rows, even, *tables)
-            ratios[some] = found["amplitude_ratio"]
-            if some[0] == 0:
-                after = end.branch[:1]
-                measured = {name: float(np.ravel(each[0])[0]) for name, each in found.items() if np.size(each[0])}
-        return ends, after, ratios, measured
+    def switches_beside(self, last: LineOrbit) -> bool:
+        """Return whether a line ends at an orbit because the map jumps beside it: another force switches there."""
+        return self._is_torn(last.u[None, :-1], last.value, last.kept.branch, 2.0 * FD_STEP)
 
-    def _look(self, u: Array, branch: Array, wider: float = 1.0) -> tuple[Array, Array, LinePoint]:
-        """Return the residual of the equations at a point, the branches a period later, and the point with derivatives."""
-        count, both, sides = len(u), self._both, wider * self._sides
-        near = np.diag(sides)
-        ends, after, ratios, measured = self._march(np.concatenate([u[None], u + near, (u - near)[both]]), branch)
-        table = np.column_stack([ends, ratios - self.set_point])
-        here, ahead, behind = table[0], table[1 : count + 1], table[count + 1 :]
-        slopes = (ahead - here) / sides[:, None]
-        slopes[both] = (ahead[both] - behind) / (2.0 * sides[both, None])
-        equations = slopes.T - np.eye(count - 1, count) * (np.arange(count) < self.size)
-        bends = (ahead[both] + behind - 2.0 * here)[:, : self.size] / sides[both, None]
-        residual = here - np.append(u[: self.size], 0.0)
-        return residual, after, LinePoint(u, branch, equations, self.size, measured, float(np.abs(bends).max()))
+    def _is_torn(self, x: Array, value: float, branch: Array, side: float) -> bool:
+        """Return whether the map jumps between an orbit and its neighbors so far away, as where a force switches."""
+        if not self.has_branches:
+            return False
+        beside = side * np.eye(self._motion, self.size)
+        ends, _ = self._march(np.concatenate([x, x + beside, x - beside]), value, branch, 1)
+        here, (ahead, behind) = ends[0], np.split(ends[1:], 2)
+        return not np.abs(ahead + behind - 2.0 * here).max() < JUMP * side
 
-    def correct(self, guess: Array, branch: Array, normal: Array) -> tuple[LinePoint, int] | None:
-        """Return the point of a line in the plane through a guess across `normal`, and how many steps led there."""
-        u, before = guess.copy(), np.inf
-        for steps in range(1, MOST_STEPS + 1):
-            try:
-                residual, after, place = self._look(u, branch)
-                step = np.linalg.solve(np.vstack([place.equations, normal]), np.append(residual, 0.0))
-            except (DForceError, np.linalg.LinAlgError, ValueError):  # outside the allowed range, or not a number
-                return None
-            longest = float(np.abs(step).max())
-            if not longest < 0.5 or (longest > 2.0 * before):
-                return None
-            if (longest < TOLERANCE and np.array_equal(after, branch)) or (steps == MOST_STEPS and longest < NEAR):
-                return None if self.has_branches and place.bend > JUMP else (place, steps)
-            u, branch, before = u - step, after, longest
-        return None
+    def _march(
+        self, x: Array, value: float, branch: Array, repeats: int, measured: bool = False
+    ) -> tuple[Array, Slots]:
+        """Return where the map leads from distances, motions and memories; see :class:`ParameterRange`."""
+        block = self.block(value)
+        slots = block.slots(self.states(x[:, 1:], branch), x[:, 0] * self.length, repeats)
+        slots.case[:] = 0
+        slots.wanted[:] = ALL if measured else MOTION
+        block.march(slots, repeats, True)
+        even, (_, tones) = weights(block.frequencies, len(slots.rows[0])), block.tables_of(slots.case, slots.value)
+        missed = first_ratios(block.batch.example, slots.rows, even, tones) - self.set_point
+        after = self.vectors(States(slots.ends[:, 0], slots.memory_after, slots.branch_after))
+        return np.column_stack([x[:, 0] + missed, after]), slots
 
-    def seed(self, state: States, zc: float, value: float) -> LinePoint | None:
-        """Return the point of a line near a motion at a distance (m), at this value (SI) of the parameter or near it."""
-        [x] = state.vectors(self.memory_scale)
-        guess = np.concatenate([x, [zc / self.length, self.free_parameter.scaled(value)]])
-        found = self.correct(guess, state.branch, np.eye(len(guess))[-1])
-        return None if found is None else found[0]
-
-    def trace(self, start: LinePoint, inside: Callable[[LinePoint], bool]) -> list[LinePoint]:
-        """Return a line through a point, both ways up to the ends of the parameter's range or to where it leaves `inside`."""
-        tangent = start.tangent
-        back, forth = (self._one_way(start, way * tangent, inside) for way in (-1.0, 1.0))
-        return [*reversed(back), start, *forth]
-
-    def _one_way(self, start: LinePoint, ahead: Array, inside: Callable[[LinePoint], bool]) -> list[LinePoint]:
-        points: list[LinePoint] = []
-        last, step = start, FIRST
-        while len(points) < MOST_POINTS and step > SMALLEST:
-            self.check_cancelled()
-            reach = _room(float(last.u[-1]), float(ahead[-1]))
-            if reach < SMALLEST:
-                break
-            is_end, normal = step >= reach, ahead
-            if is_end:
-                normal, step = np.eye(len(ahead))[-1], reach
-            found = self.correct(last.u + step * ahead, last.branch, normal)
-            if found is None or not self._follows(last, found[0], ahead, step):
-                step *= 0.5
-                continue
-            place, steps = found
-            tangent = place.tangent * np.sign(place.tangent @ ahead)
-            if tangent[-1] * ahead[-1] < 0.0:
-                points.append(self._turn(last, place))
-            points.append(place)
-            if is_end or not inside(place) or (len(points) >= LOOP and passes(last.u, place.u, start.u)):
-                break
-            last, ahead = place, tangent
-            step = min(LARGEST, step * (GROWTH if steps <= EASY else 1.0))
-        return points
-
-    def switches_beside(self, place: LinePoint) -> bool:
-        """Return whether a line ends at a point because the map jumps beside it: another force switches there."""
-        return self.has_branches and self._look(place.u, place.branch, 2.0)[2].bend > JUMP
-
-    def between(self, a: LinePoint, b: LinePoint, test: Callable[[LinePoint], float]) -> LinePoint:
-        """Return the point between two neighbors at which a function passes zero, as near as it was found."""
-
-        def find(u: Array, near: LinePoint, normal: Array) -> LinePoint | None:
-            found = self.correct(u, near.branch, normal)
-            return None if found is None else found[0]
-
-        point: LinePoint = located(find, a, b, test)
-        return point
-
-    def _turn(self, a: LinePoint, b: LinePoint) -> LinePoint:
-        """Return the point between two neighbors at which the line turns back along the parameter."""
-        chord = b.u - a.u
-        turn = self.between(a, b, lambda point: float(point.tangent[-1] * np.sign(point.tangent @ chord)))
-        return replace(turn, is_turn=True)
-
-    def _follows(self, last: LinePoint, place: LinePoint, ahead: Array, step: float) -> bool:
-        turn = abs(float(place.tangent @ ahead))
-        return turn > STRAIGHT and float(np.linalg.norm(place.u - last.u - step * ahead)) < 0.5 * step
-
-
-def _room(scaled: float, way: float) -> float:
-    """Return how far it is along a direction to the end of the parameter's range."""
-    return max(0.0, ((1.0 if way > 0.0 else 0.0) - scaled) / way) if way else np.inf
+    def _found(self, x: Array, branch: Array, value: float, steps: float, repeats: int) -> Orbit | None:
+        """Return the orbit with these unknowns; None where it is too deep, or a force switches beside it."""
+        if not x[0, 0] > DEEPEST or self._is_torn(x, value, branch, FD_STEP):
+            return None
+        derivative, by_parameter, rows, gaps, residual = self._measured(x, value, branch, repeats)
+        problem, state = self.problem_at(value), self.states(x[:, 1:], branch)
+        found = finish(problem, 1, rows, weights([tone.frequency for tone in problem.tones], len(rows)))
+        return LineOrbit(
+            np.append(x, value),
+            state,
+            value,
+            state,
+            derivative[1:, 1:],
+            by_parameter[1:],
+            rows,
+            gaps,
+            residual,
+            steps,
+            equations=np.column_stack([derivative - np.eye(self.size), by_parameter]),
+            measured={name: float(np.ravel(each)[0]) for name, each in found.items() if np.size(each)},
+        )

@@ -23,7 +23,7 @@ from dforce.core.quantities import AXES, OBSERVABLES
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.maps.axes import Axis, make_axes
-from dforce.maps.loci import FreeParameter, LinePoint
+from dforce.maps.loci import FreeParameter, LineOrbit
 from dforce.maps.seeds import Curves, curves_of
 from dforce.maps.state_lines import REGIMES, Row, StateLine, cells, lines_at
 from dforce.observables.averaging import common_period
@@ -242,12 +242,12 @@ def _dataset(
 
 
 def _columns(
-    name: str, row_name: str, free_parameter: FreeParameter, found: Sequence[tuple[StateLine, LinePoint]]
+    name: str, row_name: str, free_parameter: FreeParameter, found: Sequence[tuple[StateLine, LineOrbit]]
 ) -> dict[str, Array]:
     columns: dict[str, Array] = {
-        name: np.array([free_parameter.value(float(place.u[place.size + 1])) for _, place in found]),
+        name: np.array([free_parameter.value(place.value) for _, place in found]),
         row_name: np.array([line.row for line, _ in found]),
-        "zc": np.array([float(place.u[place.size]) * line.length for line, place in found]),
+        "zc": np.array([float(place.u[0]) * line.length for line, place in found]),
     }
     for scalar in SCALARS:
         columns[scalar] = np.array([place.measured.get(scalar, np.nan) for _, place in found])

@@ -5,25 +5,26 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from dforce.case import Case
 from dforce.core.arrays import Array
 from dforce.maps.axes import Axis
-from dforce.maps.loci import FreeParameter, LinePoint, Lines
+from dforce.maps.loci import DEEPEST, LARGEST, MOST_POINTS, FreeParameter, LineOrbit, Lines
 from dforce.maps.seeds import Curves
 from dforce.procedures.motion import scaled
+from dforce.solvers.continuation import Curve, located
+from dforce.solvers.orbit import FOLD, GRAZING
 
 # the meanings of a cell of the map, by its number in the result
 REGIMES = ("none", "no contact", "attractive", "both", "repulsive")
-FOLD, END, UNSTABLE, GRAZING, LOST = "fold", "end", "instability", "grazing", "lost"
+END, UNSTABLE, LOST = "end", "instability", "lost"
 NET_FORCE, CONTACT = "net force", "contact"
 AT_VALUE = 1e-9  # scaled: a point so near to a value of the parameter is at it
-AT_END = 1e-6  # scaled: a line that ends so near to an end of the range has left it
+AT_END = 1e-5  # scaled: a line that ends so near to an end of the range has left it
 SAME = 0.01  # of the free amplitude: a motion so near to a line lies on it
-DEEPEST = -3.0  # free amplitudes: lines are not followed to smaller distances
 
 
 @dataclass
@@ -35,8 +36,8 @@ class StateLine:
 
     row: float
     length: float
-    places: list[LinePoint]
-    edges: list[tuple[str, LinePoint]]
+    places: list[LineOrbit]
+    edges: list[tuple[str, LineOrbit]]
 
 
 @dataclass(frozen=True)
@@ -53,39 +54,41 @@ def lines_at(
 ) -> list[StateLine]:
     """Return the lines of operating points of a row."""
     case, values = of.case, [float(value) for value in axis.values]
-    lines = Lines(case, free_parameter, of.share, values, check_cancelled)
+    lines = Lines(case, free_parameter, of.share, values)
     out: list[StateLine] = []
     for seed in curves.seeds([of.share]):
-        value, problem = values[seed.case], lines.problem(values[seed.case])
+        value, problem = values[seed.case], lines.problem_with(values[seed.case])
         state = scaled(seed.motion[None], problem)
         if any(_lies_on(line.places, state.x[0], seed.zc / lines.length, free_parameter.scaled(value)) for line in out):
             continue
         start = lines.seed(state, seed.zc, value)
         if start is None:
             continue
-        places = lines.trace(start, lambda place: bool(place.u[lines.size] > DEEPEST))
+        line = Curve(start)
+        line.grow(lines, LARGEST, MOST_POINTS, check_cancelled)
+        places = cast(list[LineOrbit], line.points)
         out.append(StateLine(of.row, lines.length, places, _edges(lines, places, case.problem.a0)))
     return out
 
 
-def _lies_on(places: list[LinePoint], x: Array, zc: float, scaled: float) -> bool:
+def _lies_on(places: list[LineOrbit], x: Array, zc: float, scaled: float) -> bool:
     """Return whether a scaled motion at a scaled distance lies on a line, where the line passes the parameter's value."""
     for a, b, share in _passing(places, scaled):
         u = a.u + share * (b.u - a.u)
         # the motion is beside the set point: both motion and distance differ from the line's by as much
-        moved = abs(zc - u[-2])
-        if np.abs(x - u[: len(x)]).max() < SAME + 2.0 * moved and moved < 5.0 * SAME:
+        moved = abs(zc - u[0])
+        if np.abs(x - u[1 : 1 + len(x)]).max() < SAME + 2.0 * moved and moved < 5.0 * SAME:
             return True
     return False
 
 
-def _past(place: LinePoint, scaled: float) -> float:
+def _past(place: LineOrbit, scaled: float) -> float:
     """Return how far a point is past a scaled value of the parameter; 0 where that is rounding, as at the ends of ranges."""
     past = float(place.u[-1]) - scaled
     return past if abs(past) > AT_VALUE else 0.0
 
 
-def _passing(places: list[LinePoint], scaled: float) -> Iterator[tuple[LinePoint, LinePoint, float]]:
+def _passing(places: list[LineOrbit], scaled: float) -> Iterator[tuple[LineOrbit, LineOrbit, float]]:
     """Give where a line passes a scaled value of the parameter: two neighbors, and the share of the way between them."""
     for a, b in itertools.pairwise(places if len(places) > 1 else 2 * places):
         low, high = _past(a, scaled), _past(b, scaled)
@@ -95,16 +98,16 @@ def _passing(places: list[LinePoint], scaled: float) -> Iterator[tuple[LinePoint
             yield a, b, 1.0
 
 
-def _edges(lines: Lines, places: list[LinePoint], a0: float) -> list[tuple[str, LinePoint]]:
+def _edges(lines: Lines, places: list[LineOrbit], a0: float) -> list[tuple[str, LineOrbit]]:
     """Return the boundaries between stable stretches of a line and others, located."""
-    tests: dict[str, Callable[[LinePoint], float]] = {
-        FOLD: lambda place: place.index,
+    tests: dict[str, Callable[[LineOrbit], float]] = {
+        FOLD: lambda place: place.determinant,
         NET_FORCE: lambda place: place.measured["virial"],
         CONTACT: lambda place: place.measured["min_distance"] - a0,
     }
-    found = [(END, place) for place in places if place.is_turn and place.is_stable]
+    found = [(END, place) for place in places if place.special == FOLD and place.is_stable]
     for last in {id(place): place for place in (places[0], places[-1])}.values():
-        left = min(last.u[lines.size + 1], 1.0 - last.u[lines.size + 1]) < AT_END or last.u[lines.size] < DEEPEST
+        left = min(last.u[-1], 1.0 - last.u[-1], last.u[0] - DEEPEST) < AT_END
         if last.is_stable and not left:  # where the map is too rough no step leads on: that is said, not passed over
             found.append((GRAZING if lines.switches_beside(last) else LOST, last))
     # a place on an edge is neither stable nor unstable: the edge lies between the two beside it
@@ -112,13 +115,13 @@ def _edges(lines: Lines, places: list[LinePoint], a0: float) -> list[tuple[str, 
         if not (a.is_stable or b.is_stable):
             continue
         kinds = [kind for kind, test in tests.items() if test(a) * test(b) < 0.0]
-        found += [(kind, lines.between(a, b, tests[kind])) for kind in kinds]
+        found += [(kind, located(lines, a, b, tests[kind])) for kind in kinds]
         if a.is_stable != b.is_stable and FOLD not in kinds:
             found.append((UNSTABLE, a if a.is_stable else b))
     return found
 
 
-def _kind(place: LinePoint, a0: float) -> str:
+def _kind(place: LineOrbit, a0: float) -> str:
     if place.measured["virial"] < 0.0:
         return "repulsive"
     return "no contact" if place.measured["min_distance"] > a0 else "attractive"
@@ -141,7 +144,7 @@ def cells(
     return regime, count
 
 
-def _stable_at(places: list[LinePoint], scaled: float, a0: float) -> list[str]:
+def _stable_at(places: list[LineOrbit], scaled: float, a0: float) -> list[str]:
     """Return the regimes of the stable states of a line at a value of the parameter; of two neighbors the nearer decides."""
     near = (a if share <= 0.5 else b for a, b, share in _passing(places, scaled))
     return [_kind(place, a0) for place in near if place.is_stable]

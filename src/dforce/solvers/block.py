@@ -20,7 +20,7 @@ from dforce.solvers.model import DISTANCE, FREQUENCY, Marching, Model
 from dforce.solvers.newton import CONVERGED, Orbits, empty_orbits
 from dforce.solvers.period_map import ALL, FD_STEP, NOTHING, Slots
 from dforce.solvers.problem_batch import ProblemBatch
-from dforce.solvers.quasi_static import COLUMNS, FOLLOWED, Path, Stretch, set_out
+from dforce.solvers.quasi_static import COLUMNS, FOLLOWED, Course, Path, Stretch, set_out
 from dforce.solvers.quasi_static_steps import PREDICTED
 from dforce.solvers.relaxation import GOING, LOOKS, LOST, MOST_LOOKS, SETTLED, Leaps
 from dforce.solvers.states import States
@@ -155,26 +155,25 @@ class Block(TipEquations):
 
     def _follow(self, found: Stretch, which: Indices, values: Array, counts: Indices, repeats: int) -> Iterator[None]:
         """Follow stable orbits from the last ones found on, and pause now and then."""
-        follow = self._solvers.entry("follow")
         goes_on = values.shape[1] > 1 or not np.array_equal(values[:, 0], found.last_value)
         ahead = max(1, COLUMNS // (self.size + 2)) if self.is_smooth and goes_on else 1
         for part in self.parts(len(values)):
-            most = len(counts[part]) * ahead
-            stretch, marching = found.take(part), self.marching(which[part], most, self.size + 2, repeats)
-            here = (
-                Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted),
-                stretch,
-                set_out(stretch, most),
-                self._slots(most, self.common * repeats),
-                empty_orbits(most, self.size),
-                marching,
-            )
-            first = max(1, FIRST // (len(marching.room) * self.common * repeats * (1 + len(self.memory_scale))))
-            for marches in chunks(math.inf, self.check_cancelled, first):
-                if follow(*here, marches):
-                    break
-                yield
-            self.check_cancelled()
+            most, stretch = len(counts[part]) * ahead, found.take(part)
+            path = Path(np.ascontiguousarray(values[part]), counts[part], self.predicted, self.wanted)
+            here = path, stretch, set_out(stretch, most), self._slots(most, self.common * repeats)
+            yield from self._go_on(which[part], repeats, *here, empty_orbits(most, self.size))
+
+    def _go_on(
+        self, which: Indices, repeats: int, path: Path, stretch: Stretch, course: Course, slots: Slots, orbits: Orbits
+    ) -> Iterator[None]:
+        """Follow the stable orbits of problems that march together, see ``quasi_static.follow``."""
+        follow, marching = self._solvers.entry("follow"), self.marching(which, len(slots.case), self.size + 2, repeats)
+        first = max(1, FIRST // (len(marching.room) * self.common * repeats * (1 + len(self.memory_scale))))
+        for marches in chunks(math.inf, self.check_cancelled, first):
+            if follow(path, stretch, course, slots, orbits, marching, marches):
+                break
+            yield
+        self.check_cancelled()
 
     def empty_stretch(self, starts: States, at: Array, shape: tuple[int, ...], repeats: int) -> Stretch:
         """Return empty stretches along paths, (problems, values), from the start of each."""

@@ -186,9 +186,9 @@ def bifurcations(among: ParameterRange, a: Orbit, b: Orbit) -> list[Orbit]:
     found = []
     for name, test in _test_functions(a, b):
         if test(a) * test(b) < 0.0:
-            found.append(replace(_located(among, a, b, test), special=name))
+            found.append(replace(located(among, a, b, test), special=name))
     if not found and _growth(a) * _growth(b) < 0.0:
-        point = _located(among, a, b, _growth)
+        point = located(among, a, b, _growth)
         if point.multipliers[0].imag:  # else it is the fold or doubling of the next step, beside which last bits decide
             found.append(replace(point, special=TORUS))
     return sorted(found, key=lambda point: float((point.u - a.u) @ (b.u - a.u)))
@@ -207,31 +207,21 @@ def _test_functions(a: Orbit, b: Orbit) -> Iterator[tuple[str, Callable[[Orbit],
         yield GRAZING, lambda orbit, which=which: float(orbit.gaps[which])  # type: ignore[misc]
 
 
-def _located(among: ParameterRange, a: Orbit, b: Orbit, test: Callable[[Orbit], float]) -> Orbit:
-    """Return the fold, doubling or grazing between two neighbors, where a test function passes zero."""
+def located(among: ParameterRange, a: Orbit, b: Orbit, test: Callable[[Any], float]) -> Any:
+    """Return the orbit between two neighbors at which a test function passes zero, by Brent's method.
 
-    def find(u: Array, near: Orbit, normal: Array) -> Orbit | None:
-        return among.find(u, near.kept.branch, normal, near.repeats)
-
-    orbit: Orbit = located(find, a, b, test)
-    return orbit
-
-
-def located(find: Callable[..., Any], a: Any, b: Any, test: Callable[[Any], float]) -> Any:
-    """Return the point of a curve between two neighbors at which a test function passes zero, by Brent's method.
-
-    `find` gives the point near unknowns, and near a neighbor, in the plane across a vector. Where it fails on the way the point
-    found nearest to zero is returned.
+    Where the way there is lost the orbit found nearest to zero is returned.
     """
     from scipy.optimize import brentq
 
     chord = b.u - a.u
     normal = chord / np.linalg.norm(chord)
-    found = {0.0: a, 1.0: b}
+    found: dict[float, Orbit] = {0.0: a, 1.0: b}
 
     def at(share: float) -> float:
         if share not in found:
-            point = find(a.u + share * chord, a if share < 0.5 else b, normal)
+            near = a if share < 0.5 else b
+            point = among.find(a.u + share * chord, near.kept.branch, normal, near.repeats)
             if point is None:
                 raise ArithmeticError
             found[share] = point

@@ -13,11 +13,10 @@ from dforce.engine.marching import Marched, Marcher, Start
 from dforce.kernel import modes_of
 from dforce.kernel.codegen import CONTACT
 from dforce.solvers.block import Block
-from dforce.solvers.engine_follow import Follower
 from dforce.solvers.model import DISTANCE
 from dforce.solvers.newton import CONVERGED, FAILED, Orbits, solve_each
 from dforce.solvers.period_map import NOTHING, Slots
-from dforce.solvers.quasi_static import Stretch
+from dforce.solvers.quasi_static import Course, Path, Stretch, go_ahead, judge, look_ahead
 from dforce.solvers.states import States
 
 MOTION, COLUMNS, HARMONIC = 0.03, 0.003, 0.1  # of the accuracy times a mode's damping: error of a step; see `limits`
@@ -81,13 +80,13 @@ class EngineBlock(Block):
         start = Start(numbers, tones, self._places[which], states.x, states.memory, states.branch)
         return self._marcher.march(start, periods, self.limits(numbers, share), **wanted)
 
-    def derived(self, which: Indices, states: States, at: Array, repeats: int, harmonics: int | None = None) -> Marched:
+    def derived(self, which: Indices, states: States, at: Array, repeats: int) -> Marched:
         """March over `repeats` common periods, with the map's derivatives.
 
         The last of its columns is by the parameter (per unit): by differences where all numbers change with it.
         """
         periods, unit = self.common * repeats, self.unit[which]
-        out = self.marched(which, states, at, periods, harmonics=harmonics, unit=unit)
+        out = self.marched(which, states, at, periods, unit=unit)
         if self.parameter == DISTANCE and self.batch.levers is None:
             return out
         ends = [
@@ -96,11 +95,8 @@ class EngineBlock(Block):
         out.columns[:, :, -1] = (ends[1] - ends[0]) / BESIDE
         return out
 
-    def find(self, which: Indices, slots: Slots, orbits: Orbits, repeats: int, at_once: bool = False) -> None:
-        """Find the orbits of some problems near motions by Newton's method; see :meth:`Block.find`.
-
-        `at_once` is for accurate predictions: the first march may be the last, so it is measured.
-        """
+    def find(self, which: Indices, slots: Slots, orbits: Orbits, repeats: int) -> None:
+        """Find the orbits of some problems near motions by Newton's method; see :meth:`Block.find`."""
         count, size, periods = len(which), self.size, self.common * repeats
         wanted = slots.wanted != NOTHING
         harmonics = self.harmonics if wanted.any() else None
@@ -110,11 +106,10 @@ class EngineBlock(Block):
         orbits.steps[:], orbits.outcome[:] = 0, FAILED
         state, before = States(slots.x, slots.memory, slots.branch), np.full(count, np.inf)
         going, near = np.arange(count), [np.empty(0, np.int64)]
-        for turn in range(MOST_STEPS):
+        for _ in range(MOST_STEPS):
             if not len(going):
                 break
-            measured = harmonics if at_once and turn == 0 else None
-            out = self.derived(which[going], state.take(going), slots.value[going], repeats, measured)
+            out = self.derived(which[going], state.take(going), slots.value[going], repeats)
             by, miss = out.columns, out.path[:, -1] - state.x[going]
             step, slope = bordered(by, orbits.normal[going], miss)
             length = np.abs(step[:, :size]).max(axis=1)
@@ -130,9 +125,6 @@ class EngineBlock(Block):
             before[going] = np.where(part == 1.0, length, np.inf)
             close = length < NEARBY
             done = close & ~wanted[going]
-            if measured is not None:
-                slots.rows[going] = out.rows[fine]
-                done = length < accepted
             orbits.outcome[going[done]] = CONVERGED
             near.append(going[close & ~done])
             going = going[~close]
@@ -160,10 +152,21 @@ class EngineBlock(Block):
             before[going] = length
             going = going[~done & ~lost]
 
-    def _follow(self, found: Stretch, which: Indices, values: Array, counts: Indices, repeats: int) -> Iterator[None]:
-        """Follow stable orbits from the last ones found on, and pause now and then."""
-        follower = Follower(self, which, values, counts, repeats, found)
-        while follower.step():
+    def _go_on(
+        self, which: Indices, repeats: int, path: Path, stretch: Stretch, course: Course, slots: Slots, orbits: Orbits
+    ) -> Iterator[None]:
+        """Follow the stable orbits of problems that march together, see ``quasi_static.follow``."""
+        unit, longer, fitting = self.unit[which], np.empty(len(slots.case)), np.empty(len(slots.case), np.int64)
+        while True:
+            look_ahead(path, stretch, course, slots, orbits, unit)
+            some = slice(course.sought[0])
+            if not some.stop:
+                return
+            found = Slots(*(part[some] for part in slots)), Orbits(*(part[some] for part in orbits))
+            self.find(which[slots.case[some]], *found, repeats)
+            judge(path, stretch, course, slots, orbits, unit, longer, fitting)
+            go_ahead(path, stretch, course, slots, orbits, unit, longer)
+            self.check_cancelled()
             yield
 
     def advance(self, which: Indices, states: States, at: Array, periods: int) -> States:

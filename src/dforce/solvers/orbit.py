@@ -85,7 +85,7 @@ class Orbit:
     @property
     def index(self) -> int:
         """Sign of det(1 - M), its index as a fixed point of the map; see ``search``."""
-        return int(np.linalg.slogdet(np.eye(len(self.x)) - self.monodromy).sign)
+        return int(np.linalg.slogdet(np.eye(len(self.monodromy)) - self.monodromy).sign)
 
     @functools.cached_property
     def stability(self) -> int:

@@ -57,12 +57,16 @@ class ParameterRange:
     ----------
     unit
         The range in free amplitudes, where the distance is the parameter; else 1.
+    side
+        Scaled distance of the neighbors that give the derivatives on an orbit.
 
     Raises
     ------
     ParameterError
         When the tones have no common period, or not the same one at all values.
     """
+
+    side = FD_STEP
 
     def __init__(
         self,
@@ -188,9 +192,7 @@ class ParameterRange:
             slots = self._solve(guess[None, :-1], branch, value, orbits, repeats)
             if orbits.outcome[0] != CONVERGED:
                 return None
-            value, state = float(slots.value[0]), self.states(slots.x, slots.branch)
-            kept = States(state.x * self.scales_of(value), state.memory, state.branch)
-            return self.orbit(value, kept, float(orbits.steps[0]), repeats)
+            return self._found(slots.x, slots.branch, float(slots.value[0]), float(orbits.steps[0]), repeats)
         except ParameterError:  # the parameter has left its allowed range
             return None
 
@@ -223,32 +225,32 @@ class ParameterRange:
         """Return the units (m, m/s) of the numbers of a motion at a value (SI)."""
         return self.block(value).scales_of(np.zeros(1, np.int64), np.array([self.distance(value)]))
 
+    def _found(self, x: Array, branch: Array, value: float, steps: float, repeats: int) -> Orbit | None:
+        """Return the orbit with these unknowns at a value (SI)."""
+        state = self.states(x, branch)
+        kept = States(state.x * self.scales_of(value), state.memory, state.branch)
+        return self.orbit(value, kept, steps, repeats)
+
     def orbit(self, value: float, kept: States, steps: float, repeats: int) -> Orbit:
         """Return the orbit with a state, its motion in m and m/s, at a value (SI)."""
         state = States(kept.x / self.scales_of(value), kept.memory, kept.branch)
-        x, block = self.vectors(state), self.block(value)
-        here, slots = self._march(x, value, kept.branch, repeats, True)
+        x = self.vectors(state)
+        measured = self._measured(x, value, kept.branch, repeats)
+        return Orbit(np.append(x, value / self.span), state, value, kept, *measured, steps, repeats=repeats)
+
+    def _measured(
+        self, x: Array, value: float, branch: Array, repeats: int
+    ) -> tuple[Array, Array, Array, Array, float]:
+        """Return the derivatives of the map by the unknowns and by the parameter, then `rows` to `residual` of an `Orbit`."""
+        here, slots = self._march(x, value, branch, repeats, True)
         # of memory there may be much, and its part of the derivative needs no more than one side
-        beside = FD_STEP * np.concatenate([np.eye(self.size), -np.eye(self._motion, self.size)])
-        ends, _ = self._march(x + beside, value, kept.branch, repeats)
-        monodromy = (ends[: self.size] - here).T / FD_STEP
-        monodromy[:, : self._motion] = 0.5 * (ends[: self._motion] - ends[self.size :]).T / FD_STEP
-        by_parameter = self._by_parameter(x, value, kept.branch, repeats, here[0])
-        gaps = slots.rows[0, :, measure.D_MIN].min() - block.batch.kinks[0]
-        residual = float(np.abs(here - x).max())
-        return Orbit(
-            np.append(x, value / self.span),
-            state,
-            value,
-            kept,
-            monodromy,
-            by_parameter,
-            slots.rows[0],
-            gaps,
-            residual,
-            steps,
-            repeats=repeats,
-        )
+        beside = self.side * np.concatenate([np.eye(self.size), -np.eye(self._motion, self.size)])
+        ends, _ = self._march(x + beside, value, branch, repeats)
+        derivative = (ends[: self.size] - here).T / self.side
+        derivative[:, : self._motion] = 0.5 * (ends[: self._motion] - ends[self.size :]).T / self.side
+        by_parameter = self._by_parameter(x, value, branch, repeats, here[0])
+        gaps = slots.rows[0, :, measure.D_MIN].min() - self.block(value).batch.kinks[0]
+        return derivative, by_parameter, slots.rows[0], gaps, float(np.abs(here - x).max())
 
     def _solve(self, x: Array, branch: Array, value: float, orbits: Orbits, repeats: int) -> Slots:
         """Return the only slot of the orbit near a state, after Newton's method."""

@@ -24,6 +24,7 @@ FD_STEP = 2e-7  # of the free amplitude, or of the parameter's unit: distance of
 REPEATED = 1e-11  # of its scale: how far a memory that repeats is from rest
 ROUNDING = 1e-13  # of its scale: change of a memory over a period that is rounding
 MEMORY_PASSES = 200  # periods that a memory gets to repeat
+MOST_VAIN = 20  # of these in a row that lead no nearer to rest than one before: the memory does not come to rest
 MOST_CHANGES = 4  # of these in which a branch changes: the motion then has several periods, or none
 NOTHING, MOTION, ALL = 0, 1, 2  # the measurements to take: none, of the motion alone, or of the forces, too
 
@@ -177,6 +178,7 @@ def march_columns(slots: Any, chosen: Any, measured: bool, columns: Any, marchin
         branch = slots.branch[s].copy() if e == 0 else slots.branch_after[s].copy()
         p = of_case(model.tip, numbers, j, others)
         y, last, settled, changes = start, np.zeros((2, states)), False, 0
+        least, vain = np.inf, 0
         for attempt in range(MEMORY_PASSES if each > 1 else 1):
             y, memory_before, branch_before = start, memory.copy(), branch.copy()
             for period in range(drive.periods):
@@ -188,7 +190,8 @@ def march_columns(slots: Any, chosen: Any, measured: bool, columns: Any, marchin
             rest = unrest(memory, memory_before, branch, branch_before, gain, model.memory_scale)
             settled = rest < REPEATED
             changes += 0 if rest < np.inf else 1
-            if settled or changes == MOST_CHANGES:
+            least, vain = min(least, rest), 0 if rest < least else vain + 1
+            if settled or changes == MOST_CHANGES or vain == MOST_VAIN:
                 break
             if each > 1:
                 foretell(memory, memory_before, last, attempt > 0, gain, model.elements)

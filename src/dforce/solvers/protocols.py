@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.solvers.accuracy import assure, assure_settled
+from dforce.solvers.accuracy import assure, assure_settled, unless_stuck
 from dforce.solvers.block import Block
 from dforce.solvers.integrator import Motion
 from dforce.solvers.points import Points, StateJump, as_kept
 from dforce.solvers.quasi_static_walk import SUDDEN, Walk
+from dforce.solvers.sample_counts import sample_counts
 from dforce.solvers.settling import apart
 from dforce.solvers.state_ends import JUMP
 from dforce.solvers.states import States
@@ -89,7 +90,11 @@ class Stepwise:
             points.put(case, place, walk.points)
             motion = walk.state.motion(0)
         else:
-            found = assure_settled(block, value, steady(block.integrator(0, value), motion, block.check_cancelled))
+            found = steady(block.integrator(0, value), motion, block.check_cancelled)
+            if len(sample_counts(block.points, block.settings)) > 1:
+                was_stuck = self.carry and place > 0 and bool(points.stays[case, place - 1])
+                found = unless_stuck(block, value, found, was_stuck)
+            found = assure_settled(block, value, found)
             points.put_other(case, place, found)
             motion = found.motion
         kept = as_kept(block, np.array([0]), States.of(motion), np.array([value])).motion(0)

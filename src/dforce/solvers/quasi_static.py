@@ -19,7 +19,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dforce.kernel.vocabulary import motion_size
 from dforce.solvers.newton import begin, central_differences, longest, march_once
 from dforce.solvers.period_map import NOTHING, carry, put_numbers, put_rows
 from dforce.solvers.quasi_static_steps import (
@@ -170,14 +169,17 @@ def follow(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, marchi
                 return True
             begin(orbits, course.sought[0])
         if not march_once(slots, course.sought[0], True, orbits, which, marching):
-            go_ahead(path, stretch, course, slots, orbits, which, marching)
-            course.sought[0] = 0
+            longer = np.empty(course.sought[0])
+            fitting = judge(path, stretch, course, slots, orbits, marching.model.unit, longer, which)
+            if fitting > 0:
+                central_differences(slots, which, fitting, orbits, marching)
+            go_ahead(path, stretch, course, slots, orbits, marching.model.unit, longer)
     return False
 
 
 def look_ahead(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, units: Any) -> None:
     """Choose where the next orbits of each problem are sought, and predict them."""
-    size, cases, most = motion_size(), path.counts.shape[0], slots.case.shape[0]
+    size, cases, most = slots.x.shape[1], path.counts.shape[0], slots.case.shape[0]
     change, count = np.empty(size + 1), 0
     for case in range(cases):
         begun, start, unit = count, stretch.last_value[case], units[case]
@@ -233,17 +235,21 @@ def choose_values(
     return count
 
 
-def go_ahead(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, which: Any, marching: Any) -> None:
-    """Go to the orbits found that continue the last ones of their problems; choose the next steps."""
-    count = course.sought[0]
-    longer, margin, fitting, units = np.empty(count), np.empty(2), 0, marching.model.unit
-    for s in range(count):
+def judge(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, units: Any, longer: Any, which: Any) -> int:
+    """Write how much longer the steps to the orbits found might be, and the numbers of the fitting ones; return how many."""
+    fitting = 0
+    for s in range(course.sought[0]):
         longer[s] = longer_by(s, longer, slots, orbits, stretch, course, units[slots.case[s]], path.predicted)
         if longer[s] >= 1.0:
             which[fitting] = s
             fitting += 1
-    if fitting > 0:
-        central_differences(slots, which, fitting, orbits, marching)
+    return fitting
+
+
+def go_ahead(path: Any, stretch: Any, course: Any, slots: Any, orbits: Any, units: Any, longer: Any) -> None:
+    """Go to the orbits found that continue the last ones of their problems; choose the next steps."""
+    count, margin = course.sought[0], np.empty(2)
+    course.sought[0] = 0
     s = 0
     while s < count:
         case, done, refused, step = slots.case[s], stretch.done[slots.case[s]], False, np.inf

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from dforce.core.arrays import Array, Indices
+from dforce.core.arrays import AnyArray, Array, Bools, Indices
 from dforce.solvers.block import Block
 from dforce.solvers.newton import solve_each
 from dforce.solvers.period_map import REPEATED, Slots, foretell, unrest
 from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.relaxation import ARRIVED
 from dforce.solvers.states import States
+from dforce.solvers.transient import LATE, wanders
 
 ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
 SAME_STATE = 10.0  # times the rest of the way: an orbit farther from the rough state is another one
@@ -102,16 +103,17 @@ def settled(block: Block, cases: Indices, start: States, at: Array) -> tuple[Sta
 def _settled_in_time(block: Block, cases: Indices, start: States, at: Array) -> tuple[States, Stretch, Any, Array]:
     """Return the same by integrating through all periods, as forces with memory or hysteresis need.
 
-    Where the motion has settled and a slow memory has not, that is taken from the orbit nearby, and the motion settles on.
+    Where the motion has settled and a slow memory has not, that is taken from the orbit nearby, and the motion settles on. A
+    motion that has not settled roughly does not settle finely.
     """
     state, periods = start, np.zeros(len(cases))
-    found = polished(block, cases, start, at)
-    good = np.zeros(len(cases), dtype=bool)
+    found = block.empty_stretch(start, at, (len(cases), 1), 1)
+    good, given_up = np.zeros(len(cases), dtype=bool), np.zeros(len(cases), dtype=bool)
     for tolerance in (ROUGH, FINE, FINE):
-        left = np.flatnonzero(~good)
+        left = np.flatnonzero(~good & ~given_up)
         if not len(left):
             break
-        rough, drift, took = _settle(block, cases[left], state.take(left), at[left], tolerance)
+        rough, drift, took, given_up[left] = _settle(block, cases[left], state.take(left), at[left], tolerance)
         state.put(left, rough)
         periods[left] += took
         near = polished(block, cases[left], rough, at[left])
@@ -126,11 +128,17 @@ def _settled_in_time(block: Block, cases: Indices, start: States, at: Array) -> 
     return state, found, good, periods
 
 
-def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: float) -> tuple[States, Array, Array]:
-    """Integrate until motions stop moving; return them, the estimated rest of the way, and the periods.
+def _settle(
+    block: Block, cases: Indices, start: States, at: Array, tolerance: float
+) -> tuple[States, Array, Array, Bools]:
+    """Integrate until motions stop moving, or wander.
 
     Each is compared over spans of one decay time of the slowest mode. The rest follows from two changes in a row, c1 and c2,
     as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
+
+    Returns
+    -------
+    The motions, the estimated rest of the way, the periods, and which motions did not stop.
     """
     count = len(cases)
     state, decay = start.copy(), block.decay(cases)
@@ -138,7 +146,7 @@ def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: f
     former: Array = np.full(count, np.inf)
     drift: Array = np.full(count, np.inf)
     periods = np.zeros(count, np.int64)
-    going = np.arange(count)
+    going, path, moves = np.arange(count), list[AnyArray](), np.ones(count, dtype=bool)
     while len(going):
         before = state.take(going)
         after = later(block, cases[going], before, at[going], decay[going])
@@ -150,9 +158,11 @@ def _settle(block: Block, cases: Indices, start: States, at: Array, tolerance: f
             ahead = change * np.maximum(1.0, ratio / (1.0 - ratio))
         drift[going] = np.where(np.isfinite(former[going]), ahead, np.inf)
         over = np.isfinite(former[going]) & (np.minimum(ahead, 100.0 * change) < tolerance)
-        former[going] = change
-        going = going[~over & (periods[going] < most[going]) & np.isfinite(change)]
-    return state, drift, np.asarray(periods * float(block.common), dtype=float)
+        former[going], moves[going] = change, ~over
+        path = [*path, state.x[:, 0] + 1j * state.x[:, 1]][-LATE:]
+        rests = np.array([not wanders(np.array(path)[:, i]) for i in going])
+        going = going[~over & rests & (periods[going] < most[going]) & np.isfinite(change)]
+    return state, drift, np.asarray(periods * float(block.common), dtype=float), moves
 
 
 def gone(block: Block, cases: Indices, start: States, last: States, at: Array) -> States:

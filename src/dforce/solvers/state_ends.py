@@ -188,13 +188,17 @@ def doubled(block: Block, case: int, at: float, single: States, aside: Array, cy
 
     It lies on both sides of the single state, which has lost its stability, along the unit vector `aside`.
     """
-    guesses = single.take(np.zeros(len(KICKS), dtype=int))
-    guesses.x[:] += KICKS[:, None] * aside
-    same, there = np.full(len(KICKS), case), np.full(len(KICKS), at)
-    found = polished(block, same, guesses, there, 2 * cycles)
-    states = States.last_of(found)
-    between = block.advance(same, states, there, cycles)
-    # on both sides of the single state, in turns
-    around = apart(0.5 * (between.x + states.x), single.x) < KICKS[-1]
-    good = np.flatnonzero((found.done == 1) & (apart(between.x, states.x) > JUMP) & around)
-    return states.take(good[:1]) if len(good) else None
+    each = len(KICKS) if block.is_smooth else 1  # others march one after the other
+    for kicks in KICKS.reshape(-1, each):
+        guesses = single.take(np.zeros(each, dtype=int))
+        guesses.x[:] += kicks[:, None] * aside
+        same, there = np.full(each, case), np.full(each, at)
+        found = polished(block, same, guesses, there, 2 * cycles)
+        states = States.last_of(found)
+        between = block.advance(same, states, there, cycles)
+        # on both sides of the single state, in turns
+        around = apart(0.5 * (between.x + states.x), single.x) < KICKS[-1]
+        good = np.flatnonzero((found.done == 1) & (apart(between.x, states.x) > JUMP) & around)
+        if len(good):
+            return states.take(good[:1])
+    return None

@@ -153,7 +153,7 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
             change_before = change
         before = now
         late = np.array(path[-LATE:])
-        if _wanders(late[:, 0]):
+        if wanders(late[:, 0]):
             reach = max(_range(c) for c in late.T)
             is_small = reach < REPEATS * settings.settle_tolerance
             return motion, is_small, reach if is_small else math.inf
@@ -233,12 +233,12 @@ def _lasting(integrator: Integrator, rows: Array, count: int, window: int, drift
                     return False, rows[:count], drift
                 cycles = min(math.ceil(count / (n * window)), len(c) // n)
                 return True, rows[: cycles * n * window], miss
-        if _wanders(c) or drift == math.inf:
+        if wanders(c) or drift == math.inf:
             return True, rows, size
     return False, rows[:count], drift
 
 
-def _wanders(c: AnyArray) -> bool:
+def wanders(c: AnyArray) -> bool:
     """Return whether successive complex amplitudes move to and fro and do not come to rest."""
     if len(c) < LATE:
         return False

@@ -8,11 +8,11 @@ export default {
   template: `
     <div class="df-slider" :data-path="path" role="group" :aria-label="'slider of ' + label">
       <input type="text" class="df-slider-end" inputmode="decimal" :value="tidy(low)" :aria-label="'lower end of the slider of ' + label"
-             @change="$emit('range', [$event.target.value, String(high)])" />
+             @change="range($event.target, 0)" />
       <input :id="uid" type="range" :min="low" :max="high" :step="step" :value="value" :aria-label="label"
              :aria-valuetext="shown" @input="slide($event.target.valueAsNumber)" @change="done" />
       <input type="text" class="df-slider-end" inputmode="decimal" :value="tidy(high)" :aria-label="'upper end of the slider of ' + label"
-             @change="$emit('range', [String(low), $event.target.value])" />
+             @change="range($event.target, 1)" />
       <button type="button" class="df-slide df-play" :aria-pressed="playing ? 'true' : 'false'" :title="playing ? 'Stop' : 'Play'"
               :aria-label="(playing ? 'stop the slider: ' : 'play the slider: ') + label" @click="play">
         <svg viewBox="0 0 16 16" aria-hidden="true"><path v-if="playing" d="M5 4v8M11 4v8" /><path v-else d="M5 3l8 5-8 5z" /></svg>
@@ -44,6 +44,12 @@ export default {
   },
   methods: {
     tidy: (end) => (end === undefined ? "" : Number(end.toPrecision(4))), // the room of an end; incomplete input has none
+    // the ends in use stand there until the server takes others
+    range(box, which) {
+      const ends = [this.low, this.high];
+      this.$emit("range", ends.map((end, n) => (n === which ? box.value : String(end))));
+      box.value = this.tidy(ends[which]);
+    },
     // while it is dragged the hand is ahead of the server
     ahead() {
       return performance.now() - this.sliding < 600;

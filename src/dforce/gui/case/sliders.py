@@ -32,7 +32,7 @@ def toggle(view: View, path: Path, field: Field) -> None:
             ui.notify(f"At most {MOST_SLIDERS} sliders are possible.")
             return
         low, high = within(field, unit, min(0.5 * value, 2.0 * value), max(0.5 * value, 2.0 * value))
-        others = (*others, Slider(path, low, high))
+        others = (*others, Slider(path, low, high, unit))
     view.edit(dataclasses.replace(document, sliders=others))
 
 
@@ -69,6 +69,15 @@ def within(field: Field, unit: str, low: float, high: float) -> tuple[float, flo
         if not low < high:  # both ends were typed beyond the bound
             low = max(least, high - 0.5 * abs(high))
     return _tidy(low), _tidy(high)
+
+
+def ends_of(slider: Slider, field: Field, unit: str) -> tuple[float, float]:
+    """Return the ends of a slider in the unit that its field shows now."""
+    ends = slider.low, slider.high
+    if slider.unit in ("", unit):
+        return ends
+    low, high = (float(values.in_unit(repr(end), slider.unit, unit, field.unit)) for end in ends)
+    return low, high
 
 
 def step_of(low: float, high: float) -> float:
@@ -159,7 +168,7 @@ class Sliders:
                     self._make(path, field)
             value, unit = number_at(self.view, path, field)
             if value is not None:
-                low, high = slider.low, slider.high
+                low, high = ends_of(slider, field, unit)
                 if not low <= value <= high:
                     low, high = within(field, unit, min(low, value), max(high, value))
                 step = 1.0 if field.shapes[0].kind == "whole" else step_of(low, high)
@@ -206,10 +215,10 @@ class Sliders:
             low, high = map(_number, ends)
         except (ValueError, df.ParameterError):
             ui.notify("The ends of a slider are two numbers.")
-            low, high = next((s.low, s.high) for s in self.view.document.sliders if s.path == path)
+            low, high = next(ends_of(s, field, unit) for s in self.view.document.sliders if s.path == path)
         low, high = within(field, unit, min(low, high), max(low, high))
         sliders = tuple(
-            dataclasses.replace(slider, low=low, high=high) if slider.path == path else slider
+            dataclasses.replace(slider, low=low, high=high, unit=unit) if slider.path == path else slider
             for slider in self.view.document.sliders
         )
         self.view.edit(dataclasses.replace(self.view.document, sliders=sliders))

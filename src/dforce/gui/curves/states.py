@@ -268,8 +268,9 @@ class StatesPanel(Panel):
 
 
 def order_of(found: xr.Dataset) -> list[int]:
-    """Return states in order: the stable ones first, the farthest from the sample at the beginning."""
-    return [int(n) for n in np.lexsort((-found["zc"].values, ~found["stable"].values))]
+    """Return states in order: the stable ones first, the largest distance or frequency at the beginning."""
+    along = -found[str(found.attrs["along"])].values
+    return [int(n) for n in np.lexsort((along, ~found["stable"].values))]
 
 
 def nearest(states: xr.Dataset, one: xr.Dataset) -> int:

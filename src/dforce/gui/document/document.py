@@ -99,11 +99,12 @@ CaseTable = Annotated[Table, AfterValidator(_renewed)]
 
 @dataclass(frozen=True)
 class Slider:
-    """A parameter on a slider: its path, and the range in the unit that its field shows."""
+    """A parameter on a slider: its path, and its range in a unit, empty for the unit of the field."""
 
     path: Path
     low: Number
     high: Number
+    unit: Annotated[str, Bounded(max_length=40)] = ""
 
 
 @dataclass(frozen=True)
@@ -322,7 +323,7 @@ def _first_slider(table: Mapping[str, Any]) -> tuple[Slider, ...]:
     if parts is None or not float(parts[0]) > 0.0:
         return ()
     value = float(parts[0])
-    return (Slider(path, float(f"{0.6 * value:.3g}"), float(f"{1.1 * value:.3g}")),)
+    return (Slider(path, float(f"{0.6 * value:.3g}"), float(f"{1.1 * value:.3g}"), parts[1]),)
 
 
 def _unnamed(table: Mapping[str, object]) -> dict[str, Any]:
@@ -388,6 +389,8 @@ def path_of(document: Document, words: str) -> Path:
 def _words(sentence: str) -> Iterator[str]:
     """Give the parts of the value that a sentence is about: its first word, or else the first value of a case in it."""
     first, *others = (word.rstrip(":,;") for word in sentence.split(" "))
+    if first in df.forces.REGISTRY and others[:1] == ["needs"] and "." not in others[1]:
+        first = f"{first}.{others[1]}"
     if "." in first and first.split(".")[0] in df.forces.REGISTRY:  # a sentence of a force starts with its own name
         first = f"forces.{first}"
     if first.split(".")[0] not in df.Case.model_fields:
