@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
 
 import pytest
 from every import every
+from simulated import window
 
 import dforce as df
 from dforce.core.units import parse
-from dforce.gui.case.fields import fields, name_of, spaced, with_models, within_sentence
+from dforce.gui.case.fields import fields, name_of, spaced, start_of, with_models, within_sentence
 from dforce.gui.case.values import check, read, shown, units_of, usual_unit
 from dforce.gui.document.document import Document
 
@@ -146,3 +148,24 @@ def test_modes_of_operation_are_written_as_people_write_them():
 
 def test_forces_have_their_names_where_something_is_compiled():
     assert with_models("Compiling the tip equation for custom + dmt") == "Compiling the tip equation for Own law + DMT"
+
+
+@pytest.mark.parametrize("name", df.examples())
+def test_no_example_shows_an_error_at_its_fields(tmp_path, name):
+    """Distances as shares of A0 were shown in meters, beyond their bounds."""
+
+    async def flow():
+        async with window(tmp_path, live=False) as (_, page):
+            page.view.open(Document.of(df.example(name)))
+            entries = {path: entry.props.get("error") for path, (_, _, entry) in page.forms.shown.items()}
+            assert {path: error for path, error in entries.items() if error} == {}
+
+    asyncio.run(flow())
+
+
+def test_distances_as_shares_of_the_free_amplitude_can_be_chosen_in_place_of_lengths():
+    zc = next(field for field in fields(df.experiments.Approach) if field.key == "zc")
+    shape = next(shape for shape in zc.shapes if shape.label.startswith("of"))
+    start = start_of(shape.model, {"start": "23 nm", "stop": "9 nm", "points": 31})
+    assert start["points"] == 31 and zc.shape_of(start) == shape
+    df.example("hysteresis").replace("experiment.zc", start)

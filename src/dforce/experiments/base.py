@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
@@ -59,6 +59,8 @@ class RelativeGrid(Even):
     """Evenly spaced distances from `start` to `stop`, both included, as shares of the free amplitude."""
 
     title_of: ClassVar[str] = "zc"
+
+    example: ClassVar[Mapping[str, Any]] = {"of": "drive.A0", "start": 1.15, "stop": 0.3}
 
     of: Literal["drive.A0"] = pydantic.Field(description="the reference of the shares: the first tone's free amplitude")
     start: float = pydantic.Field(

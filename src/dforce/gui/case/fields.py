@@ -83,7 +83,7 @@ def _fits(shape: Shape, value: object) -> bool:
     if shape.kind == "word":
         return bool(value == shape.words[0])
     if shape.kind == "table":
-        return isinstance(value, Mapping)
+        return isinstance(value, Mapping) and (shape.model is None or value.keys() <= {*shape.model.keys()})
     if shape.kind in ("tables", "numbers"):
         return isinstance(value, list | tuple)
     return not isinstance(value, Mapping | list | tuple)
@@ -192,9 +192,10 @@ def _is_parameters(part: object) -> bool:
 
 
 def start_of(model: type[Parameters], typed: object) -> dict[str, Any]:
-    """Return a table to start a form with: typical values, and earlier input for parameters of the same name."""
-    known = typed if isinstance(typed, Mapping) else {}
-    return {**model.example, **{key: known[key] for key in model.keys() if key in known}}  # noqa: SIM118
+    """Return a table to start a form with: typical values, and earlier input of their type under the same name."""
+    known, typical = typed if isinstance(typed, Mapping) else {}, model.example
+    fits = [key for key in model.keys() if key in known and isinstance(known[key], type(typical.get(key, known[key])))]  # noqa: SIM118
+    return {**typical, **{key: known[key] for key in fits}}
 
 
 def name_of(model: type[Parameters]) -> str:
