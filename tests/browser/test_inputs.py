@@ -43,7 +43,9 @@ def test_a_mistake_is_said_at_its_field_and_the_curve_waits(window):
         expect(window.field(AMPLITUDE).locator(".df-error")).to_contain_text(sentence)
         assert window.field(AMPLITUDE).locator("input").get_attribute("aria-invalid") == "true", text
         window.page.locator(".df-main .df-chart.stale").wait_for()
-        window.page.locator(".df-setpoint.df-behind").wait_for()  # the numbers below it turn gray by this
+        window.page.locator(
+            ".df-behind[aria-label='at the set point']"
+        ).wait_for()  # the numbers below it turn gray by this
     window.type(AMPLITUDE, "8")
     window.shows(df.example("figure-3-air").replace(AMPLITUDE, "8 nm"))
     assert window.field(AMPLITUDE).locator(".df-error").count() == 0

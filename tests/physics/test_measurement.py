@@ -158,7 +158,7 @@ def test_fewer_elements_of_a_viscoelastic_contact_are_enough():
 
 
 def test_a_phase_is_the_same_wherever_its_result_comes_to_lie(monkeypatch):
-    """NumPy 1.26 takes strided numbers for overlapped by what lies right behind them, and rounds otherwise then."""
+    """NumPy 2.0 takes strided numbers for overlapped by what lies right behind them, and rounds otherwise then."""
     random, arctan2 = np.random.default_rng(1), np.arctan2
     for count in range(1, 40):
         room = np.zeros(5 * count)
