@@ -10,15 +10,15 @@ resolutions with the transient at 2048 samples a period; times exclude compilati
 prints for each way its resolution, its time, and the error of the amplitudes and phases of both tones, relative to each
 tone's amplitude. On a busy machine with two cores:
 
-    transient, samples 256         191 ms     7.2e-06    7.5e-05
-    transient, samples 1024        442 ms     1.6e-07    1.7e-06
-    balance, grid (128, 32)        124 ms     1.2e-04    8.9e-05
-    balance, grid (256, 64)       6003 ms     2.7e-05    1.2e-05
-    balance, grid (512, 128)     46837 ms     5.4e-06    5.6e-06
+    transient, samples 256         133 ms     5.4e-06    2.6e-06
+    transient, samples 1024        389 ms     8.3e-08    1.4e-07
+    balance, grid (128, 32)        221 ms     1.2e-04    8.9e-05
+    balance, grid (256, 64)        670 ms     2.7e-05    1.2e-05
+    balance, grid (512, 128)      3206 ms     5.4e-06    5.5e-06
 
-A coarse balance is as quick as the transient; from an accuracy of some 1e-5 on the transient is 30 to 200 times cheaper, for
-the balance needs a grid that resolves the contact in both phases, and each of its equations couples all points of it. So
-dForce integrates until the motion has settled.
+A coarse balance takes twice as long as the transient, at a twentieth of its accuracy. For the same accuracy the transient
+is about 30 times cheaper, for the balance needs a grid that resolves the contact in both phases, and each of its equations
+couples all points of it. So dForce integrates until the motion has settled.
 """
 
 import math
