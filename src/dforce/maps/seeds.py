@@ -17,6 +17,8 @@ from dforce.experiments import Approach
 from dforce.experiments.base import Progress
 from dforce.findings.set_point import at_set_point
 from dforce.maps._sweep import sweep
+from dforce.observables.averaging import weights
+from dforce.observables.finish import first_ratios
 from dforce.procedures.motion import base_of, rows_of, scales_of
 from dforce.results.status import repeats
 from dforce.solvers.continuation import Curve
@@ -232,10 +234,12 @@ def _followed(case: Case, searched: list[float], check_cancelled: Callable[[], N
 def _branch(among: ParameterRange, curve: Curve) -> Branch:
     """Return the states of a curve."""
     problem, orbits = among.problem, curve.points
-    base = base_of(problem) * scales_of(problem)
+    block, base = among.block(orbits[0].value), base_of(problem) * scales_of(problem)
+    values, rows = (np.array([getattr(orbit, name) for orbit in orbits]) for name in ("value", "rows"))
+    _, tones = block.tables_of(np.zeros(len(values), np.int64), values)
     return Branch(
-        np.array([orbit.value for orbit in orbits]),
-        np.array([np.ravel(among.steady(orbit).values["amplitude_ratio"])[0] for orbit in orbits]),
+        values,
+        first_ratios(problem, rows, weights(block.frequencies, rows.shape[1]), tones),
         np.concatenate([rows_of(orbit.kept, np.ones(1), base, problem) for orbit in orbits]),
         np.array([orbit.is_stable for orbit in orbits]),
         np.array([orbit.index < 0 for orbit in orbits]),
