@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dforce.core.arrays import Array
-from dforce.forces import KelvinVoigt, Sneddon
+from dforce.forces import KelvinVoigt
 from dforce.inverse.fitting.minimize import Minimum
 from dforce.inverse.fitting.model import CurveModel, allowed
 
@@ -46,7 +46,7 @@ def missing_viscosity(model: CurveModel, best: Minimum, by: Array, inflation: fl
     case = model.case
     if any(force.dissipative for force in case.forces) or case.sample.youngs_modulus is None:
         return None
-    shapes = [one.geometry for one in case.forces if isinstance(one, Sneddon) and one.geometry != "exact_sphere"]
+    shapes = [shape for one in case.forces if (shape := getattr(one, "geometry", "")) in ("cone", "pyramid", "punch")]
     drag = KelvinVoigt(viscosity=0.0, geometry=shapes[0] if shapes else "sphere")
     still = CurveModel(case.replace(forces=[*case.forces, drag]), model.unknowns, model.data, model.finer)
     if not allowed(still, best.varied):  # such as a case without a tip
