@@ -111,7 +111,7 @@ class MeasuredSession:
         return MeasuredData(identifier, name[-LONGEST_FILE:], dict(settings), float(offset))
 
     async def tidy(self, document: Document, steps: Sequence[Document]) -> None:
-        """Remove the files of curves and fits other than the document's, and than those that come back with another case.
+        """Remove files of curves and fits, except of the document, and of other cases to which undo or redo leads back.
 
         `steps` are the documents of undo and redo in order, with this document between them.
         """
