@@ -247,7 +247,10 @@ def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str,
     reference, force = np.array([(tone.frequency, tone.force) for tone in problem.tones]).T
     shift, stiffness = frequency - reference, np.array([problem.modes[tone.mode].k for tone in problem.tones])
     if problem.shaken is not None:
-        force = np.array([[problem.at_frequency(one).tones[0].force] for one in frequency[:, 0].tolist()])
+        each = [
+            [problem.at_frequency(one, j).tones[j].force for j, one in enumerate(row)] for row in frequency.tolist()
+        ]
+        force = np.array(each)
     return {
         "drive_frequency": frequency,
         "frequency_shift": shift,

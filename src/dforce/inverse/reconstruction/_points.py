@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -29,6 +31,7 @@ HEIGHT_TOLERANCE = 3.0  # errors of the height sensor by which a walk may turn b
 # smallest errors of computed curves, as a share of the free amplitude and in rad; their own virial shows larger errors
 COMPUTED_AMPLITUDE, COMPUTED_PHASE = 1e-6, 1e-5
 SHIFT = 1e-3  # of an error, for derivatives
+SAME_LAG, SAME_SHARE = 0.5, 1e-3  # degrees, and of the amplitude: data that a lever without a case describes
 LOCKED_BETWEEN = (0.1, 5.0)  # resonance frequencies
 
 
@@ -310,11 +313,18 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
     drive = {"A0": float(free)} | (
         {"frequency": float(data.attrs["drive_frequency"])} if "drive_frequency" in data.attrs else {}
     )
-    return Case(
+    found = Case(
         title=str(data.attrs.get("title", "")),
         cantilever=Cantilever(**{name: float(value) for name, value in said.items()}),
         drive=Drive(**drive),
     )
+    lag = -math.degrees(cmath.phase(found.problem.detected_free[0]))
+    other = abs(float(data.attrs.get("free_phase", lag)) - lag) > SAME_LAG
+    if other or abs(float(data.attrs.get("mode_share", 1.0)) - 1.0) > SAME_SHARE:
+        raise ParameterError(
+            "the phases and amplitudes of the data belong to the case of their calibration; pass this case"
+        )
+    return found
 
 
 def _check(reading: CurvePoints, case: Case) -> None:
