@@ -182,6 +182,9 @@ def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
     values |= {"settling_periods": float(periods), "drift": drift}
     motion, _ = march(integrator, motion, -motion.period % (common_period(frequencies) or 1), check_cancelled)
     repeats = _repeats(integrator, rows, frequencies)
+    if settled and not lasting and not repeats:  # it was the same by chance, or by its period, where it was compared
+        after = observe(integrator, motion, long, check_cancelled)[1]
+        values["drift"] = _lasting(integrator, after, count, window, math.inf)[2]
     if settings.settle == "fixed":  # the same in all windows is the only sign that the count was long enough
         alone = len(rows) == common_period(frequencies)
         settled = repeats and not (alone and _moves(integrator, rows, before))
