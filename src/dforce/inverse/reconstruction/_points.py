@@ -122,9 +122,10 @@ def _locked(reading: CurvePoints, problem: Problem, shift: Array) -> Balance:
     cotangent = np.cos(reading.phase) / np.sin(reading.phase)
     frequency = _lagging(mode, cotangent) + shift
     stiffness = np.asarray(mode.stiffness(frequency))
-    lossless = stiffness.imag * reading.amplitude / np.sin(reading.phase)
+    amplitude = reading.amplitude / abs(problem.readout.weights[0][0])
+    lossless = stiffness.imag * amplitude / np.sin(reading.phase)
     drive = np.where(np.isnan(reading.drive), lossless, reading.drive)
-    tip = reading.amplitude * np.exp(-1j * reading.phase)
+    tip = amplitude * np.exp(-1j * reading.phase)
     found = _balance(reading.height, tip, stiffness * tip - drive, frequency, problem)
     return Balance(found.motions, found.virial, np.where(np.isnan(reading.drive), np.nan, found.energy))
 
