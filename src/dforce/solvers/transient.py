@@ -121,7 +121,7 @@ def still_ahead(change: Any, before: Any, tolerance: float) -> tuple[Any, Any]:
     """
     known = np.isfinite(before)
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = np.where(before > 0.0, np.minimum(change / before, 0.999), 0.0)
+        ratio = np.where(before > 0.0, np.minimum(np.divide(change, before), 0.999), 0.0)
         rest = np.where(known, change * np.maximum(1.0, ratio / (1.0 - ratio)), np.inf)
     return rest, known & (np.minimum(rest, 100.0 * change) < tolerance)
 
