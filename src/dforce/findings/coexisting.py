@@ -64,10 +64,10 @@ def starts_of_states(basins: xr.Dataset) -> tuple[Array, Array]:
     Phases (degrees) lie within the range of the starts' phases.
     """
     first, second = map(str, basins["reached"].dims)
-    amplitude, phase = (basins[name].isel(tone=0).values for name in ("amplitude", "phase"))
+    tone = case_of(basins).problem.tones[0]
+    amplitude, phase = (basins[name].isel(mode=tone.mode).values for name in ("mode_amplitude", "mode_phase"))
     if first == "start_amplitude":
         low = float(basins[second].min())
         return amplitude, low + (phase - low) % 360.0
-    tone = case_of(basins).problem.tones[0]
     motion = amplitude * np.exp(1j * (tone.phase - np.radians(phase)))
     return motion.real, -2.0 * np.pi * tone.frequency * motion.imag
