@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import dforce as df
-from dforce.findings.coexisting import starts_of_states
+from dforce.experiments.basins import starts_of_states
 from dforce.procedures.basins import Starts
 
 NM = 1e-9
@@ -56,10 +56,13 @@ def test_a_state_lies_at_the_motion_of_the_lever_not_at_the_reading(figure_3):
     )
     rest = {"points": 1}
     found = df.basins(
-        case, zc="9 nm", deflection=rest | {"start": "0 nm", "stop": "0 nm"}, velocity=rest | {"start": 0.0, "stop": 0.0}
+        case,
+        zc="9 nm",
+        deflection=rest | {"start": "0 nm", "stop": "0 nm"},
+        velocity=rest | {"start": 0.0, "stop": 0.0},
     )
     motion = df.motion_at(found.isel(state=0))
-    deflection, velocity = starts_of_states(found)
+    deflection, velocity = starts_of_states(found, case.problem.tones[0])
     assert deflection[0] == pytest.approx(float(motion.mode_deflection[0, 0]), abs=0.01 * 10 * NM)
     assert velocity[0] == pytest.approx(float(motion.velocity[0]), abs=0.01 * float(motion.velocity.max()))
 
