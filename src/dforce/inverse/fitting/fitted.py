@@ -12,7 +12,6 @@ from dforce.inverse.fitting.minimize import Minimum
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.profile import Profile
 from dforce.inverse.fitting.sides import Sides
-from dforce.inverse.fitting.starts import SearchStart
 from dforce.inverse.fitting.viscosity import MissingViscosity
 
 
@@ -45,7 +44,7 @@ class Fitted:
     settings: Fit
     model: CurveModel
     minima: list[Minimum]
-    starts: list[SearchStart]
+    starts: list[Minimum]
     certain: Certainty
     sides: Sides
     passed: Array
