@@ -119,6 +119,45 @@ def drifting(slope, **how):
     return data
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"drive.lag": 0.5},
+        {"drive.frequency": 69.5e3, "readout.phase_reference": "free"},
+        {"drive.frequency": "peak", "cantilever.Q": 3.0},
+        {"readout.kind": "optical_lever"},
+        {"drive.excitation": "base"},
+    ],
+)
+def test_energies_count_from_the_free_motion_of_the_case(changes):
+    """Whatever phase and amplitude count from, virial and energy are those of the force along the simulated motion."""
+    case = df.Case(
+        cantilever={"f0": 70e3, "k": 2.0, "Q": 80.0},
+        drive={"A0": 20e-9},
+        tip={"radius": 10e-9},
+        sample={"youngs_modulus": 0.5e9, "poisson_ratio": 0.3},
+        forces=[df.forces.Hertz(), df.forces.KelvinVoigt(viscosity=20.0)],
+        solver={"accuracy": 1e-6},
+    )
+    for path, value in changes.items():
+        case = case.replace(path, value)
+    curve = df.approach(case, zc=np.linspace(40e-9, 14e-9, 53))
+    named = {name: ("point", curve[name].values[:, 0]) for name in ("amplitude", "phase")}
+    data = xr.Dataset(
+        {"height": ("point", curve.zc.values), **named},
+        {"direction": ("point", ["approach"] * 53)},
+        {"phase_convention": "lag"},
+    )
+    found = df.calibrate(data, case, errors={"amplitude": 1e-13, "phase": 1e-3})
+    for name in ("virial", "dissipated_energy"):
+        true = curve[name].values[:, 0]
+        np.testing.assert_allclose(found[name].values, true, atol=1e-4 * np.abs(true).max())
+    assert not [line for line in found.attrs["history"] if line.startswith("doubt: sin")]
+    if changes.keys() != {"drive.frequency", "readout.phase_reference"}:
+        with pytest.raises(df.ParameterError, match="belong to the case of their calibration; pass this case"):
+            df.reconstruct(found)
+
+
 def test_a_long_drift_is_subtracted_and_said():
     data = df.calibrate(drifting(0.02, points=400))
     assert any(line.startswith("drift: the amplitude") and "subtracted" in line for line in data.attrs["history"])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from compiled import DEVIATIONS, Block, ProblemBatch, States, deviations, sample_count
+from every import every
 from tiers import some_long
 
 import dforce as df
@@ -200,6 +201,13 @@ def test_a_neck_that_forms_and_a_contact_that_begins_in_one_step_come_one_after_
 def test_a_motion_over_a_wall_narrower_than_a_step_is_found_to_repeat(settings):
     case = WALL.replace("solver", {}).set(*settings)
     assert repeats(df.run(case).status)
+
+
+@every(range(8))
+def test_last_bits_do_not_decide_whether_a_motion_over_a_wall_repeats(ulps):
+    """By errors of its steps it wanders, and may do so least just where one time is compared with the next."""
+    k = WALL.problem.modes[0].k
+    assert repeats(df.run(WALL.replace("solver", {}).replace("cantilever.k", k + ulps * np.spacing(k))).status)
 
 
 def test_the_engine_finds_a_motion_over_a_wall_narrower_than_a_step():

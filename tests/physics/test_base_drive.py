@@ -311,6 +311,8 @@ def test_a_lag_of_the_drive_turns_the_phase_alone():
     late = df.dwell(case(WATER, {"A0": 10e-9, "lag": "45 deg"}), zc="7 nm")
     assert late.amplitude.item() == pytest.approx(plain.amplitude.item(), rel=1e-10)
     assert late.phase.item() == pytest.approx(plain.phase.item() + 45.0, abs=1e-7)  # by whole samples
+    for name in ("total_dissipated_energy", "dissipated_energy", "apparent_dissipated_energy"):
+        assert late[name].item() == pytest.approx(plain[name].item(), rel=1e-6, abs=1e-25)
 
 
 def test_an_interferometer_that_sees_the_base_move_does_not_take_it_for_a_drive():

@@ -89,6 +89,20 @@ def test_recorded_motion_of_a_torus_stays_between_its_extremes(am_fm):
 TAPPING = [{"A0": 7.351847e-9}, {"A0": "0.1 nm", "operation": "fm"}]
 
 
+def test_drive_force_of_each_tone_over_a_base_is_the_push_of_its_own_mode():
+    """The base by Y pushes a mode by chi k |r^2 - i r/Q| Y."""
+    couplings = (1.2, -0.7)
+    modes = [mode | {"base_coupling": chi} for mode, chi in zip(LEVER["modes"], couplings, strict=True)]
+    tones = [{"A0": 7e-9}, {"A0": 1e-10, "operation": "fm", "lag": np.pi}]
+    found = df.dwell(
+        AM_FM.replace("cantilever.modes", modes).replace("drive", {"tones": tones, "excitation": "base"}), 6e-9
+    )
+    for j, (mode, chi) in enumerate(zip(modes, couplings, strict=True)):
+        r = found.drive_frequency.values[j] / mode["f0"]
+        push = abs(chi) * mode["k"] * abs(r**2 - 1j * r / mode["Q"]) * found.base_amplitude.values[j]
+        assert found.drive_force.values[j] == pytest.approx(push, rel=1e-6, abs=0.0)
+
+
 @pytest.mark.long
 def test_controllers_in_time_find_the_torus(am_fm):
     one = AM_FM.replace("solver.integrator", "engine").replace("solver.accuracy", 1e-6)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import dforce as df
-from dforce.findings.material import Observed, PowerContact, estimate, neglected
+from dforce.case import case_of
+from dforce.findings.material import Observed, PowerContact, _observed, estimate, neglected
 
 A, K, F0 = 4e-9, np.array([0.9, 28.0]), np.array([48.9e3, 282e3])
 PHASE = np.pi * (np.arange(200_000) + 0.5) / 200_000
@@ -86,6 +87,26 @@ def test_material_of_a_simulated_curve_has_the_truth_beside_and_the_known_error(
     assert np.isnan(found.E_eff.values[0])
     assert found.E_eff.values[-1] / float(found.true_E_eff) == pytest.approx(0.586, abs=1e-3)
     assert found.true_indentation.values[-1] == pytest.approx(0.264e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "excitation"),
+    [
+        ({"lag": 0.5}, {"lag": 0.2, "phase_set_point": "80 deg"}, "force"),
+        ({}, {"phase_set_point": "60 deg"}, "force"),
+        ({}, {"lag": 0.3, "phase_set_point": "110 deg"}, "force"),
+        ({}, {"lag": np.pi, "phase_set_point": "75 deg"}, "base"),
+    ],
+)
+def test_material_finds_stiffness_and_virial_of_the_motion_at_any_lag_and_phase(am_fm_curve, first, second, excitation):
+    tones = [{"A0": 8e-9, **first}, {"A0": "0.1 nm", "operation": "fm", **second}]
+    case = case_of(am_fm_curve).replace("drive", {"tones": tones, "excitation": excitation})
+    curve = df.approach(case, zc=[9e-9, 4.5e-9])
+    seen = _observed(curve, case)
+    assert curve.virial.values[-1, 0] < -1e-19  # a tap
+    # a base moves the tip beside mode 1, too: by 1 / (chi Q) of it
+    assert seen.virial[-1] == pytest.approx(curve.virial.values[-1, 0], rel=2e-3, abs=0.0)
+    assert seen.mean_stiffness[-1] == pytest.approx(curve.mean_stiffness.values[-1, 1], rel=5e-3)
 
 
 def test_material_says_that_mode_2_answers_a_harmonic(am_fm_curve):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -36,7 +37,7 @@ NEGLECTED = {
 def material(curve: xr.Dataset, model: Literal["hertz", "punch", "cone"] = "hertz") -> xr.Dataset:
     r"""Return modulus, indentation and viscosity that the formulas of AM-FM find along a curve.
 
-    .. math:: \langle k_\mathrm{ts} \rangle = k_2 \left[ (f_2 / f_{02})^2 - 1 \right], \quad
+    .. math:: \langle k_\mathrm{ts} \rangle = k_2 \left[ (f_2 / f_{02})^2 - 1 \right] + F_2 \cos\phi_2 / A_2, \quad
               \delta = -\left( m + \tfrac{1}{2} \right) \frac{V_1}{A_1 \langle k_\mathrm{ts} \rangle}, \quad
               c = \frac{\pi \sqrt{2 A_1}\, \langle k_\mathrm{ts} \rangle}{m\, B(\tfrac{1}{2}, m)\, \delta^{m - 1/2}}, \quad
               \tan\rho = \frac{E_1}{2 \pi |V_1|} = \frac{\omega_1 \eta}{2 E_\mathrm{eff}}
@@ -124,7 +125,8 @@ class PowerContact(NamedTuple):
 class Observed(NamedTuple):
     """Observables of both tones, in SI: `k`, `Q` and `f0` of both modes, (2,); frequencies and amplitudes, (2, points).
 
-    `drive` (N) and `phase` (rad, lag) belong to tone 1, (points,).
+    `drive` (N) and `phase` (rad, lag behind this force) belong to tone 1, (points,). `pull` (N/m) is the part of the
+    other drive in phase with mode 2, over its amplitude, (points,): 0 at a phase of 90 degrees.
     """
 
     k: Array
@@ -134,11 +136,12 @@ class Observed(NamedTuple):
     amplitude: Array
     drive: Array
     phase: Array
+    pull: Array | float = 0.0
 
     @property
     def mean_stiffness(self) -> Array:
         """Mean stiffness of the contact that mode 2 sees (N/m)."""
-        return np.asarray(self.k[1] * ((self.frequency[1] / self.f0[1]) ** 2 - 1.0))
+        return np.asarray(self.k[1] * ((self.frequency[1] / self.f0[1]) ** 2 - 1.0) + self.pull)
 
     @property
     def virial(self) -> Array:
@@ -209,20 +212,26 @@ def _contact(case: Case, model: str) -> PowerContact:
 
 def _observed(curve: xr.Dataset, case: Case) -> Observed:
     """Return the observables of the instrument; resonances are at the free locks, where free motion lags by 90 degrees."""
-    tones, calibration = case.problem.tones, 1.0 + 0.0j
-    modes = [case.problem.modes[tone.mode] for tone in tones]
+    problem, tones = case.problem, case.problem.tones
+    modes = [problem.modes[tone.mode] for tone in tones]
     f0 = [mode.f0 for mode in modes]
-    for j, (tone, mode) in enumerate(zip(tones, modes, strict=True)):
-        if tone.lock is not None and "phase" in tone.lock.held:
-            cot = 1.0 / math.tan(tone.lock.phase) / (2.0 * mode.Q)
-            f0[j] = tone.frequency / (math.hypot(1.0, cot) - cot)
-        elif j == 0:  # the signal and the motion of the mode keep their ratio, as every force acts on all modes
-            calibration = complex(case.problem.free[0, tone.mode] / case.problem.detected_free[0])
-    k, Q = (np.array([getattr(mode, name) for mode in modes]) for name in ("k", "Q"))
     names = ("drive_frequency", "amplitude", "drive_force", "phase")
-    frequency, amplitude, drive, phase = (curve[name].transpose("tone", ...).values for name in names)
-    amplitude = np.stack([abs(calibration) * amplitude[0], amplitude[1]])
-    return Observed(k, Q, np.array(f0), frequency, amplitude, drive[0], np.radians(phase[0]) - np.angle(calibration))
+    frequency, amplitude, drive, phase = (curve[name].transpose("tone", ...).values.copy() for name in names)
+    lags = np.radians(phase)
+    for j, (tone, mode) in enumerate(zip(tones, modes, strict=True)):
+        # the signal and the motion of the mode keep their ratio, as every force acts on all modes
+        ratio = complex(problem.free[j, tone.mode] / problem.detected_free[j])
+        force = cmath.phase(complex(problem.drive[j, tone.mode]))
+        if tone.lock is not None and "phase" in tone.lock.held:
+            lags[j] = tone.lock.phase + force  # of the signal that the lock reads
+            cot = 1.0 / math.tan(tone.lock.phase + force) / (2.0 * mode.Q)
+            f0[j] = tone.frequency / (math.hypot(1.0, cot) - cot)
+        else:
+            lags[j] += force - cmath.phase(ratio)
+        amplitude[j] *= abs(ratio)
+    k, Q = (np.array([getattr(mode, name) for mode in modes]) for name in ("k", "Q"))
+    pull = drive[1] * np.sin(0.5 * np.pi - lags[1]) / amplitude[1]  # exactly 0 at 90 degrees
+    return Observed(k, Q, np.array(f0), frequency, amplitude, drive[0], lags[0], pull)
 
 
 def _advice(seen: Observed, shares: dict[str, Array]) -> list[Advice]:

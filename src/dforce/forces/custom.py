@@ -29,7 +29,7 @@ NAMES_IN_LAW = {
     "d": NameInLaw("m", "distance between tip and surface"),
     "indentation": NameInLaw("m", "a0 - d in contact, else 0"),
     "velocity": NameInLaw("m/s", "velocity of the tip, positive away from the sample"),
-    "z": NameInLaw("m", "deflection of the tip"),
+    "z": NameInLaw("m", "d - zc: deflection of the tip, with the motion of a driven base"),
     "t": NameInLaw("s", "time"),
     "R": NameInLaw("m", "tip radius"),
     "a0": NameInLaw("m", "intermolecular distance: contact begins there"),
@@ -52,15 +52,15 @@ class _Of:
 
 
 class Custom(Force):
-    r"""Your own force, as an expression in a case file.
+    r"""Your own force, as an expression.
 
     .. math:: F = F(d, z, \delta, \dot d, t, R, H, a_0, E_\mathrm{eff}, k, Q, P_1, P_2, P_3, P_4)
 
     For example ``law = "-P1*exp(-max(d, a0)/P2) + P3*sqrt(R)*indentation**1.5"``. All in SI units, the
     force in N, repulsive positive:
 
-    - `d` distance (m); `indentation`, a0 - d in contact, else 0 (m); `velocity` of the tip, away from the
-      sample positive (m/s); `z` deflection of the tip (m); `t` time (s)
+    - `d` distance (m); `indentation`, a0 - d in contact, else 0 (m); `velocity` of the tip, upward positive
+      (m/s); `z`, d minus the average distance (m); `t` time (s)
     - `R` tip radius (m); `a0` intermolecular distance (m); `E_eff` effective modulus (Pa); `k` (N/m) and
       `Q` of mode 1; these come from the instrument
     - `H` Hamaker constant (J), the parameter `hamaker`; `P1` to `P4`, numbers of your own, in SI units

@@ -80,8 +80,9 @@ def calibrate(
     xarray.Dataset
         The curve, with `free`, `spike` and `passive_margin` along `point`, and `virial`, `dissipated_energy` and their errors
         if k and Q are known. Attributes: `amplitude_error`, `free_amplitude`, `free_amplitude_error`, `height_offset` (m),
-        `phase_error`, `phase_offset`, `phase_offset_error` (degrees), `neighbor_correlation`, `noise_points` (if the noise is
-        measured), `k`, `f0`, `Q` with `k_error`, `f0_error`, `Q_error` if known, the same for tone 2, and `history`.
+        `phase_error`, `phase_offset`, `phase_offset_error`, `free_phase` (degrees), `neighbor_correlation`, `noise_points` (if
+        the noise is measured), `k`, `f0`, `Q` with `k_error`, `f0_error`, `Q_error` if known, the same for tone 2, and
+        `history`. With a case `mode_share` is the free amplitude of the mode over the free reading of the detector.
 
     Raises
     ------
@@ -146,8 +147,10 @@ def _errors(data: xr.Dataset, given: Mapping[str, Any] | None) -> dict[str, floa
 def _take_lever(work: Work, case: Case | None, thermal: ThermalTune | Mapping[str, object] | None) -> None:
     """Put k, f0 and Q into the attributes: of the thermal tune, else of the case, else as the file notes them."""
     if case is not None:
-        mode, tone = case.problem.modes[0], case.problem.tones[0]
+        problem, tone = case.problem, case.problem.tones[0]
+        mode, share = problem.modes[tone.mode], abs(problem.free[0, tone.mode] / problem.detected_free[0])
         work.data.attrs |= {"k": mode.k, "f0": mode.f0, "Q": mode.Q, "drive_frequency": tone.frequency}
+        work.data.attrs["mode_share"] = float(share)
         work.history.append("k, f0, Q and the drive frequency: from the case")
     if thermal is None:
         return

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dforce.core import units
-from dforce.inverse.energies import Lever, passive_margin
+from dforce.inverse.energies import Lever, force_lag, passive_margin
 from dforce.inverse.free_part import SPIKE, line_of
 from dforce.inverse.steps import AT_RESONANCE, Work
 from dforce.inverse.values import show as shown
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 WIDE, FAR = 3.0, 5.0  # errors
 BY_CHANCE = 0.005  # of the points may be below by more, as noise makes it
-REPULSIVE = 5.0  # degrees below 90 at which a point is counted as net repulsive
+REPULSIVE = 5.0  # degrees below the free phase at which a point is counted as net repulsive
 FEWEST = 5  # points of a slope, or around a spike
 SHALLOW = 0.01  # slope of the amplitude over a sample too soft to be felt
 NEAR_RESONANCE = 10.0  # degrees from 90 of a free phase: there attraction alone raises a phase
@@ -44,9 +44,12 @@ def check_passive(work: Work, case: Case | None) -> None:
     if "amplitude_2" in work.data:
         work.history.append("check without a model: skipped, because two tones may exchange energy")
         return
+    if case is not None and case.problem.shaken is not None:
+        work.history.append("check without a model: skipped, because the driven base exchanges energy with the sample")
+        return
     ratio = float(attrs["drive_frequency"]) / float(attrs["f0"]) if {"drive_frequency", "f0"} <= set(attrs) else 1.0
     lever = Lever(1.0, float(attrs.get("Q", 1.0)), float(attrs["free_amplitude"]), ratio if "Q" in attrs else 1.0)
-    amplitude, lag = work.values("amplitude"), np.radians(work.values("phase"))
+    amplitude, lag = work.values("amplitude"), force_lag(work.data, lever)
     turn = np.radians(np.hypot(float(attrs["phase_error"]), float(attrs.get("phase_offset_error", 0.0))))
     share = amplitude / lever.A0
     own = np.hypot(float(attrs["amplitude_error"]), share * float(attrs.get("free_amplitude_error", 0.0))) / lever.A0
@@ -63,11 +66,10 @@ def check_passive(work: Work, case: Case | None) -> None:
         work.history.append(f"check without a model: sin(phase) >= A/A0 at {which}, within {WIDE:g} errors")
         return
     where = units.show(float(work.values("height")[worst]), "m", 5)
-    others = "" if case is not None and case.problem.shaken is not None else ", base excitation"
     work.history.append(
         f"doubt: sin(phase) is below A/A0 at {len(below)} of {len(margin)} points, largest at {where}, by "
         f"{-margin[worst]:.1f} errors. Possible reasons: a wrong offset or sign of the phase, a drive off resonance, a wrong "
-        f"free amplitude or its drift{others}, or an active sample"
+        f"free amplitude or its drift, base excitation, or an active sample"
     )
 
 
@@ -128,9 +130,10 @@ def check_spikes(work: Work) -> None:
 
 def check_slope(work: Work) -> None:
     """Report the slope of the amplitude over the repulsive part: 1 over a stiff sample."""
+    free = float(work.data.attrs.get("free_phase", AT_RESONANCE))
     for word in work.directions:
         rows = work.rows(word)
-        near = rows[work.values("phase")[rows] < 90.0 - REPULSIVE]
+        near = rows[work.values("phase")[rows] < free - REPULSIVE]
         if len(near) < FEWEST:
             continue
         slope, spread, rest = line_of(work.values("height")[near], work.values("amplitude")[near])

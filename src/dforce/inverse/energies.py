@@ -45,6 +45,16 @@ def dissipated_energy(lever: Lever, amplitude: Array, lag: Array) -> Array:
     return math.pi * lever.k * amplitude * (lever.drive * lever.A0 * np.sin(lag) - drag)
 
 
+def force_lag(data: xr.Dataset, lever: Lever) -> Array:
+    r"""Return the lag behind the force on the mode (rad), for phases with any origin.
+
+    .. math:: \phi - \phi_\mathrm{free} + \arg\left( 1 - r^2 + i r / Q \right)
+    """
+    own = math.atan2(lever.r / lever.Q, 1.0 - lever.r**2)
+    phase = np.asarray(data["phase"].values, dtype=float)
+    return np.radians(phase - float(data.attrs.get("free_phase", math.degrees(own)))) + own
+
+
 def passive_margin(lever: Lever, amplitude: Array, lag: Array) -> Array:
     r"""Return :math:`\sin\phi - r A / (Q g A_0)`, which is no smaller than 0 over a sample that gives no energy."""
     return np.sin(lag) - lever.r * amplitude / (lever.Q * lever.drive * lever.A0)
@@ -57,8 +67,10 @@ def energy(data: xr.Dataset) -> xr.Dataset:
     .. math:: V = \tfrac{1}{2} k A \left[ (1 - r^2) A - g A_0 \cos\phi \right], \qquad
               E = \pi k A \left[ g A_0 \sin\phi - r A / Q \right], \qquad g = \sqrt{(1 - r^2)^2 + r^2 / Q^2}
 
-    with the ratio r of drive frequency to resonance frequency; r = 1 if one of them is unknown. Both equations are exact for a
-    mode that a force drives, with any harmonics.
+    with the ratio r of drive frequency to resonance frequency; r = 1 if one of them is unknown. A is the amplitude of the mode.
+    The phase counts from the force on the mode. With a case both include its `drive.lag`, its `readout` and a driven base. Both
+    equations are exact for a mode that a force drives, with any harmonics. With a driven base E lacks the energy through the
+    base.
 
     Sources: A. San Paulo, R. Garcia, Phys. Rev. B 64, 193411 (2001); J. P. Cleveland et al., Appl. Phys. Lett. 72, 2613
     (1998).
@@ -87,12 +99,13 @@ def energy(data: xr.Dataset) -> xr.Dataset:
         fault = f"has no {' and no '.join(missing)}" if missing else "has no amplitude and phase"
         raise ParameterError(f"data {fault}: first calibrate the curve with df.calibrate and a case or a thermal tune")
     lever = lever_of(data)
-    amplitude, lag = np.asarray(data["amplitude"].values, float), np.radians(data["phase"].values)
+    amplitude, lag = np.asarray(data["amplitude"].values, float), force_lag(data, lever)
+    share = float(data.attrs.get("mode_share", 1.0)) ** 2  # both go with the square of the amplitude
     found = xr.Dataset(coords={"direction": data["direction"]}, attrs={"k": lever.k, "Q": lever.Q})
     for name, law in (("virial", virial), ("dissipated_energy", dissipated_energy)):
         noise, common = _errors(data, law, lever, amplitude, lag)
         for ending, values in (("", law(lever, amplitude, lag)), ("_error", noise), ("_common_error", common)):
-            found[f"{name}{ending}"] = ("point", values)
+            found[f"{name}{ending}"] = ("point", share * values)
     return described(found)
 
 

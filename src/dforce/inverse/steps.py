@@ -282,6 +282,7 @@ def take_phases(work: Work, case: Case | None) -> None:
         if name not in work.data:
             continue
         lag, why = _free_lag(work, case, tone)
+        work.data.attrs[f"free_{name}"] = lag
         if work.given.free_phase is not None and not ending:
             free, error = work.given.free_phase, 0.0
         elif work.found:

@@ -163,13 +163,17 @@ def apparent_energy(problem: Problem, total: Complexes, numbers: Array, tables: 
 
     .. math:: E = \frac{\pi k r A}{Q} (A_0 \sin\phi - A), \qquad r = \omega / \omega_0
 
-    with the numbers of the tone's own mode, and its free amplitude. It is the energy where a force drives the lever at
-    resonance, and the detector reads that mode alone.
+    with the numbers of the tone's own mode, its free amplitude, and the lag behind the force. It is the energy where a force
+    drives the lever at resonance, and the detector reads that mode alone.
 
     Source: J. P. Cleveland, B. Anczykowski, A. E. Schmid, V. B. Elings, Appl. Phys. Lett. 72, 2613 (1998).
     """
     gain = kernel.modes_of(numbers, len(problem.modes))[:, problem.own_modes, 2]
     stiffness, _, free = free_signals(problem, numbers, tables)
+    if problem.shaken is None:  # a phase behind the drive counts from the force, which may lag, too
+        each = range(len(problem.tones))
+        force = kernel.drive_of(tables, len(problem.modes))[:, each, problem.own_modes]
+        total = product(total, np.exp(np.where(tables[:, :, -1] == 0.0, -1j * np.angle(force), 0.0)))
     lost = modulus(free) * -total.imag - modulus(total) ** 2
     # k r / Q is the imaginary part of the force over the deflection
     return np.asarray(np.pi * stiffness.imag / gain * numbers[:, LENGTH, None] * lost)

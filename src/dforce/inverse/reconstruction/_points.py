@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -29,6 +31,7 @@ HEIGHT_TOLERANCE = 3.0  # errors of the height sensor by which a walk may turn b
 # smallest errors of computed curves, as a share of the free amplitude and in rad; their own virial shows larger errors
 COMPUTED_AMPLITUDE, COMPUTED_PHASE = 1e-6, 1e-5
 SHIFT = 1e-3  # of an error, for derivatives
+SAME_LAG, SAME_SHARE = 0.5, 1e-3  # degrees, and of the amplitude: data that a lever without a case describes
 LOCKED_BETWEEN = (0.1, 5.0)  # resonance frequencies
 
 
@@ -44,8 +47,6 @@ class CurvePoints:
         Frequency shift (Hz) of a curve that holds the phase; None where the frequency is held.
     drive
         Amplitude of the driving force (N), where it was recorded; NaN where it was not.
-    group
-        Number of the walk that a point belongs to: a direction, a branch.
     errors
         Standard deviation of each quantity, by its name.
     virial
@@ -57,7 +58,6 @@ class CurvePoints:
     phase: Array
     shift: Array | None
     drive: Array
-    group: Any
     errors: dict[str, Array]
     virial: Array | None = None
 
@@ -122,9 +122,10 @@ def _locked(reading: CurvePoints, problem: Problem, shift: Array) -> Balance:
     cotangent = np.cos(reading.phase) / np.sin(reading.phase)
     frequency = _lagging(mode, cotangent) + shift
     stiffness = np.asarray(mode.stiffness(frequency))
-    lossless = stiffness.imag * reading.amplitude / np.sin(reading.phase)
+    amplitude = reading.amplitude / abs(problem.readout.weights[0][0])
+    lossless = stiffness.imag * amplitude / np.sin(reading.phase)
     drive = np.where(np.isnan(reading.drive), lossless, reading.drive)
-    tip = reading.amplitude * np.exp(-1j * reading.phase)
+    tip = amplitude * np.exp(-1j * reading.phase)
     found = _balance(reading.height, tip, stiffness * tip - drive, frequency, problem)
     return Balance(found.motions, found.virial, np.where(np.isnan(reading.drive), np.nan, found.energy))
 
@@ -207,9 +208,8 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     dims = set(data["amplitude"].dims) - {"tone"} if "amplitude" in data else set()
     if "zc" in data.dims and dims - {"direction"} == {"zc"}:
         walk = data.stack(place=[str(dim) for dim in ("direction", "zc") if dim in data.dims], create_index=False)
-        group = np.repeat(np.arange(data.sizes.get("direction", 1)), data.sizes["zc"])
     elif dims == {"point"} and "branch" in data:
-        walk, group = data.rename(point="place"), data["branch"].values
+        walk = data.rename(point="place")
     else:
         raise ParameterError("this result is not a single curve over the distance; choose one with .isel or .sel")
     seen = Evidence(case, data)
@@ -228,7 +228,6 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
         phase=np.deg2rad(walk["phase"].values[good][:, 0]),
         shift=walk["frequency_shift"].values[good] if "frequency_shift" in walk else None,
         drive=np.full(count, np.nan),
-        group=group[good],
         errors={"amplitude": np.full(count, COMPUTED_AMPLITUDE * size), "phase": np.full(count, COMPUTED_PHASE)},
         virial=walk["virial"].values[good][:, 0] if plain else None,
     )
@@ -274,7 +273,6 @@ def _measured(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
         np.deg2rad(column("phase", 90.0)),
         column("frequency_shift", 0.0) if locked else None,
         column("drive_force", np.nan),
-        group,
         errors,
     )
     return reading, _instrument(data, case, locked, float(reading.amplitude.max(initial=0.0)))
@@ -316,11 +314,18 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
     drive = {"A0": float(free)} | (
         {"frequency": float(data.attrs["drive_frequency"])} if "drive_frequency" in data.attrs else {}
     )
-    return Case(
+    found = Case(
         title=str(data.attrs.get("title", "")),
         cantilever=Cantilever(**{name: float(value) for name, value in said.items()}),
         drive=Drive(**drive),
     )
+    lag = -math.degrees(cmath.phase(found.problem.detected_free[0]))
+    other = abs(float(data.attrs.get("free_phase", lag)) - lag) > SAME_LAG
+    if other or abs(float(data.attrs.get("mode_share", 1.0)) - 1.0) > SAME_SHARE:
+        raise ParameterError(
+            "the phases and amplitudes of the data belong to the case of their calibration; pass this case"
+        )
+    return found
 
 
 def _check(reading: CurvePoints, case: Case) -> None:
