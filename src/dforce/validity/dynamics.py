@@ -263,7 +263,8 @@ def _static_snap_in(forces: tuple[Force, ...], a0: float, k: float) -> float | N
 
     It rests where k (d - zc) = F(d); coming nearer, it snaps in where zc stops falling with d.
     """
-    laws = [(force.plain_law(), force.values()) for force in forces if force.leading() == ("d", "rate", "t")]
+    steady = [force for force in forces if force.leading() == ("d", "rate", "t") and not force.timed]
+    laws = [(force.plain_law(), force.values()) for force in steady]
     ratio, d, last = (a0 / FARTHEST) ** (1.0 / STEPS), FARTHEST, math.inf
     for _ in range(STEPS):
         zc = d - sum(law(d, 0.0, 0.0, *values) for law, values in laws) / k
