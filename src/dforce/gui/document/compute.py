@@ -34,7 +34,7 @@ LULL = 0.15  # s without a live curve of any page, after which there is time for
 GIVING_WAY = 0.02  # s between two checks for a live curve
 
 TURN = 1.0  # s that a run computes while others wait
-MOST_RECENT = 10_000_000  # bytes of curves, and of states behind them: some 50 cases, more than a class asks for at once
+MOST_RECENT = 10_000_000  # bytes of curves, and of states behind them: some 50 cases of a class
 MOST_RUNS = 64  # begun at a time; later ones wait until one has ended
 
 # compiled solvers release Python's lock, so that threads use the cores
