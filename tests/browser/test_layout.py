@@ -6,7 +6,7 @@ import re
 
 import pytest
 from playwright.sync_api import expect
-from served import Window
+from served import Window, violations
 from tiers import some_long
 
 LEAST = 320  # px, height of the chart at 1366 x 768
@@ -357,6 +357,9 @@ def test_a_name_typed_on_the_first_page_without_enter_is_taken_or_said_to_match_
     assert lever.input_value().startswith("PPP-NCHR")
     tops = [one.locator("xpath=ancestor::label").bounding_box()["y"] for one in (lever, sample)]
     assert abs(tops[0] - tops[1]) < 1.0  # the sentence below one field moves no other
+    page.get_by_role("button", name="Light or dark").click()
+    page.locator("body.body--dark").wait_for()
+    assert violations(page, within=".df-choices") == []
     lever.click()
     lever.fill("otespa")
     page.get_by_role("option", name="OTESPA").first.wait_for()
