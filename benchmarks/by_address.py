@@ -16,7 +16,7 @@ import numpy as np
 
 import dforce as df
 from dforce.solvers import tip_equations
-from dforce.solvers.integrator import CALLED
+from dforce.solvers.compiled import CALLED
 
 SOFT = df.Case(
     cantilever=df.Cantilever(f0="30 kHz", k="0.5 N/m", Q=2),

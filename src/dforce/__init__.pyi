@@ -45,11 +45,11 @@ from .inverse.fitting.foresight import identify as identify
 from .inverse.fitting.foresight_words import identify_in_words as identify_in_words
 from .inverse.fitting.foresight_words import identify_report as identify_report
 from .inverse.fitting.many import fit_many as fit_many
-from .inverse.fitting.repeat import fit_again as fit_again
 from .inverse.fitting.report import chi2_in_words as chi2_in_words
 from .inverse.fitting.report import compare_fits as compare_fits
 from .inverse.fitting.report import fit_report as fit_report
 from .inverse.fitting.run import fit as fit
+from .inverse.fitting.run import fit_again as fit_again
 from .inverse.heads import FileHead as FileHead
 from .inverse.heads import file_head as file_head
 from .inverse.measured import read_curves as read_curves

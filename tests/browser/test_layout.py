@@ -243,6 +243,9 @@ def test_no_sentence_on_a_field_is_cut(window):
         }).map((entry) => entry.dataset.name)"""
     )
     assert cut == []
+    last = window.page.locator("#df-help code").inner_text()
+    window.open_example("figure-3-air")
+    expect(window.page.locator("#df-help")).not_to_contain_text(last)  # of a field of the case before
 
 
 def test_number_and_unit_of_a_field_have_one_frame_while_it_is_typed(window):
@@ -350,8 +353,10 @@ def test_a_name_typed_on_the_first_page_without_enter_is_taken_or_said_to_match_
     sample.click()
     sample.press_sequentially("xyz")
     start.click()
-    page.get_by_text("No sample matches “xyz”.").wait_for()
+    page.get_by_text("No sample matches “xyz”; type your values after Start.").wait_for()
     assert lever.input_value().startswith("PPP-NCHR")
+    tops = [one.locator("xpath=ancestor::label").bounding_box()["y"] for one in (lever, sample)]
+    assert abs(tops[0] - tops[1]) < 1.0  # the sentence below one field moves no other
     lever.click()
     lever.fill("otespa")
     page.get_by_role("option", name="OTESPA").first.wait_for()
@@ -363,7 +368,7 @@ def test_a_name_typed_on_the_first_page_without_enter_is_taken_or_said_to_match_
     expect(sample).to_have_value(re.compile("orosilicate"))
     sample.fill("xyz")
     start.click()
-    page.get_by_text("No sample matches “xyz”.").wait_for()
+    page.get_by_text("No sample matches “xyz”; type your values after Start.").wait_for()
     start.click()  # once more, with an empty field
     start.wait_for(state="hidden")
 
@@ -376,6 +381,21 @@ def test_on_a_phone_a_case_begins_at_its_top_and_no_button_lies_over_a_title(vis
     chart.hover()
     window.page.wait_for_timeout(300)
     expect(chart.locator(".modebar-btn")).to_have_count(0)
+    chart.locator(".df-chart").press("ArrowRight")
+    chart.locator(".df-chart").press("Enter")
+    window.page.locator(".df-tip").wait_for()
+    motion = window.page.get_by_role("tabpanel", name="Motion")
+    assert motion.evaluate("(one) => one.scrollWidth - one.clientWidth") <= 0
+    for amplitude in ("14", "16"):
+        window.page.get_by_role("button", name="Keep", exact=True).click()
+        with window.redrawn():
+            window.type("drive.A0", amplitude)
+    expect(window.page.locator(".df-chip")).to_have_count(3)
+    names = window.page.locator(".df-chip-name").evaluate_all("(all) => all.map((one) => one.clientWidth)")
+    assert min(names) > 25
+    window.page.get_by_role("button", name="dForce").click()
+    mark, mode = (window.page.get_by_role("button", name=name).bounding_box() for name in ("dForce", "Light or dark"))
+    assert abs(mark["y"] - mode["y"]) < 20  # one line of the header
 
 
 def test_one_sentence_at_a_time_lies_over_the_page_and_a_mistake_dims_the_answer(window):

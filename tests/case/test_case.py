@@ -419,7 +419,8 @@ def test_a_file_that_cannot_be_written_is_one_sentence_and_leaves_nothing(tmp_pa
     ("content", "message"),
     [
         (b"", "case.toml: the case is empty"),
-        (b"\x89PNG\r\n\x1a\n\xff", "is not a text file in UTF-8"),
+        (b"\x89PNG\r\n\x1a\n\xff", "case.toml: the file is not text in UTF-8"),
+        ('[drive]\nA0 = "5 nm"'.encode("utf-16"), "if it is text, save it in the editor with the encoding UTF-8"),
         (b"#" * 1_000_001, "case.toml' is larger than 1 MB, the limit for a case"),
         (
             b"[tip]\nradius = -1\n[cantilever]\nf0=1\nk=1\nQ=1\n[drive]\nA0=1e-9",

@@ -115,6 +115,7 @@ REFUSED = {
     "sqrt(d, 2)": "2 instead of 1",
     "0,5*P1": "has a comma outside a function; write decimals with a point, such as 0.5",
     "P1*exp(-d*0,5)": "2 instead of 1; write decimals with a point",
+    "max(0,5*P1, d)": "has '0,5' in max; write decimals with a point, such as 0.5, and a space after other commas",
     "()": "a list",
     "d < a0": "in place of a number",
     "where(d, 1, 2)": "in place of a condition",

@@ -332,6 +332,12 @@ def test_the_values_where_a_limit_holds_are_named_with_the_gap_between_them():
     assert said.startswith("The limit holds at free amplitude 18 nm, 22 nm, for ")
 
 
+def test_the_states_of_a_plan_are_named_once():
+    choice = explore.fitting(planned(), explore.Choice("max_indentation", "A0", ""))
+    said = explore.allowed(planned(), choice, explore.DrawnLimit(0.0))
+    assert said == "The limit holds nowhere here." and planned().attrs["findings"].startswith("The limits apply to ")
+
+
 def test_a_range_is_suggested_for_a_parameter_left_at_its_default_and_taken_over(tmp_path):
     case = df.example("figure-3-air").replace(forces=[df.forces.DMT(hamaker=2e-20), df.forces.KelvinVoigt()])
 

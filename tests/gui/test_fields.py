@@ -165,7 +165,8 @@ def test_no_example_shows_an_error_at_its_fields(tmp_path, name):
 
 def test_distances_as_shares_of_the_free_amplitude_can_be_chosen_in_place_of_lengths():
     zc = next(field for field in fields(df.experiments.Approach) if field.key == "zc")
-    shape = next(shape for shape in zc.shapes if shape.label.startswith("of"))
+    shape = zc.shapes[2]
+    assert [one.label for one in zc.shapes] == ["start, stop ...", "list of values", "shares of A0"]
     start = start_of(shape.model, {"start": "23 nm", "stop": "9 nm", "points": 31})
     assert start["points"] == 31 and zc.shape_of(start) == shape
     df.example("hysteresis").replace("experiment.zc", start)

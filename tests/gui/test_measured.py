@@ -362,6 +362,52 @@ def test_a_dropped_curve_is_drawn_kept_with_the_case_and_removed(tmp_path):
     asyncio.run(flow())
 
 
+def test_a_step_back_from_an_example_brings_the_measured_curve_back(tmp_path):
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            session = page.view.session
+            await dropped(page)
+            send(element(user, MeasuredPanel), "shift", 1.5)
+            before = session.document.measured
+            await page.files.open_shipped("figure-3-water")
+            assert session.document.measured is None
+            session.undo()
+            assert session.document.measured == before
+            assert (await session.measured.load(session.document)).sizes["point"] == session.measured.curve.sizes[
+                "point"
+            ]
+            session.redo()
+            assert session.document.measured is None
+            session.undo()
+            send(element(user, MeasuredPanel), "remove")  # this is no step
+            await until(lambda: session.measured.results.names() == [])
+            session.redo()
+            session.undo()
+            assert session.document.measured is None
+
+    asyncio.run(flow())
+
+
+def test_the_slider_of_the_shift_lies_about_the_shift_that_the_curve_suggests(tmp_path):
+    """Heights of a piezo are often near 500 nm: a slider over a micrometer moved in steps of some nanometers."""
+    far = measured_curve.dataset().assign_attrs(phase_convention="lag")
+
+    async def flow():
+        async with window(tmp_path, live=False) as (user, page):
+            panel, session = element(user, MeasuredPanel), page.view.session
+            await session.take_measured(far.assign(height=far["height"] + 500e-9), "far.csv", {})
+            await until(lambda: session.measured.curve is not None)
+            page.plots.measured.open()
+            page.plots.measured.show()
+            at, low, high = (panel.props[name] for name in ("at", "low", "high"))
+            assert -510.0 < at < -490.0 and high - low == pytest.approx(6.0) and low < at < high
+            send(panel, "shift", at + 10.0)
+            page.plots.measured.show()
+            assert panel.props["low"] < panel.props["at"] < panel.props["high"] and panel.props["high"] - low < 30.0
+
+    asyncio.run(flow())
+
+
 def test_a_second_curve_takes_the_place_of_the_first(tmp_path):
     async def flow():
         async with window(tmp_path, live=False) as (_, page):
@@ -791,9 +837,11 @@ def test_a_fit_is_made_told_and_taken_over(tmp_path):
             order = np.argsort(model["zc"].values)
             told = np.interp(zc[near], model["zc"].values[order], np.ravel(model["phase"].values)[order])
             assert abs(np.mean(turned[near] - told)) < 4.0 * 0.3 / np.sqrt(len(near))
+            lines = {one.get("name") for one in page.view.compose(both)["data"]}
             page.view.edit(page.view.document.put(("cantilever", "k"), "3 N/m"))
             page.plots.measured.show()
             assert panel.props["stale"] and page.plots.measured.label == "Fit"  # the χ² is of another case
+            assert lines - {one.get("name") for one in page.view.compose(both)["data"]} == {"best fit"}
 
     asyncio.run(flow())
 

@@ -10,6 +10,7 @@ import socket
 import urllib.parse
 import urllib.request
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 from served import Server, served
@@ -115,6 +116,17 @@ def test_a_browser_that_cannot_start_is_said_and_one_that_hands_over_is_not(
     monkeypatch.setattr(server, "find_browser", lambda: str(program))
     assert server.open_window("http://127.0.0.1:8571/?key=x", tmp_path) is opened
     assert ("could not be started" in capsys.readouterr().err) is not opened
+
+
+def test_a_browser_that_one_person_installed_is_found(monkeypatch, tmp_path):
+    monkeypatch.setattr(server.shutil, "which", lambda name: None)
+    monkeypatch.setenv("HOME" if os.name == "posix" else "USERPROFILE", str(tmp_path))
+    own = [place for place in server.PLACES if place.startswith("~")]
+    program = Path(own[0]).expanduser()
+    program.parent.mkdir(parents=True)
+    program.touch()
+    monkeypatch.setattr(server, "PLACES", own)
+    assert server.find_browser() == str(program)
 
 
 def test_without_such_a_browser_the_window_says_so(monkeypatch, tmp_path, capsys):

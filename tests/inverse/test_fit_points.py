@@ -45,6 +45,20 @@ def test_a_spike_is_no_jump_and_the_report_names_the_points_left_out() -> None:
     np.testing.assert_array_equal(df.fit_again(fit)["used"], fit["used"])
 
 
+@pytest.mark.parametrize("free", [50.0, 135.0])
+def test_branches_do_not_depend_on_the_phase_of_free_motion(free: float) -> None:
+    """A drive with a lag, off resonance or by a base in liquid moves all phases of a curve, the free one, too."""
+    data = fc.data_of("stiff")
+    bare = data.drop_vars("branch").assign_coords(direction=("point", np.full(126, "approach")))
+    shallow = bare.isel(point=bare["phase"].values > 50.0)  # moved by 45 degrees, its repulsive end is above 90
+    plain = measured(shallow, PointSelection())
+    moved = shallow.assign(phase=shallow["phase"] + (free - 90.0)).assign_attrs(free_phase=free)
+    found = measured(moved, PointSelection())
+    assert len(np.unique(plain.branch)) == 2
+    np.testing.assert_array_equal(found.branch, plain.branch)
+    np.testing.assert_array_equal(found.used, plain.used)
+
+
 @pytest.mark.parametrize("name", ["amplitude", "phase"])
 def test_a_spike_at_the_last_point_is_no_jump_and_takes_no_neighbor_along(name: str) -> None:
     data = fc.data_of("stiff")

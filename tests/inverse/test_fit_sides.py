@@ -171,12 +171,12 @@ def test_an_end_is_not_where_a_first_search_was_stuck(monkeypatch: pytest.Monkey
     def beside(objective: SimpleNamespace, stuck: float) -> Minimum:
         runs.append(objective.start[0])
         root = 2.8 if len(runs) == 1 else steep * objective.start[0]
-        return Minimum(objective.start, root**2, SimpleNamespace(lost=np.zeros(1, bool)), 1)
+        return Minimum(objective.start, root**2, SimpleNamespace(lost=np.zeros(1, bool)))
 
     monkeypatch.setattr(profile, "_beside", beside)
     monkeypatch.setattr(profile, "Objective", lambda model, start, *_: SimpleNamespace(start=start))
     monkeypatch.setattr(profile, "limits", lambda unknowns: (np.full(1, -9.0), np.full(1, 9.0)))
-    best = Minimum(np.zeros(1), 0.0, None, 1)
+    best = Minimum(np.zeros(1), 0.0)
     way = profile.Way(0, np.ones(1), [], 0.07, goal)
     end = profile.end_of(SimpleNamespace(unknowns=[]), best, way, 0.0, profile.ProfilePoint([], []), print)
     assert end.reach(goal) == pytest.approx(goal / steep, rel=1e-6)

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 import dforce as df
 from dforce.cli.app import app
 from dforce.inverse._plan_words import missing_damping
+from dforce.inverse._states import Solver
 from dforce.plot import plans
 from dforce.solvers.continuation import Curve
 
@@ -153,7 +154,7 @@ def test_contrast_is_the_slope_at_constant_amplitude():
     lossy = df.plan(STIFF, {"drive.A0": ["30 nm"]}, [0.8], None, goal).isel(A0=0, set_point=0)
     state = lossy.isel(state=int(np.flatnonzero(lossy.regime == "repulsive")[0]))
     zc = float(state.zc)
-    start = {"amplitude": float(state.amplitude[0]), "phase": np.radians(float(state.phase[0]))}
+    start = {"amplitude": float(np.ravel(state.amplitude)[0]), "phase": np.radians(float(np.ravel(state.phase)[0]))}
 
     def at(distance, factor):
         dwell = df.dwell(STIFF.replace("sample.youngs_modulus", 2e9 * factor), zc=distance, start=start)
@@ -279,6 +280,37 @@ def test_a_plan_knows_stable_states_that_no_approach_meets():
     assert said in found.attrs["findings"]
     alone = df.plan(AIR, {"drive.A0": ["10 nm"]}, [0.8], limits | {"states": "one"})
     assert not alone.allowed.any()
+
+
+def test_a_plan_knows_a_state_on_an_isolated_branch_of_a_soft_lever_in_liquid():
+    """The bias pulls the tip in; the states in contact lie on a branch of their own, between 1.4 nm and 4.5 nm."""
+    case = df.Case(
+        cantilever={"f0": "10 kHz", "k": 0.27, "Q": 2.8},
+        drive={"A0": "4.7 nm"},
+        tip={"radius": "3.9 nm"},
+        sample={"youngs_modulus": "0.7 GPa"},
+        forces=[df.forces.DMT(hamaker="25 zJ"), df.forces.Electrostatic(bias="1.9 V")],
+    )
+    found = df.plan(case, {"drive.A0": ["4.7 nm"]}, [0.6, 0.7, 0.8])
+    assert found.zc.shape == (1, 3, 1)
+    for share in (0.6, 0.7, 0.8):
+        state = found.sel(set_point=share).isel(A0=0, state=0)
+        start = {"amplitude": float(np.ravel(state.amplitude)[0]), "phase": np.radians(float(np.ravel(state.phase)[0]))}
+        settled = df.dwell(case.replace("solver.method", "transient"), zc=float(state.zc), start=start)
+        assert float(np.ravel(settled.amplitude_ratio)[0]) == pytest.approx(share, abs=1e-3)
+
+
+def test_a_plan_without_a_stable_state_is_refused(monkeypatch):
+    solve = Solver.solve
+
+    def none(solver, points):
+        found = solve(solver, points)
+        found.found[:] = False
+        return found
+
+    monkeypatch.setattr(Solver, "solve", none)
+    with pytest.raises(df.ParameterError, match="no curve has a stable state at any of the set points"):
+        df.plan(hertz(1e9), {"drive.A0": ["20 nm"]}, [0.8])
 
 
 def test_a_plan_of_one_state_at_a_distance_says_where_the_set_point_has_another_that_fails_a_limit():

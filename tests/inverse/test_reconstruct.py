@@ -118,6 +118,19 @@ def test_a_force_comes_back_from_frequency_shifts_in_a_fluid_with_memory(phase):
     assert float(np.abs(found.force - law)[inner].max()) < 0.01 * np.ptp(law)
 
 
+def test_a_phase_locked_curve_of_an_optical_lever_has_the_amplitude_of_the_mode():
+    """An optical lever that was calibrated by a force curve reads 0.917670 of the motion of mode 1."""
+    case = df.Case(
+        cantilever={"f0": F0, "k": K, "Q": Q},
+        drive={"A0": 0.917670323115 * A, "operation": "fm"},
+        readout={"kind": "optical_lever"},
+    )
+    curve = locked()
+    found = df.reconstruct(curve.assign(amplitude=0.917670323115 * curve.amplitude), case)
+    true = morse_virial(curve.height.values - A, A)
+    np.testing.assert_allclose(found.fundamental_virial, true, atol=1e-6 * np.abs(true).max())
+
+
 def test_what_is_doubted_about_the_curve_is_a_note_of_the_force():
     curve = tapping().assign_attrs(history=["read: text", "doubt: the amplitudes look like rms"])
     assert df.reconstruct(curve).attrs["notes"].splitlines()[0] == (

@@ -363,10 +363,14 @@ def test_a_curve_of_frequency_modulation_comes_by_the_same_door(tmp_path):
         df.calibrate(data)
 
 
-def test_a_column_of_words_is_named_where_there_is_no_table(tmp_path):
+@pytest.mark.parametrize("row", ["{0:.1f},{1:.1f},{2},ok", "{0:.1f};{1:.1f};{2};ok"])
+def test_a_column_of_words_is_named_where_there_is_no_table(tmp_path, row):
+    """Beside decimal commas the first number was named."""
     path = tmp_path / "curve.csv"
-    rows = "\n".join(f"{10 - n},{5 - 0.1 * n},{90 + n},ok" for n in range(20))
-    path.write_text(f"height_nm,amplitude_nm,phase_deg,status\n{rows}\n")
+    rows = "\n".join(row.format(10 - n, 5 - 0.1 * n, 90 + n) for n in range(20))
+    if ";" in row:
+        rows = rows.replace(".", ",")
+    path.write_text(f"{'height_nm,amplitude_nm,phase_deg,status'.replace(',', row[6])}\n{rows}\n")
     with pytest.raises(
         df.ResultError, match="no table of numbers: 'ok' in line 2 is not a number; remove columns of words"
     ):

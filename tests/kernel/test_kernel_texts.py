@@ -8,7 +8,7 @@ import dforce as df
 from dforce import kernel
 from dforce.kernel import cache, texts
 from dforce.kernel.codegen import compose
-from dforce.solvers.integrator import ENTRIES
+from dforce.solvers.compiled import ENTRIES
 
 
 class Composer:

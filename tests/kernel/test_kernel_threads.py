@@ -11,7 +11,7 @@ from numba.core.registry import cpu_target
 
 import dforce as df
 from dforce.kernel import Kernel, cache, whole
-from dforce.kernel.tip import TipFunctions
+from dforce.solvers.compiled import TipFunctions
 
 THREADS = 8
 NUMBERS = itertools.count(5000)

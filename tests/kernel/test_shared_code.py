@@ -6,9 +6,8 @@ import pytest
 import dforce as df
 from dforce import kernel
 from dforce.kernel import cache
-from dforce.kernel.tip import TipFunctions
 from dforce.problem import Problem
-from dforce.solvers.integrator import CALLED, LANES, SHARED, load_kernels
+from dforce.solvers.compiled import CALLED, LANES, SHARED, TipFunctions, load_kernels
 
 CASE = df.example("figure-3-air")
 
@@ -16,7 +15,7 @@ CASE = df.example("figure-3-air")
 def addresses(*forces, names=("advance_lanes", *SHARED)):
     """Return by name where the functions lie that the solvers call for these forces."""
     problem: Problem = CASE.replace(forces=list(forces)).problem
-    tip = TipFunctions(load_kernels(problem)[0], problem, CALLED, LANES, SHARED)
+    tip = TipFunctions(load_kernels(problem)[0], problem)
     values = tip.at(kernel.parameters(problem, 1e-8), names)[-len(CALLED) :]
     return {name: at for name, at in zip(CALLED, values, strict=True) if name in names}
 

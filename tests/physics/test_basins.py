@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import dforce as df
+from dforce.experiments.basins import starts_of_states
 from dforce.procedures.basins import Starts
 
 NM = 1e-9
@@ -46,6 +47,24 @@ def test_a_start_near_a_state_leads_to_it(basins):
         one = basins.sel(state=state)
         near = {"start_amplitude": float(one.amplitude[0]), "start_phase": float(one.phase[0]) % 360.0}
         assert int(basins.reached.sel(near, method="nearest")) == state
+
+
+def test_a_state_lies_at_the_motion_of_the_lever_not_at_the_reading(figure_3):
+    case = figure_3.replace(
+        readout={"kind": "optical_lever", "mode_sensitivity": [1.3], "phase_reference": "free"},
+        drive={"A0": "10 nm", "frequency": "48.85 kHz"},
+    )
+    rest = {"points": 1}
+    found = df.basins(
+        case,
+        zc="9 nm",
+        deflection=rest | {"start": "0 nm", "stop": "0 nm"},
+        velocity=rest | {"start": 0.0, "stop": 0.0},
+    )
+    motion = df.motion_at(found.isel(state=0))
+    deflection, velocity = starts_of_states(found, case.problem.tones[0])
+    assert deflection[0] == pytest.approx(float(motion.mode_deflection[0, 0]), abs=0.01 * 10 * NM)
+    assert velocity[0] == pytest.approx(float(motion.velocity[0]), abs=0.01 * float(motion.velocity.max()))
 
 
 def test_single_dwells_reach_the_states_that_the_picture_shows(figure_3, basins):

@@ -408,7 +408,11 @@ def test_mean_stiffness_and_normalized_shift_follow_from_the_frequency_that_is_f
     # relative to the resonance's width, k/Q
     assert float(curve["mean_stiffness"].values[0, 0]) == pytest.approx(k * ((f / f0) ** 2 - 1.0), abs=1e-4 * k / 255)
     normalized = k * 10e-9**1.5 * (f - f0) / f0
-    assert float(curve["normalized_frequency_shift"].values[0, 0]) == pytest.approx(normalized, rel=1e-6)
+    assert float(curve["normalized_frequency_shift"].values[0, 0]) == pytest.approx(normalized, rel=1e-6, abs=0.0)
+    # an optical lever that was calibrated by a force curve reads 0.917670 of the motion
+    optical = case(AIR, [DMT], "9.5 nm", A0=9.17670323115e-9).replace("readout", {"kind": "optical_lever"})
+    read = df.run(optical)["normalized_frequency_shift"].values[0, 0]
+    assert read == pytest.approx(normalized, rel=1e-4, abs=0.0)
 
 
 def test_states_at_a_frequency_shift_lie_on_the_curve():

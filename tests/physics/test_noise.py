@@ -452,6 +452,13 @@ def test_dwell_under_noise_scatters_about_the_steady_motion():
         df.motion_at(noisy)
 
 
+def biased(given):
+    """Return the case with an alternating voltage."""
+    return given.replace(
+        "forces", [*given.forces, df.forces.Electrostatic(bias="0 V", ac_bias="0.1 V", ac_frequency="20 kHz")]
+    )
+
+
 @pytest.mark.parametrize(
     ("do", "message"),
     [
@@ -463,6 +470,8 @@ def test_dwell_under_noise_scatters_about_the_steady_motion():
         (lambda: case(noise={"bandwidth": "76 kHz"}), "noise.bandwidth = 76 kHz is above the drive frequency, 75 kHz"),
         (lambda: case(noise={"thermal": False}), "but noise.thermal = false"),
         (lambda: df.thermal_spectrum(case(), "1 ms"), "is too short to resolve the resonance; use"),
+        (lambda: df.snap_in_rate(biased(SNAP), "1.6 nm"), "electrostatic depends on time, so the energy is not a function"),
+        (lambda: df.snap_in_distance(biased(SNAP), "1 um/s"), "electrostatic depends on time"),
         (lambda: df.snap_in_rate(SNAP, "5 nm").close() or df.snap_in_rate(SNAP, "1 nm"), "has no barrier to the surface"),
         (
             lambda: df.dwell(case([df.forces.DMT(hamaker=2e-20)]).replace("sample.youngs_modulus", "10 TPa"), zc="15 nm"),

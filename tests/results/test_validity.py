@@ -728,3 +728,18 @@ def test_a_motion_that_grows_without_bound_is_told_without_digits():
     found = df.advice(*tapping(CALM, total_dissipated_energy=-1e-3, status=1))
     (said,) = [piece.text for piece in found if piece.name == "energy_gained"]
     assert "adds energy to the tip: more than 10000 % of the largest energy" in said
+
+
+def test_advice_on_amplitudes_counts_the_motion_of_the_mode_that_an_optical_lever_enlarges():
+    """The lever reads mode 2 enlarged by 3.187: 1 nm of it is 0.31 nm of the motion."""
+    modes = [{"f0": "70 kHz", "k": 3.0, "Q": 30}, {"f0": "439 kHz", "k": 4.0, "Q": 100}]
+    tones = [{"A0": "2 nm"}, {"A0": "1 nm", "frequency": "430 kHz"}]
+    optical = over(cantilever={"modes": modes}, drive={"tones": tones}, readout={"kind": "optical_lever"})
+    told = {piece.name: piece for piece in df.advice(optical)}
+    thermal = told["thermal_amplitude"]
+    assert thermal.found / thermal.limit == pytest.approx(
+        10.0 * math.sqrt(1.380649e-23 * 298.15 / 4.0) * 3.187186e9, rel=1e-5
+    )
+    r = 430.0 / 439.0
+    at_f0 = 100.0 * math.hypot(1.0 - r**2, r / 100.0)  # nm, as the detector reads it
+    assert f"the same drive would reach {at_f0:.3g} nm" in told["drive_off_resonance"].text

@@ -13,7 +13,7 @@ from dforce import library
 from dforce.case._case import NOT_TOML, Case
 from dforce.case.paths import with_number
 from dforce.core.errors import CaseError, DForceError, ParameterError, ResultError, checked, nearest, shorten
-from dforce.core.files import beside, exists, read_input, write_whole
+from dforce.core.files import beside, exists, read_input, text_of, write_whole
 from dforce.core.toml import LONGEST
 from dforce.forces import REGISTRY
 from dforce.results import hdf5
@@ -51,7 +51,6 @@ def load_case(path: str | os.PathLike[str]) -> Case:
         When a plug-in of the case fails.
     """
     file = Path(path)
-    name = shorten(str(path), 200)
     if str(path) in library.examples() and not exists(file):
         return example(str(path))
     try:
@@ -71,9 +70,7 @@ def load_case(path: str | os.PathLike[str]) -> Case:
         with beside(file.resolve().parent):
             if file.suffix.lower() == ".nc":
                 raise CaseError("the file is damaged or not a file of results")
-            return Case.from_toml(content.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise CaseError(f"'{name}' is not a text file in UTF-8") from None
+            return Case.from_toml(text_of(content, "the file", CaseError))
     except (CaseError, ParameterError) as error:
         measured = str(error).startswith(NOT_TOML) and file.suffix.lower() != ".toml"
         hint = "; to read a measured curve type dforce read FILE" if measured else ""

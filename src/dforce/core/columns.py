@@ -9,7 +9,7 @@ from pathlib import Path
 
 from dforce.core import units
 from dforce.core.errors import ParameterError, shorten
-from dforce.core.files import read_input
+from dforce.core.files import read_input, text_of
 
 MOST_BYTES = 1_000_000  # a larger file is no small table
 LONGEST_HEADING = 200  # characters
@@ -28,10 +28,7 @@ def lines_of(file: Path, key: str) -> list[str]:
     if file.suffix != ".csv":
         raise ParameterError(f"{table} is not a CSV file: its name must end in .csv")
     content = read_input(file, "table of a case", MOST_BYTES, ParameterError, name=table)
-    try:
-        return content.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise ParameterError(f"{table} is not text in UTF-8") from None
+    return text_of(content, table, ParameterError).splitlines()
 
 
 def read_columns(file: Path, key: str, known: Mapping[str, str]) -> dict[str, list[float]]:

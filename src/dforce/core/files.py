@@ -119,6 +119,22 @@ def read_input(
     return b"".join(parts)
 
 
+def text_of(content: bytes, name: str, error: type[DForceError]) -> str:
+    """Return the text of a file, whose `name` a message gives as it is.
+
+    Raises
+    ------
+    DForceError
+        The `error`, when the bytes are not text in UTF-8.
+    """
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise error(
+            f"{name} is not text in UTF-8; if it is text, save it in the editor with the encoding UTF-8"
+        ) from None
+
+
 def in_quotes(path: str | os.PathLike[str]) -> str:
     """Return the name of a file, for a sentence."""
     return f"'{shorten(str(path), 200)}'"

@@ -19,7 +19,7 @@ from numba.extending import intrinsic
 from dforce.core.arrays import Array
 from dforce.forces import Force
 from dforce.kernel import Kernel, cache, texts
-from dforce.kernel.codegen import HEADER, tuple_of
+from dforce.kernel.codegen import HEADER, calls_of, tuple_of
 from dforce.kernel.linker import Linker
 
 TYPES = "void(i8,voidptr,voidptr,voidptr,voidptr,f8,f8,voidptr,voidptr)"
@@ -57,30 +57,18 @@ def text_of(force: Force) -> str:
     """Return the text of a module with the law of one force over points."""
     linker = Linker()
     linker.emit(HEADER.format(contents=force.name) + "from numba import carray")
-    numbers, place = [], 0
-    for several in force.layout():
-        if several is None:
-            numbers.append(f"numbers[{place}]")
-        else:
-            numbers.append(tuple_of([f"numbers[{place + k}]" for k in range(several)]))
-        place += several or 1
-    memory = ["memory[i]"] if force.evolve is not None else []
-    latched = ["latched"] if force.switch is not None else []
-    located = ["zc"] if "zc" in force.leading() else []
-    motion = ["d[i]", "rate[i]", "t[i]"]
-    calls: dict[str, tuple[str, Callable[..., Any], list[str]]] = {
-        "law": ("out[i] += ", force.law_function(), [*motion, *memory, *latched, *located])
-    }
-    if force.evolve is not None:
-        calls["evolve"] = ("", force.evolve, [*motion, *memory, "out[i]"])
-    if force.switch is not None:
-        calls["switch"] = ("out[i] = ", force.switch, ["latched", *motion])
-    for name, (result, function, given) in calls.items():
-        call = f"{result}{linker.add(function)}({', '.join([*given, *numbers])})"
+    results = {"law": "out[i] += ", "evolve": "", "switch": "out[i] = "}
+    states = "memory[i]", "out[i]", "latched", "zc"
+    for name, call in calls_of(force, linker, "d[i], rate[i], t[i]", states, 0, _number):
         shape = f"(count, {force.memory})" if name == "evolve" else "count"
-        text = OVER_POINTS.format(name=name, call=call, numbers=place, memory=force.memory, shape=shape)
-        linker.emit(text.strip(), "compiled")
+        sizes = {"numbers": len(force.numbers()), "memory": force.memory, "shape": shape}
+        linker.emit(OVER_POINTS.format(name=name, call=results[name] + call, **sizes).strip(), "compiled")
     return "\n\n".join(linker.text) + "\n"
+
+
+def _number(place: int, several: int | None) -> str:
+    """Return the text of numbers of a law; see :data:`dforce.kernel.codegen.Number`."""
+    return f"numbers[{place}]" if several is None else tuple_of([f"numbers[{place + k}]" for k in range(several)])
 
 
 @functools.lru_cache(maxsize=256)

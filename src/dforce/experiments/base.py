@@ -59,6 +59,7 @@ class RelativeGrid(Even):
     """Evenly spaced distances from `start` to `stop`, both included, as shares of the free amplitude."""
 
     title_of: ClassVar[str] = "zc"
+    title: ClassVar[str] = "shares of A0"
 
     example: ClassVar[Mapping[str, Any]] = {"of": "drive.A0", "start": 1.15, "stop": 0.3}
 

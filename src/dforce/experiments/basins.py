@@ -13,6 +13,10 @@ from dforce.core.parameters import Number, Part, param, part
 from dforce.experiments.base import Even, MotionExperiment, tapping_distance
 
 if TYPE_CHECKING:
+    import xarray as xr
+
+    from dforce.core.arrays import Array
+    from dforce.instrument import ToneNumbers
     from dforce.problem import Problem
 
 MOST_POINTS = 4096  # along one axis
@@ -106,3 +110,18 @@ class Basins(MotionExperiment):
     def suggested(cls, problem: Problem) -> dict[str, Any]:
         """Return a typical distance; see :class:`Experiment`."""
         return {"zc": tapping_distance(problem)}
+
+
+def starts_of_states(basins: xr.Dataset, tone: ToneNumbers) -> tuple[Array, Array]:
+    """Return where each state of basins lies among the starts: along the first and the second dimension of `reached` (SI).
+
+    The grid holds motions of the first tone's mode, so a state is its motion, not its reading. Phases (degrees) lie within the
+    range of the starts' phases.
+    """
+    first, second = map(str, basins["reached"].dims)
+    amplitude, phase = (basins[name].isel(mode=tone.mode).values for name in ("mode_amplitude", "mode_phase"))
+    if first == "start_amplitude":
+        low = float(basins[second].min())
+        return amplitude, low + (phase - low) % 360.0
+    motion = amplitude * np.exp(1j * (tone.phase - np.radians(phase)))
+    return motion.real, -2.0 * np.pi * tone.frequency * motion.imag

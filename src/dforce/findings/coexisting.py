@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from dforce.case import case_of
-from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked
 from dforce.experiments import Branches
 from dforce.experiments.base import Progress
@@ -55,19 +52,3 @@ def coexisting(curve: xr.Dataset, progress: Progress | bool | None = None, large
             zc=float(curve["zc"]), parameter="drive.frequency", start=last, stop=first, largest_step=largest_step
         )
     return run(case.replace(experiment=plan), progress)
-
-
-@checked
-def starts_of_states(basins: xr.Dataset) -> tuple[Array, Array]:
-    """Return where each state of basins lies among the starts: along the first and the second dimension of `reached` (SI).
-
-    Phases (degrees) lie within the range of the starts' phases.
-    """
-    first, second = map(str, basins["reached"].dims)
-    amplitude, phase = (basins[name].isel(tone=0).values for name in ("amplitude", "phase"))
-    if first == "start_amplitude":
-        low = float(basins[second].min())
-        return amplitude, low + (phase - low) % 360.0
-    tone = case_of(basins).problem.tones[0]
-    motion = amplitude * np.exp(1j * (tone.phase - np.radians(phase)))
-    return motion.real, -2.0 * np.pi * tone.frequency * motion.imag

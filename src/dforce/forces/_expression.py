@@ -63,24 +63,21 @@ OPERATORS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Pow: np.power,
 }
 COMPARISONS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq)
-REFUSED = {
+REFUSED: dict[type[ast.expr], str] = {
     ast.Attribute: "an attribute",
     ast.Lambda: "a lambda",
     ast.Subscript: "an index",
     ast.JoinedStr: "text",
-    ast.ListComp: "a comprehension",
-    ast.SetComp: "a comprehension",
-    ast.DictComp: "a comprehension",
-    ast.GeneratorExp: "a comprehension",
+    **dict.fromkeys((ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp), "a comprehension"),
     ast.NamedExpr: "an assignment",
     ast.Starred: "a star",
-    ast.List: "a list",
-    ast.Tuple: "a list",
+    **dict.fromkeys((ast.List, ast.Tuple), "a list"),
     ast.Dict: "a dictionary",
     ast.Set: "a set",
 }
 
 POINT = "write decimals with a point, such as 0.5"
+DECIMAL = re.compile(r"(?<![\w.])\d+,\d+")  # of min and max, which take any number of arguments
 TYPESET = str.maketrans({"−": "-", "·": "*", "×": "*", "²": "**2", "³": "**3"})
 
 
@@ -132,9 +129,8 @@ def _built(tree: ast.expr) -> Expression:
         a0 = ast.unparse(builder.placed(_name("a0")))
         lines.append(f"indentation = np.maximum({a0} - d, 0.0)")
     constants = [f"c{i}" for i in range(len(builder.constants))]
-    place = ["zc"] if "z" in variables else []
     lines.append(f"return {ast.unparse(body)}")
-    function = _function("law", ["d", "rate", "t", *place, *constants], lines)
+    function = _function("law", ["d", "rate", "t", *["zc"] * ("z" in variables), *constants], lines)
 
     used = [name for name in PARAMETERS if name in builder.variables]
     rows = [", ".join(map(ast.unparse, row)) for row in (builder.constants.values(), builder.edges)]
@@ -343,6 +339,10 @@ class _Builder:
         if name in EXTREMES:
             if count < 2:
                 raise ParameterError(f"has {name} with fewer than two arguments")
+            for one, other in pairwise(node.args if count > 2 else ()):
+                found = DECIMAL.search(f"{ast.unparse(one)},{ast.unparse(other)}")
+                if found and other.col_offset - 1 == one.end_col_offset:
+                    raise ParameterError(f"has '{found[0]}' in {name}; {POINT}, and a space after other commas")
             return self._extreme(node, EXTREMES[name])
         if name in NAMES:
             raise ParameterError(f"has '{_shown(node)}', but {name} is a number and not a function")

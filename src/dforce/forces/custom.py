@@ -52,7 +52,7 @@ class _Of:
 
 
 class Custom(Force):
-    r"""Your own force, as an expression in a case file.
+    r"""Your own force, as an expression.
 
     .. math:: F = F(d, z, \delta, \dot d, t, R, H, a_0, E_\mathrm{eff}, k, Q, P_1, P_2, P_3, P_4)
 

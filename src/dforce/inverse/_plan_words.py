@@ -14,6 +14,7 @@ from dforce.core.units import show, show_range
 from dforce.instrument.lever import DENSEST
 from dforce.inverse.wishes import Wishes
 from dforce.maps.axes import Axis
+from dforce.maps.seeds import NEAR, Curves
 
 if TYPE_CHECKING:
     from dforce.inverse._states import Judged, Rest
@@ -44,6 +45,16 @@ def sentences(axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judge
             "or add values between.",
         ]
     return [*said, f"No setting is allowed. The search covered {ranges}.", *_ratios(axes, wishes, judged)]
+
+
+def why_no_state(case: Case, curves: Curves, shares: Array) -> str:
+    """Return why no curve has a stable state at any set point, and the remedy."""
+    lowest, change = curves.lowest_ratio(), "choose other set points, or other values under vary."
+    share = f"the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is {100.0 * lowest:.3g} %"
+    if lowest < shares.max():
+        why = f"the motion alternates or beats, or the amplitude jumps across them ({share})"
+        return f"no curve has a stable state at any of the set points: {why}; {change}"
+    return " ".join([f"no curve reaches any of the set points: {share}; {change}", *missing_damping(case)])
 
 
 def missing_damping(case: Case) -> Iterator[str]:

@@ -11,7 +11,7 @@ from typing import Any
 from dforce import library
 from dforce.case import Case
 from dforce.core.errors import CaseError, ParameterError, checked, nearest, shorten
-from dforce.core.files import beside, exists, read_input
+from dforce.core.files import beside, exists, read_input, text_of
 from dforce.core.toml import LONGEST, read_toml
 
 KEYS = ("vary", "set_points", "limits", "goal")
@@ -50,10 +50,9 @@ def load_plan(path: str | os.PathLike[str]) -> PlanFile:
         content = library.example_text(str(path)).encode()
     else:
         content = read_input(path, "plan", LONGEST, CaseError)
+    text = text_of(content, name, CaseError)
     try:
-        tables = read_toml(content.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise CaseError(f"{name} is not a text file in UTF-8") from None
+        tables = read_toml(text)
     except ValueError as error:  # TOMLDecodeError is one
         raise CaseError(f"{name} cannot be read: {shorten(str(error), 200)}") from None
     asked = tables.pop("plan", None)

@@ -16,12 +16,12 @@ from dforce.core.errors import ParameterError, checked
 from dforce.core.stopping import heard
 from dforce.experiments.base import Progress
 from dforce.inverse._plan_result import marks_of, result_of
-from dforce.inverse._plan_words import missing_damping
+from dforce.inverse._plan_words import why_no_state
 from dforce.inverse._states import Judged, PlannedPoints, Rest, Solver, one_of_each
 from dforce.inverse.wishes import SLOPE, Goal, Wishes, read_wishes
 from dforce.maps.axes import Axis, make_axes
 from dforce.maps.regime_map import refuse_others, shares_of
-from dforce.maps.seeds import NEAR, Curves, Seed, curves_of, walk
+from dforce.maps.seeds import Curves, Seed, curves_of, walk
 from dforce.runs import watched
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ class _Work:
         """Return where all stable states at the set points are, each once; of one case alone on demand."""
         seeds = list(self.curves.seeds(self.shares, only))
         if not seeds:
-            raise ParameterError(self._why_no_state())
+            raise ParameterError(why_no_state(self.case, self.curves, self.shares))
         near = np.array([seed.case for seed in seeds])
         points = PlannedPoints(
             self.grid[near],
@@ -241,16 +241,10 @@ class _Work:
         stable = found.columns["multiplier_modulus"][:, 0] < 1.0
         self._note_unsteady(seeds, found.found & stable)
         points = points.take(np.flatnonzero(found.found & stable))
+        if not len(points) and only is None:
+            raise ParameterError(why_no_state(self.case, self.curves, self.shares))
         length = np.array([self.solver.problem(values).tones[0].A0 for values in points.values])
         return points.take(one_of_each(points, length))
-
-    def _why_no_state(self) -> str:
-        """Return why no curve has a state at any set point, and the remedy."""
-        lowest, change = self.curves.lowest_ratio(), "choose other set points, or other values under vary."
-        share = f"the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is {100.0 * lowest:.3g} %"
-        if lowest < self.shares.max():
-            return f"no curve has a state at any of the set points: the amplitude jumps across them ({share}); {change}"
-        return " ".join([f"no curve reaches any of the set points: {share}; {change}", *missing_damping(self.case)])
 
     def _note_unsteady(self, seeds: Sequence[Seed], steady: Bools) -> None:
         """Note where branches pass set points without a stable state there: the motion alternates or beats."""

@@ -202,7 +202,7 @@ def kink_distances(problem: Problem) -> Array:
 class Kernel:
     """A composed module: the tip equation of one combination of modes and forces, or the solvers that call it.
 
-    ``solvers.integrator`` names its entry functions.
+    ``solvers.compiled`` names its entry functions.
 
     Parameters
     ----------
@@ -319,7 +319,7 @@ def load_solvers(
     late: int,
     usual: Sequence[str],
 ) -> Kernel:
-    """Return the entry functions that are the same for all forces; their callees are in other kernels, see ``tip``."""
+    """Return the entry functions that are the same for all forces; their callees are in other kernels."""
     text = functools.partial(compose_solvers, modes, entries, called, late)
     return _loaded(("solvers", modes, late), (), (entries, called), text, _solvers_for(modes), usual)
 

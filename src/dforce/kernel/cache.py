@@ -12,7 +12,6 @@ import contextlib
 import functools
 import hashlib
 import importlib.metadata
-import marshal
 import os
 import platform
 import re
@@ -25,7 +24,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import ModuleType
 from typing import Any
 
 from dforce.core import log
@@ -35,7 +34,7 @@ from dforce.core.garbage import seldom_collected
 from dforce.core.places import not_own, user_folder
 from dforce.core.stopping import look, unbroken
 from dforce.kernel import whole
-from dforce.kernel.cache_files import CODE, KeptCode, keep, kept
+from dforce.kernel.cache_files import KeptCode, kept
 
 LONGEST = 120.0  # s that a process waits for another one's compilation
 LOOK = 0.05  # s that it does so without a look whether it is to stop
@@ -228,7 +227,7 @@ def load(text: str) -> ModuleType:
         module.__file__ = str(path)
         sys.modules[name] = module
         try:
-            exec(_code(text, path), vars(module))
+            exec(compile(text, str(path), "exec"), vars(module))
         except BaseException:
             del sys.modules[name]
             raise
@@ -242,21 +241,6 @@ def _not_kept(folder: Path, error: OSError) -> None:
     """Announce why code is not kept in a folder; a missing folder was announced by :func:`place`, or a user removed it."""
     if folder.is_dir():
         _say_not_kept(folder.parent, reason(error))
-
-
-def _code(text: str, path: Path) -> CodeType:
-    """Return Python's code for a text: that, too, takes a tenth of a second, and is kept."""
-    place = path.with_suffix(CODE)
-    content = kept(place)
-    if content is not None:
-        with contextlib.suppress(EOFError, ValueError, TypeError):
-            code = marshal.loads(content)
-            if isinstance(code, CodeType):
-                return code
-    code = compile(text, str(path), "exec")
-    with contextlib.suppress(OSError):
-        keep(place, marshal.dumps(code))
-    return code
 
 
 @functools.lru_cache(maxsize=16)  # said once

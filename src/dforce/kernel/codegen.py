@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +44,8 @@ ZC, LENGTH, SPEED, OMEGA, CONTACT, FIRST_MODE, PER_MODE = 0, 1, 2, 3, 4, 5, 3
 MOTION = "UniTuple(f8,{size})"
 TIP = "Tuple(({numbers},f8[::1],{addresses}))"
 OTHERS = CONTACT + 1
+# gives the text of the number at a place, or of the tuple of several from there on
+Number = Callable[[int, int | None], str]
 
 
 def native_types(function: Callable[..., Any], size: int, addresses: int) -> str:
@@ -300,38 +302,45 @@ def _lanes(modes: int, tones: int, lagging: bool) -> list[str]:
 
 
 def number_of(place: int, several: int | None) -> str:
-    """Return the text of the parameter at a place or, with `several`, of the tuple of so many from there on."""
+    """Return the text of parameters of `p`; see :data:`Number`."""
     return f"p[{place}]" if several is None else f"p[{place}:{place + several}]"
 
 
-def forces_text(
-    linker: Linker, first: int, forces: Sequence[Force], number: Callable[[int, int | None], str] = number_of
-) -> list[str]:
-    """Return the functions that sum the forces; `first` is the place of their first number, and `number` gives each."""
-    place, state, latch = first, 0, 0
+def calls_of(
+    force: Force, linker: Linker, motion: str, states: tuple[str, str, str, str], place: int, number: Number
+) -> Iterator[tuple[str, str]]:
+    """Give the calls of the functions of a force by their kind: law, evolve, switch.
+
+    `states` are the texts of memory, its change, latch and average distance; `number` gives its numbers from `place` on.
+    """
+    (memory, change, latched, zc), given = states, []
+    for several in force.layout():
+        given.append(number(place, several))
+        place += 1 if several is None else several
+    wanted = (memory, force.evolve is not None), (latched, force.switch is not None), (zc, "zc" in force.leading())
+    own = [name for name, is_taken in wanted if is_taken]
+    yield "law", f"{linker.add(force.law_function())}({', '.join([motion, *own, *given])})"
+    if force.evolve is not None:
+        yield "evolve", f"{linker.add(force.evolve)}({', '.join([motion, memory, change, *given])})"
+    if force.switch is not None:
+        yield "switch", f"{linker.add(force.switch)}({', '.join([latched, motion, *given])})"
+
+
+def forces_text(linker: Linker, place: int, forces: Sequence[Force], number: Number = number_of) -> list[str]:
+    """Return the functions that sum the forces; their first number is at `place`, and `number` gives each."""
+    state, latch = 0, 0
     terms, evolutions, switches = [], [], []
     for force in forces:
-        law = linker.add(force.law_function())
-        given = []
-        for several in force.layout():
-            given.append(number(place, several))
-            place += 1 if several is None else several
-        memory = [f"memory[{state}:{state + force.memory}]"] if force.evolve is not None else []
-        latched = [f"latched[{latch}]"] if force.switch is not None else []
-        located = [f"p[{ZC}]"] if "zc" in force.leading() else []
-        terms.append(f"{law}({', '.join(['d', 'rate', 't', *memory, *latched, *located, *given])})")
-        if force.evolve is not None:
-            change = f"change[{state}:{state + force.memory}]"
-            evolutions.append(
-                f"    {linker.add(force.evolve)}({', '.join(['d', 'rate', 't', memory[0], change, *given])})"
-            )
-            state += force.memory
-        if force.switch is not None:
-            switches.append(
-                f"    if which == {latch}:\n"
-                f"        return {linker.add(force.switch)}({', '.join([latched[0], 'd', 'rate', 't', *given])})"
-            )
-            latch += 1
+        after = state + force.memory
+        states = f"memory[{state}:{after}]", f"change[{state}:{after}]", f"latched[{latch}]", f"p[{ZC}]"
+        for kind, call in calls_of(force, linker, "d, rate, t", states, place, number):
+            if kind == "law":
+                terms.append(call)
+            elif kind == "evolve":
+                evolutions.append(f"    {call}")
+            else:
+                switches.append(f"    if which == {latch}:\n        return {call}")
+        place, state, latch = place + len(force.numbers()), after, latch + (force.switch is not None)
     scale = f"    for i in range({state}):\n        change[i] /= p[{OMEGA}]" if evolutions else "    pass"
     return [
         f"def force(d, rate, t, memory, latched, p):\n    return {' + '.join(terms) or '0.0'}",

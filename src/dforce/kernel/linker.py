@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import copy
 import functools
 import inspect
 import math
@@ -25,6 +26,7 @@ from dforce.kernel import vocabulary
 from dforce.kernel.specialize import fold
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Sizes = tuple[tuple[str, int], ...]
 
 # the composed module's own names
 RESERVED = {
@@ -79,7 +81,7 @@ class Linker:
         """
         if function in self._names:
             return self._names[function]
-        source = _read(function, self._sizes)
+        _read(function, self._sizes)  # or it is refused
         wanted = name or f"{function.__module__.rsplit('.', 1)[-1]}_{function.__qualname__}".replace(".", "_")
         chosen = wanted if wanted not in self._taken else f"{wanted}_{len(self._taken)}"
         self._taken.add(chosen)
@@ -88,7 +90,7 @@ class Linker:
             self._call(function, chosen)
         else:
             decorator = decorator or decorator_of(function)
-            self.emit(self._copy(function, source, chosen, decorator), decorator)
+            self.emit(self._copy(function, chosen, decorator), decorator)
         return chosen
 
     def _call(self, function: Callable[..., Any], name: str) -> None:
@@ -99,16 +101,16 @@ class Linker:
         returned = f"call_by_address({types!r}, {names.index('tip')}, {place}, {given})"
         self.emit(f"def {name}(context, {given}):\n    return {returned}", "intrinsic")
 
-    def _copy(self, function: Callable[..., Any], source: _Source, name: str, decorator: str) -> str:
+    def _copy(self, function: Callable[..., Any], name: str, decorator: str) -> str:
         """Return the text of a function under this name, after adding all that it calls."""
-        own = inspect.unwrap(function).__globals__
-        replacements = {
-            used: self._resolve(own, used, function.__qualname__)
-            for used in source.names
+        own, (_, names) = inspect.unwrap(function).__globals__, _read(function, self._sizes)
+        replaced = tuple(
+            (used, self._resolve(own, used, function.__qualname__))
+            for used in names
             if used in own or used not in vars(builtins)
-        }
+        )
         # laws stay as they are: x**n with a literal n is a product
-        return source.text(name, replacements, plain=decorator != "inlined")
+        return _text(function, self._sizes, name, replaced, decorator != "inlined")
 
     def add_entry(self, function: Callable[..., Any], name: str) -> None:
         """Add a function that is called from outside under this name: from Python, or by its address.
@@ -116,7 +118,7 @@ class Linker:
         A function that is already a callee of others is wrapped; else it is compiled only as the entry.
         """
         if signature_of(function):
-            head, _, body = self._copy(function, _read(function, self._sizes), name, "compiled").partition("\n")
+            head, _, body = self._copy(function, name, "compiled").partition("\n")
             self.emit(f"{head}\n{body}", decorator_of(function))
             return
         if function not in self._names:
@@ -282,36 +284,24 @@ def global_names(node: ast.FunctionDef) -> set[str]:
     return {name.id for name in names if isinstance(name.ctx, ast.Load)} - local
 
 
-class _Source:
-    """A function as it was read, and the texts made of it: most kernels share most of their functions."""
-
-    def __init__(self, function: Callable[..., Any], sizes: tuple[tuple[str, int], ...]) -> None:
-        self._function, self._sizes = function, dict(sizes)
-        tree = self._tree()
-        self.names = sorted(global_names(tree))
-        self._unused = [tree]  # the first text uses it up
-        self._texts: dict[tuple[Any, ...], str] = {}
-
-    def _tree(self) -> ast.FunctionDef:
-        return fold(parse_function(self._function), self._sizes)
-
-    def text(self, name: str, replacements: dict[str, str], plain: bool) -> str:
-        """Return the function under this name, with these texts in the place of names from outside."""
-        key = (name, plain, *replacements.items())
-        if key not in self._texts:
-            try:
-                tree = self._unused.pop()
-            except IndexError:
-                tree = self._tree()
-            tree = _Renamer(replacements).visit(tree)
-            tree.name = name
-            if plain:
-                tree = _Plainer().visit(tree)
-            self._texts[key] = ast.unparse(ast.fix_missing_locations(tree))
-        return self._texts[key]
+# most kernels share most of their functions
+@functools.lru_cache(maxsize=1024)
+def _read(function: Callable[..., Any], sizes: Sizes) -> tuple[ast.FunctionDef, list[str]]:
+    """Return the syntax tree of a function, without branches that these sizes leave unused, and the names that it reads."""
+    tree = fold(parse_function(function), dict(sizes))
+    return tree, sorted(global_names(tree))
 
 
-_read = functools.lru_cache(maxsize=1024)(_Source)
+@functools.lru_cache(maxsize=4096)
+def _text(
+    function: Callable[..., Any], sizes: Sizes, name: str, replaced: tuple[tuple[str, str], ...], plain: bool
+) -> str:
+    """Return a function under this name, with these texts in the place of names from outside."""
+    tree = _Renamer(dict(replaced)).visit(copy.deepcopy(_read(function, sizes)[0]))
+    tree.name = name
+    return ast.unparse(ast.fix_missing_locations(_Plainer().visit(tree) if plain else tree))
+
+
 _expression = functools.lru_cache(maxsize=4096)(expression_tree)
 
 

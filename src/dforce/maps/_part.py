@@ -25,7 +25,8 @@ from dforce.results.status import Status
 from dforce.solvers.accuracy import assure, assure_in_grace
 from dforce.solvers.block import Block
 from dforce.solvers.blocks import block_type
-from dforce.solvers.integrator import load_kernels, sample_count
+from dforce.solvers.compiled import load_kernels
+from dforce.solvers.integrator import sample_count
 from dforce.solvers.problem_batch import ProblemBatch, has_own_samples
 from dforce.solvers.protocols import Stepwise, make_protocol
 from dforce.solvers.quasi_static_walk import Walk

@@ -19,7 +19,7 @@ from dforce.case import MOST_VALUES, Case, Range, Sweep
 from dforce.case.paths import place_of, quantity_at, value_at
 from dforce.core import quantities, units
 from dforce.core.errors import CaseError, ParameterError, nearest, shorten
-from dforce.core.files import named, read_input
+from dforce.core.files import named, read_input, text_of
 from dforce.core.parameter_quantity import ParameterQuantity
 from dforce.core.quantity import words
 from dforce.experiments.base import DISTANCE
@@ -280,8 +280,8 @@ def read_rows(path: str | os.PathLike[str]) -> dict[str, list[Any]]:
     """
     name = f"'{shorten(str(path), 200)}'"
     content = read_input(path, "table of cases", MOST_BYTES, CaseError)
+    text = io.StringIO(text_of(content, name, CaseError), newline="")
     try:
-        text = io.StringIO(content.decode("utf-8-sig"), newline="")
         lines = csv.reader(line for line in text if not line.startswith("#"))
         head = [cell.strip() for cell in next(lines, [])]
         rows = [row for row in lines if row]

@@ -23,7 +23,7 @@ from dforce.procedures.motion import base_of, rows_of, scales_of
 from dforce.results.status import repeats
 from dforce.solvers.continuation import Curve
 from dforce.solvers.parameter_range import ParameterRange
-from dforce.solvers.search import Known, search
+from dforce.solvers.search import Known, candidates, search
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +33,7 @@ FAR = 1.6  # free amplitudes: where curves start
 # free amplitudes: where they end; lower where the amplitude on a soft sample does not fall before
 NEAR = (0.3, -0.2, -1.2)
 STEPS = 0.0125  # of the free amplitude: between two points of a curve
-SEARCHED, LARGEST_STEP = 3, 0.05  # of branches: distances at which others are looked for, and their largest step
+SEARCHED, LARGEST_STEP = 7, 0.05  # of branches: distances at which others are looked for, and their largest step
 MOST_POINTS = 10_000  # of the branches of a case
 KEPT = ("amplitude_ratio", "virial", MOTION)
 
@@ -202,7 +202,7 @@ def walk(curves: Curves, number: int, case: Case, lowest: float, check_cancelled
     A0, nearest = case.problem.tones[0].A0, curves.nearest(number)
     searched = np.linspace(FAR * A0, nearest, SEARCHED).tolist()
     for near in (nearest, *(share * A0 for share in NEAR if share * A0 < nearest - STEPS * A0)):
-        searched += [near] if near < nearest else []
+        searched += [0.5 * (searched[-1] + near), near] if near < nearest else []
         branches = _followed(case, searched, check_cancelled)
         if not any(branch.goes_on(near, lowest) for branch in branches):
             break
@@ -224,8 +224,10 @@ def _followed(case: Case, searched: list[float], check_cancelled: Callable[[], N
     free = among.free_orbit(far / among.span)
     if free is not None:
         grow(Curve.rising(free, near - far))
+    # few starts at many distances find more stable states, and sooner, than a search at a few until none is missing
+    few = functools.partial(candidates, rounds=1)
     for value in np.array(searched) / among.span:
-        for curve in search(Known(among, found, value), check_cancelled):
+        for curve in search(Known(among, found, value), check_cancelled, few):
             if curve.repeats == 1:
                 grow(curve)
     return [_branch(among, curve) for curve in found]

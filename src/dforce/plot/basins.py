@@ -8,7 +8,9 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import FigureBase
 from matplotlib.patches import Patch
 
+from dforce.case import case_of
 from dforce.core.errors import ParameterError, checked
+from dforce.experiments.basins import starts_of_states
 from dforce.plot._style import LIGHT, color_cycle, head, new_figure, shown, take
 from dforce.plot.motion import at_distance
 from dforce.results.dataset import reader_unit
@@ -20,8 +22,7 @@ NO_STATE = "not settled"
 def basins(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None) -> Axes:
     """Draw the starts in the color of their final state, with amplitude, phase and share of each state.
 
-    The legend lists amplitude and phase of a drive tone. If the starts are amplitudes and phases, a dot marks each state; for
-    tone 1 only.
+    The legend lists amplitude and phase of a drive tone. A dot marks the motion of each state among the starts.
 
     Raises
     ------
@@ -50,10 +51,10 @@ def basins(dataset: xr.Dataset, tone: int = 1, figure: FigureBase | None = None)
     handles = [Patch(color=color, label=_words(dataset, i, tone)) for i, color in enumerate(colors)]
     if (reached.values == 0).any():
         handles.append(Patch(color=LIGHT, label=NO_STATE))
-    if rows == "start_amplitude" and count and tone == 1:
-        scale, _ = reader_unit(dataset[rows])
-        own = dataset["amplitude"].sel(tone=tone).values / scale, dataset["phase"].sel(tone=tone).values % 360.0
-        axes.plot(own[1], own[0], linestyle="", marker="o", color="white", markeredgecolor="black", clip_on=False)
+    if count:
+        places = starts_of_states(dataset, case_of(dataset).problem.tones[0])
+        up, right = (own / reader_unit(dataset[dim])[0] for own, dim in zip(places, reached.dims, strict=True))
+        axes.plot(right, up, linestyle="", marker="o", color="white", markeredgecolor="black", clip_on=False)
     axes.set_xlabel(x_text)
     axes.set_ylabel(y_text)
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.16), frameon=False, fontsize="small")

@@ -25,7 +25,8 @@ from dforce.results.status import REPEATING, Status
 from dforce.solvers import SolverSettings
 from dforce.solvers.accuracy import assure
 from dforce.solvers.blocks import block_type
-from dforce.solvers.integrator import Integrator, Motion, load_kernels, with_amplitudes
+from dforce.solvers.compiled import load_kernels
+from dforce.solvers.integrator import Integrator, Motion, with_amplitudes
 from dforce.solvers.problem_batch import ProblemBatch
 from dforce.solvers.protocols import QUASI_STATIC, make_protocol
 from dforce.solvers.sample_counts import sample_counts

@@ -246,6 +246,7 @@ def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str,
     """
     reference, force = np.array([(tone.frequency, tone.force) for tone in problem.tones]).T
     shift, stiffness = frequency - reference, np.array([problem.modes[tone.mode].k for tone in problem.tones])
+    seen = np.array([abs(row[tone.mode]) for row, tone in zip(problem.readout.weights, problem.tones, strict=True)])
     if problem.shaken is not None:
         each = [
             [problem.at_frequency(one, j).tones[j].force for j, one in enumerate(row)] for row in frequency.tolist()
@@ -256,7 +257,7 @@ def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str,
         "frequency_shift": shift,
         "drive_force": ratio * force,
         "drive_ratio": ratio,
-        "normalized_frequency_shift": stiffness * values["amplitude"] ** 1.5 * shift / reference,
+        "normalized_frequency_shift": stiffness * (values["amplitude"] / seen) ** 1.5 * shift / reference,
         "mean_stiffness": -2.0 * values["virial"] / values["mode_amplitude"] ** 2,
     }
 

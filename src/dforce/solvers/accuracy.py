@@ -28,8 +28,8 @@ from dforce.observables.finish import finish_each
 from dforce.observables.misfit import GROSS, misfit, misfit_each, misfit_of_rows
 from dforce.problem import Problem
 from dforce.solvers.block import Block
+from dforce.solvers.compiled import load_kernels
 from dforce.solvers.crests import passed_by
-from dforce.solvers.integrator import load_kernels
 from dforce.solvers.model import DISTANCE
 from dforce.solvers.orbit import Orbit
 from dforce.solvers.parameter_range import ParameterRange

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -14,44 +13,16 @@ import numpy as np
 from dforce import kernel
 from dforce.core.arrays import AnyArray, Array, Complexes
 from dforce.core.errors import ParameterError
-from dforce.integrators import lanes, loops, lsoda, rk4
+from dforce.integrators import loops, lsoda
 from dforce.integrators.fitted import fit
-from dforce.kernel.tip import TipFunctions
 from dforce.observables import lockin, measure
 from dforce.problem import Problem
-from dforce.solvers import newton, period_map, quasi_static, relaxation
+from dforce.solvers.compiled import TipFunctions, load_kernels
 from dforce.solvers.settings import SolverSettings
 
 if TYPE_CHECKING:
     from dforce.engine.marching import Marched
 
-# functions that the solvers call by address: compiled for each combination of forces, of forces and tones, and once for all
-OWN: dict[str, Callable[..., Any]] = {"advance": rk4.advance}
-LANES: dict[str, Callable[..., Any]] = {"advance_lanes": lanes.advance_lanes}
-SHARED: dict[str, Callable[..., Any]] = {
-    "cut": rk4.cut,
-    "cut_lanes": lanes.cut_lanes,
-    "measure_force": measure.measure_force,
-}
-CALLED = OWN | LANES | SHARED
-# compiled once for all forces
-SOLVERS: dict[str, Callable[..., Any]] = {
-    "march_rk4": rk4.march,
-    "measure": measure.measure,
-    "follow": quasi_static.follow,
-    "advance_block": period_map.advance_block,
-    "march": period_map.march,
-    "find_orbits": newton.find_orbits,
-    "take_steps": newton.take_steps,
-    "take_leaps": relaxation.take_leaps,
-}
-USUAL = ("follow", "march", "take_leaps")  # the entries that a curve compiles
-ENTRIES: dict[str, Callable[..., Any]] = OWN | {
-    "derivative": lsoda.derivative,
-    "sample": lsoda.sample,
-    "lock_in": lockin.lock_in,
-    "phases": loops.phases,
-}
 LEAST_SAMPLES = 32  # per period of a mode or tone
 PHASE_ERROR = 1e-4  # rad that RK4's own error may turn the slowest-damped mode by, at most
 FOLLOWED = 1.2  # of the shortest time in which a fluid follows: longest step; its errors count for little
@@ -130,13 +101,6 @@ def enough_samples(needs: Array, settings: SolverSettings) -> Any:
     return np.where(needed <= settings.points_per_period, settings.points_per_period, raised)
 
 
-def load_kernels(problem: Problem) -> tuple[kernel.Kernel, kernel.Kernel]:
-    """Return the composed tip equation of a problem, and the solvers that call it."""
-    return kernel.load(problem, ENTRIES, tuple(CALLED.values())), kernel.load_solvers(
-        len(problem.modes), SOLVERS, tuple(CALLED.values()), problem.late_fluid, USUAL
-    )
-
-
 class Integrator(ABC):
     """A problem made ready to be integrated by one method, at one distance after another."""
 
@@ -164,7 +128,7 @@ class Integrator(ABC):
         self.kinks = kernel.kink_distances(problem)
         self.sizes = np.array([force.memory_scale for force in problem.forces for _ in range(force.memory)])
         self.p = kernel.parameters(problem, 0.0)
-        self._tip = TipFunctions(self.kernel, problem, CALLED, LANES, SHARED)
+        self._tip = TipFunctions(self.kernel, problem)
         self._turns: lockin.Turns | None = None
 
     @property

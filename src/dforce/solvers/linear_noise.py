@@ -25,7 +25,8 @@ from dforce.integrators.loops import TAU, seconds, tabulate
 from dforce.integrators.rk4 import next_sample
 from dforce.kernel.vocabulary import distance, force, from_vector, mode_count, motion_size, rate_of, unpacked
 from dforce.problem import Problem
-from dforce.solvers.integrator import CALLED, Integrator, Motion
+from dforce.solvers.compiled import CALLED
+from dforce.solvers.integrator import Integrator, Motion
 from dforce.solvers.langevin import free_motion
 from dforce.solvers.stability import STABLE, stability
 

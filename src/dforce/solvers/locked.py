@@ -24,7 +24,6 @@ from dforce.solvers.blocks import block_type
 from dforce.solvers.integrator import with_amplitudes
 from dforce.solvers.newton import solve_each
 from dforce.solvers.period_map import ALL, MOTION
-from dforce.solvers.quasi_static_steps import hermite
 from dforce.solvers.settings import SolverSettings
 from dforce.solvers.states import States
 from dforce.solvers.transient import CancelCheck
@@ -347,6 +346,20 @@ class Locked:
             step = np.nan_to_num(steps(found.matrix, missed))
             found.unknowns[:] += step
         return self.march(found.unknowns, found.branch, times, ALL)[2]
+
+
+def hermite(at: Array, x: Array, slope: Array) -> Array:
+    """Return the value at 0 of the polynomial with values x and slopes at some places, (places, ...), a row or more each."""
+    nodes, table = np.repeat(at, 2, axis=0), np.repeat(x, 2, axis=0)
+    out, factor = table[0], np.ones(at.shape[1:])
+    for order in range(1, len(nodes)):
+        run = (nodes[order:] - nodes[:-order])[..., None]
+        table = np.where(run == 0.0, 0.0, np.diff(table, axis=0) / np.where(run == 0.0, 1.0, run))
+        if order == 1:
+            table[::2] = slope
+        factor = -factor * nodes[order - 1]
+        out = out + factor[..., None] * table[0]
+    return np.asarray(out)
 
 
 def steps(matrix: Array, missed: Array) -> Array:

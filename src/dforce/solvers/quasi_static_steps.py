@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from dforce.core.arrays import Array
 from dforce.solvers.newton import CONVERGED, longest, solve_both
 
 LARGEST = 0.1  # of the parameter's unit: step
@@ -58,20 +57,6 @@ def predict(last: Any, before: Any, unit: float, value: float, out: Any) -> None
         rise = x[k] - x_before[k]
         a, b = span * rate * slope[k], span * rate_before * slope_before[k]
         out[k] = x[k] + s * (a + s * ((2.0 * a + b - 3.0 * rise) + s * (a + b - 2.0 * rise)))
-
-
-def hermite(at: Array, x: Array, slope: Array) -> Array:
-    """Return the value at 0 of the polynomial with values x and slopes at some places, (places, ...), a row or more each."""
-    nodes, table = np.repeat(at, 2, axis=0), np.repeat(x, 2, axis=0)
-    out, factor = table[0], np.ones(at.shape[1:])
-    for order in range(1, len(nodes)):
-        run = (nodes[order:] - nodes[:-order])[..., None]
-        table = np.where(run == 0.0, 0.0, np.diff(table, axis=0) / np.where(run == 0.0, 1.0, run))
-        if order == 1:
-            table[::2] = slope
-        factor = -factor * nodes[order - 1]
-        out = out + factor[..., None] * table[0]
-    return np.asarray(out)
 
 
 def fold_ahead(value: float, slope: float, value_before: float, slope_before: float) -> float:

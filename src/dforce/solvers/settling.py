@@ -14,7 +14,7 @@ from dforce.solvers.period_map import REPEATED, Slots, foretell, unrest
 from dforce.solvers.quasi_static import Stretch
 from dforce.solvers.relaxation import ARRIVED
 from dforce.solvers.states import States
-from dforce.solvers.transient import LATE, wanders
+from dforce.solvers.transient import LATE, still_ahead, wanders
 
 ROUGH, FINE = 1e-3, 1e-5  # of the free amplitude: settling tolerances before Newton's method takes over
 SAME_STATE = 10.0  # times the rest of the way: an orbit farther from the rough state is another one
@@ -131,10 +131,7 @@ def _settled_in_time(block: Block, cases: Indices, start: States, at: Array) -> 
 def _settle(
     block: Block, cases: Indices, start: States, at: Array, tolerance: float
 ) -> tuple[States, Array, Array, Bools]:
-    """Integrate until motions stop moving, or wander.
-
-    Each is compared over spans of one decay time of the slowest mode. The rest follows from two changes in a row, c1 and c2,
-    as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
+    """Integrate until motions stop moving from one decay time of the slowest mode to the next, or wander.
 
     Returns
     -------
@@ -153,11 +150,7 @@ def _settle(
         state.put(going, after)
         periods[going] += decay[going]
         change = apart(after.x, before.x)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            ratio = np.where(former[going] > 0.0, np.minimum(change / former[going], 0.999), 0.0)
-            ahead = change * np.maximum(1.0, ratio / (1.0 - ratio))
-        drift[going] = np.where(np.isfinite(former[going]), ahead, np.inf)
-        over = np.isfinite(former[going]) & (np.minimum(ahead, 100.0 * change) < tolerance)
+        drift[going], over = still_ahead(change, former[going], tolerance)
         former[going], moves[going] = change, ~over
         path = [*path, state.x[:, 0] + 1j * state.x[:, 1]][-LATE:]
         rests = np.array([not wanders(np.array(path)[:, i]) for i in going])

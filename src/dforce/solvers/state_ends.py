@@ -93,9 +93,18 @@ def ahead_of(ends: Stretch, way: Array, folding: Bools, unit: Array) -> Array:
 
 
 class Ended(NamedTuple):
-    """States that ended: their problems, last orbits and places (SI), the points beside, and the periods of their motions.
+    """States that ended.
 
-    `way` is 1 where the parameter rises, or -1. The points `before` may lie on another state.
+    Attributes
+    ----------
+    cases, ends, places
+        Their problems, their stretches with the last orbits, and where they end (SI).
+    way
+        1 where the parameter rises, or -1.
+    before, values, behind
+        The points before the ends, which may lie on another state, their values (SI), and the values behind the ends.
+    cycles
+        Common periods after which the motions repeat.
     """
 
     cases: Indices

@@ -13,12 +13,11 @@ from dforce import kernel
 from dforce.core.arrays import Array, Indices
 from dforce.core.lazy import lazy_property
 from dforce.kernel.codegen import FIRST_DRIVE, FIRST_MODE, OMEGA, PER_MODE, SPEED, parameter_count
-from dforce.kernel.tip import TipFunctions
 from dforce.observables import measure
 from dforce.observables.averaging import common_period
 from dforce.observables.lockin import turns_of
 from dforce.problem import Problem
-from dforce.solvers.integrator import CALLED, LANES, SHARED, load_kernels
+from dforce.solvers.compiled import TipFunctions, load_kernels
 from dforce.solvers.model import DISTANCE, FREQUENCY, Model, SharedDrive, retune
 from dforce.solvers.problem_batch import Levers, ProblemBatch
 
@@ -60,7 +59,7 @@ class TipEquations:
             self.responses = np.repeat(kernel.responses(example)[None], len(batch), axis=0)
             self.unit = self.reference / np.array([max(mode.Q for mode in example.modes)])
         own, self._solvers = load_kernels(example)
-        self._tip = TipFunctions(own, example, CALLED, LANES, SHARED)
+        self._tip = TipFunctions(own, example)
         self._drives: dict[int, SharedDrive] = {}
 
     @property

@@ -113,11 +113,21 @@ def chunks(periods: float, check_cancelled: CancelCheck, chunk: int = 16) -> Ite
         chunk = max(1, min(4 * chunk, int(count * CHUNK_SECONDS / max(took, 1e-9))))
 
 
-def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> tuple[Motion, bool, float]:
-    """Integrate until the tones' complex amplitudes stop moving.
+def still_ahead(change: Any, before: Any, tolerance: float) -> tuple[Any, Any]:
+    """Return how far motions still have to go, and whether they have settled, from two changes in a row over equal spans.
 
-    Each is compared over a span of one decay time of the slowest mode. The rest follows from two changes in a row, c1 and c2,
-    as a geometric series: c2 r / (1 - r), r = c2 / c1, and never less than c2 itself.
+    The changes c1 and c2 continue as a geometric series: the rest is c2 r / (1 - r) with r = c2 / c1, and never less than c2
+    itself. It is infinite where the change before is.
+    """
+    known = np.isfinite(before)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.where(before > 0.0, np.minimum(np.divide(change, before), 0.999), 0.0)
+        rest = np.where(known, change * np.maximum(1.0, ratio / (1.0 - ratio)), np.inf)
+    return rest, known & (np.minimum(rest, 100.0 * change) < tolerance)
+
+
+def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> tuple[Motion, bool, float]:
+    """Integrate until the tones' complex amplitudes stop moving from one decay time of the slowest mode to the next.
 
     Returns
     -------
@@ -146,10 +156,9 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
         path.append(now / size)
         if before is not None:
             change = float(np.max(np.abs(now - before) / size))
-            ratio = min(change / change_before, 0.999) if change_before > 0.0 else 0.0
-            drift = change * max(1.0, ratio / (1.0 - ratio)) if math.isfinite(change_before) else math.inf
-            if min(drift, 100.0 * change) < settings.settle_tolerance and math.isfinite(change_before):
-                return motion, True, drift
+            drift, is_settled = still_ahead(change, change_before, settings.settle_tolerance)
+            if is_settled:
+                return motion, True, float(drift)
             change_before = change
         before = now
         late = np.array(path[-LATE:])
@@ -157,7 +166,7 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
             reach = max(_range(c) for c in late.T)
             is_small = reach < REPEATS * settings.settle_tolerance
             return motion, is_small, reach if is_small else math.inf
-    return motion, False, drift
+    return motion, False, float(drift)
 
 
 def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> Steady:

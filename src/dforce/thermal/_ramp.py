@@ -54,7 +54,7 @@ def snap_in_distance(case: Case, speed: Any) -> xr.Dataset:
     ------
     ParameterError
         When a speed is not above 0, or the lever does not snap in or changes with its height. Also for
-        ``noise.thermal = false``, and when a force has memory or branches or depends on `zc`.
+        ``noise.thermal = false``, and when a force has memory or branches or depends on `zc` or on time.
     """
     import xarray as xr
 

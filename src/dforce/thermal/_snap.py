@@ -58,7 +58,8 @@ def snap_in_rate(case: Case, zc: Any) -> xr.Dataset:
     Raises
     ------
     ParameterError
-        When the lever has no barrier at this distance, a force has memory or branches, and for ``noise.thermal = false``.
+        When the lever has no barrier at this distance, a force has memory or branches or depends on time, and for
+        ``noise.thermal = false``.
     """
     import xarray as xr
 
@@ -104,7 +105,7 @@ def barrier_at(problem: Problem, zc: float) -> Barrier | None:
     Raises
     ------
     ParameterError
-        When there is no thermal motion, or a force has memory or branches.
+        When there is no thermal motion, or a force has memory or branches or depends on time.
     """
     from scipy.integrate import quad
     from scipy.optimize import brentq
@@ -145,10 +146,9 @@ def at_rest(problem: Problem, zc: float) -> Callable[[float], float]:
     """
     forces = problem.forces
     for force in forces:
-        if force.memory or force.switch is not None:
-            raise ParameterError(
-                f"{force.name} has memory or two branches, so the energy is not a function of distance"
-            )
+        if force.memory or force.switch is not None or force.timed:
+            why = "depends on time" if force.timed else "has memory or two branches"
+            raise ParameterError(f"{force.name} {why}, so the energy is not a function of distance")
     laws = [(force.plain_law(), (zc,) if "zc" in force.leading() else (), force.values()) for force in forces]
 
     def total(d: float) -> float:

@@ -62,6 +62,10 @@ class Evidence:
         """Return the path of a number of a tone, counted from 0."""
         return f"drive.tones.{number + 1}.{field}" if self.case.drive.tones else f"drive.{field}"
 
+    def free_motion(self, number: int) -> float:
+        """Return the free amplitude (m) of a tone's own mode; the detector may read another one."""
+        return float(abs(self.problem.free[number, self.problem.tones[number].mode]))
+
     @functools.cached_property
     def range_of_zc(self) -> tuple[float, float] | None:
         """Nearest and farthest average distance of the experiment (m), if known."""

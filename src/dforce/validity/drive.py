@@ -71,7 +71,7 @@ def apparent_dissipation(seen: Evidence) -> Advice | None:
     if not apparent.size or apparent.shape != taken.shape:
         return None
     tone = problem.tones[0]
-    work = math.pi * tone.force * tone.A0
+    work = math.pi * tone.force * seen.free_motion(0)
     wrong = int(np.argmax(np.abs(apparent - taken)))
     off = float(abs(apparent[wrong] - taken[wrong])) / work
     if off <= MISLED:

@@ -128,7 +128,8 @@ def drive_off_resonance(seen: Evidence) -> Advice | None:
         mode = seen.problem.modes[tone.mode]
         widths = abs(tone.frequency - mode.f0) / (mode.f0 / mode.Q)
         if widths > 1.0:
-            peak = float(abs(seen.problem.at_frequency(mode.f0, number).free[number, tone.mode]))
+            at_f0 = float(abs(seen.problem.at_frequency(mode.f0, number).free[number, tone.mode]))
+            peak = tone.A0 * at_f0 / seen.free_motion(number)
             return Advice(
                 "drive_off_resonance",
                 widths,
@@ -165,13 +166,13 @@ def thermal_amplitude(seen: Evidence) -> Advice | None:
     temperature = seen.case.medium.temperature
     for number, tone in enumerate(seen.problem.tones):
         mode = seen.problem.modes[tone.mode]
-        moved = math.sqrt(BOLTZMANN * temperature / mode.k)
-        if moved > NOISY * tone.A0:
+        moved, free = math.sqrt(BOLTZMANN * temperature / mode.k), seen.free_motion(number)
+        if moved > NOISY * free:
             return Advice(
                 "thermal_amplitude",
                 moved,
-                NOISY * tone.A0,
-                f"The thermal motion of mode {tone.mode + 1} is {shown(moved, 'm')} (rms), {percent(moved / tone.A0)} of its "
+                NOISY * free,
+                f"The thermal motion of mode {tone.mode + 1} is {shown(moved, 'm')} (rms), {percent(moved / free)} of its "
                 "free amplitude, and the model neglects it. Use a larger A0 or a stiffer cantilever, or treat the result as "
                 "a mean.",
                 EQUIPARTITION,
@@ -262,7 +263,8 @@ def _static_snap_in(forces: tuple[Force, ...], a0: float, k: float) -> float | N
 
     It rests where k (d - zc) = F(d); coming nearer, it snaps in where zc stops falling with d.
     """
-    laws = [(force.plain_law(), force.values()) for force in forces if force.leading() == ("d", "rate", "t")]
+    steady = [force for force in forces if force.leading() == ("d", "rate", "t") and not force.timed]
+    laws = [(force.plain_law(), force.values()) for force in steady]
     ratio, d, last = (a0 / FARTHEST) ** (1.0 / STEPS), FARTHEST, math.inf
     for _ in range(STEPS):
         zc = d - sum(law(d, 0.0, 0.0, *values) for law, values in laws) / k

@@ -70,7 +70,7 @@ def false_dissipation(seen: Evidence) -> Advice | None:
     if tone.lock is None or others or not of_mode.size or of_mode.shape != of_sample.shape:
         return None
     mode = seen.problem.modes[tone.mode]
-    seen_at_all = np.abs(of_mode) > 1e-3 * np.pi * mode.k * tone.A0**2 / mode.Q
+    seen_at_all = np.abs(of_mode) > 1e-3 * np.pi * mode.k * seen.free_motion(0) ** 2 / mode.Q
     if not seen_at_all.any():
         return None
     share = float(np.max(1.0 - of_sample[seen_at_all] / of_mode[seen_at_all]))
@@ -95,7 +95,7 @@ def sticks(seen: Evidence) -> Advice | None:
     forces = [one for one in seen.problem.forces if one.leading() == ("d", "rate", "t")]
     distances = seen.problem.a0 * np.geomspace(1.0, LONG, STEPS)
     pull = -min(sum(force_at(seen, force, d, 0.0) for force in forces) for d in distances.tolist())
-    spring = seen.problem.modes[tone.mode].k * tone.A0
+    spring = seen.problem.modes[tone.mode].k * seen.free_motion(0)
     if pull <= spring:
         return None
     return Advice(

@@ -184,7 +184,7 @@ def energy_gained(seen: Evidence) -> Advice | None:
         return None
     given = -float(np.nanmin(array, initial=math.inf))
     problem = seen.problem
-    sizes = np.array([tone.A0 for tone in problem.tones]) + np.abs(problem.base)
+    sizes = np.abs(problem.free).max(axis=1) + np.abs(problem.base)
     most = float(math.pi * np.abs(problem.tip_drive).max(axis=1) @ sizes)
     if not given > GAINED * most:
         return None
@@ -326,7 +326,7 @@ def held_tip(seen: Evidence) -> Advice | None:
     unresolved = 0 if status is None else int(np.count_nonzero(status == Status.UNRESOLVED))
     forces = [force for force in seen.problem.forces if isinstance(force, AdhesionHysteresis)]
     tone = seen.problem.tones[0]
-    spring = seen.problem.modes[tone.mode].k * tone.A0
+    spring = seen.problem.modes[tone.mode].k * seen.free_motion(0)
     if status is None or unresolved == 0 or not forces or forces[0].retract_adhesion <= spring:
         return None
     adhesion = forces[0].retract_adhesion

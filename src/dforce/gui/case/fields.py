@@ -181,7 +181,8 @@ def _part(part: Any, quantity: ParameterQuantity | None, alone: bool) -> list[Sh
         return [Shape("numbers", label="list of values")] if quantity is not None else [Shape("texts")]
     if _is_parameters(part):
         first, more = list(part.keys())[:2], len(part.keys()) > 2
-        return [Shape("table", label=spaced(", ".join(first)) + " ..." * more, model=part)]
+        label = str(getattr(part, "title", "")) or spaced(", ".join(first)) + " ..." * more
+        return [Shape("table", label=label, model=part)]
     if quantity is not None:
         return [Shape("quantity", label="one value")]
     return [Shape({bool: "switch", int: "whole", float: "number"}.get(part, "text"))]

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import dforce as df
-from dforce.findings.coexisting import starts_of_states
+from dforce.case import case_of
+from dforce.experiments.basins import starts_of_states
 from dforce.gui.case.fields import with_models
 from dforce.gui.curves.chart import Chart, label_of, legend, packed, plain, title, unit_of
 from dforce.gui.curves.figures import LIGHT, MARGIN, WIDTH, Drawn, Figure
@@ -149,7 +150,7 @@ def basins(result: xr.Dataset) -> Drawn:
         }
         for n, finding in enumerate(finding for finding in df.summary(result) if finding.name == "share")
     ]
-    up, right = starts_of_states(result)
+    up, right = starts_of_states(result, case_of(result).problem.tones[0])
     states.append(
         {
             "type": "scatter",

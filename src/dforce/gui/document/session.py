@@ -113,9 +113,7 @@ class Session:
         """Draw a kept result that was hidden."""
         own = self.kept_as(result)
         if own is not None and not own.shown:
-            results = tuple(
-                dataclasses.replace(kept, shown=kept.shown or kept is own) for kept in self.document.results
-            )
+            results = tuple(dataclasses.replace(one, shown=one.shown or one is own) for one in self.document.results)
             self.look(dataclasses.replace(self.document, results=results))
 
     def undo(self) -> None:
@@ -132,8 +130,9 @@ class Session:
 
     def _back_to(self, document: Document) -> None:
         self._last = ("", 0.0)
-        # results are computed, not typed: no step back loses them, nor how they are drawn
-        self._take(self._with_looks(document), anew=True)
+        # results are computed, not typed: no step back loses them, nor how they are drawn; another case has its own curve
+        own = self.document if document.opened is self.document.opened else document
+        self._take(dataclasses.replace(self._with_looks(document), measured=own.measured), anew=True)
 
     def _with_looks(self, document: Document) -> Document:
         return dataclasses.replace(document, **{name: getattr(self.document, name) for name in LOOKS})
@@ -249,7 +248,7 @@ class Session:
                 raise
             raise df.CaseError("this project contains a case that cannot be shown") from error
         self.look(self.document)
-        await self.measured.tidy(self.document)
+        await self._tidy_measured()
 
     def kept_as(self, result: xr.Dataset | None) -> KeptResult | None:
         """Return the entry of a result in the list; None if it is not kept."""
@@ -296,7 +295,7 @@ class Session:
         async with self._keeping:  # a curve or fit that comes meanwhile would remove the file before it has its name
             measured = await self.measured.keep(raw, name, settings)
             self.look(dataclasses.replace(self.document, measured=measured))
-            await self.measured.tidy(self.document)
+            await self._tidy_measured()
 
     async def take_fit(self, fit: xr.Dataset) -> None:
         """Take a fit that was opened, and the measured curve in it.
@@ -316,14 +315,17 @@ class Session:
             now = self.document.measured  # with the input during the writing of the file
             if measured is not None and now is not None and now.id == measured.id:
                 self.look(dataclasses.replace(self.document, measured=dataclasses.replace(now, fit=identifier)))
-            await self.measured.tidy(self.document)
+            await self._tidy_measured()
 
     async def drop_measured(self) -> None:
         """Forget the measured curve and its fit."""
         self._leave_fit()
         self.look(dataclasses.replace(self.document, measured=None))
         async with self._keeping:
-            await self.measured.tidy(self.document)
+            await self._tidy_measured()
+
+    async def _tidy_measured(self) -> None:
+        await self.measured.tidy(self.document, [*self.steps, self.document, *reversed(self.undone)])
 
     async def fit(self, document: Document) -> None:
         """Fit the parameters that a document names to its measured curve, and keep the fit; one that is stopped, too.

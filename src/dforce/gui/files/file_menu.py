@@ -122,8 +122,8 @@ class FileMenu:
         """Open an example, or a measured file that is shipped, with the case that fits it."""
         with self._telling(UNOPENED):
             if name in df.examples():
-                await self.view.session.drop_measured()
                 self.view.open(Document.of(df.example(name)))
+                await self.view.session.drop_measured()
                 self.view.session.hide_kept()  # they were of another case, and are a press away
                 return
             shipped = measured_data()

@@ -42,12 +42,15 @@ class Beside:
         Offset that is subtracted from its phases (degrees).
     fit
         Its fit, where there is one.
+    stale
+        Whether the fit is of another case than the model.
     """
 
     curve: xr.Dataset
     shift: float = 0.0
     turn: float = 0.0
     fit: xr.Dataset | None = None
+    stale: bool = False
 
     def moved(self) -> xr.Dataset:
         """Return the curve with heights that are average distances, and phases as the model counts them."""
@@ -144,7 +147,7 @@ def _lines(drawn: Drawn, fit: xr.Dataset, beside: Beside, names: list[str]) -> I
                 "type": "scatter",
                 "mode": "lines",
                 "meta": f"fit {name}",
-                "name": "best fit",
+                "name": "fit of another case" if beside.stale else "best fit",
                 "line": {"color": "ink", "width": 1.4, "dash": "solid"},
                 "showlegend": first,
                 "hoverinfo": "skip",

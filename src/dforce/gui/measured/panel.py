@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 NM = 1e-9
 FEWEST, MOST, EVERY = 51, 501, 0.1e-9  # points of an experiment over the measured heights, and about how far apart
+REACH = 3.0  # nm to either side of the shift that the curve itself suggests; more where it was shifted farther
 BETWEEN = 0.05  # s between two messages of the shift that is dragged
 PRIORS = ("fit", "priors")
 LONGEST_PRIOR = 60  # characters
@@ -92,7 +93,8 @@ class MeasuredCurve(Panel):
             before = drawn.document.measured
             # a shift that comes with other values waits for their curve
             measured = before if before is not None and before.id == measured.id else measured
-        return overlay.Beside(kept.curve, measured.shift, measured.turn, kept.fit)
+        stale = kept.fit is not None and not fitting.is_of(kept.fit, self.view.document)
+        return overlay.Beside(kept.curve, measured.shift, measured.turn, kept.fit, stale)
 
     def show(self, scene: Scene | None = None) -> None:
         """Show the curve of the document, and how far its fit is."""
@@ -106,8 +108,9 @@ class MeasuredCurve(Panel):
         shown = dict[str, Any](name=measured.name, wrong=as_sentence(kept.wrong) if kept.wrong else "", facts=facts)
         shown |= {"hint": self._hint(), "ready": curve is not None, "match": MATCH}
         if curve is not None:
-            reach = max(3.0, 2.0 * abs(measured.shift) / NM)
-            shown |= {"at": round(measured.shift / NM, 3), "low": -round(reach), "high": round(reach)}
+            at, found = measured.shift / NM, float(curve.attrs.get("height_offset", 0.0)) / NM
+            reach = max(REACH, 2.0 * abs(at - found))
+            shown |= {"at": round(at, 3), "low": round(found - reach, 1), "high": round(found + reach, 1)}
             shown |= {"history": [str(line) for line in curve.attrs.get("history", [])]}
             shown |= {"doubts": [as_sentence(in_words(self.view.document, text)) for text in doubts(curve.attrs)]}
         self.element.show(**shown, **self._of_fit())

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -109,10 +110,14 @@ class MeasuredSession:
         identifier, offset = await asyncio.to_thread(shelve)
         return MeasuredData(identifier, name[-LONGEST_FILE:], dict(settings), float(offset))
 
-    async def tidy(self, document: Document) -> None:
-        """Remove the files of curves and fits that the document no longer names."""
-        measured = document.measured
-        named = set() if measured is None else {measured.id, measured.fit}
+    async def tidy(self, document: Document, steps: Sequence[Document]) -> None:
+        """Remove files of curves and fits, except of the document, and of other cases to which undo or redo leads back.
+
+        `steps` are the documents of undo and redo in order, with this document between them.
+        """
+        others = (pair for pair in itertools.pairwise(steps) if pair[0].opened is not pair[1].opened)
+        found = [one.measured for one in (document, *itertools.chain(*others)) if one.measured is not None]
+        named = {name for one in found for name in (one.id, one.fit)}
 
         def remove() -> None:
             for name in set(self.results.names()) - named:

@@ -278,7 +278,8 @@ def read_limit(result: xr.Dataset, choice: Choice, text: str, above: bool) -> Dr
 
 def allowed(result: xr.Dataset, choice: Choice, limit: DrawnLimit) -> str:
     """Return in words where along the lines the limit holds, and for which states."""
-    meant = states_meant(result)
+    # the findings of a plan begin with its states
+    meant = "" if "plan_over" in result.attrs else f", for {states_meant(result)}"
     variable = cut(result, choice.quantity, choice)
     values = variable.transpose(choice.x, ...).values.reshape(variable.sizes[choice.x], -1)
     there = np.isfinite(values).any(axis=1)
@@ -286,8 +287,8 @@ def allowed(result: xr.Dataset, choice: Choice, limit: DrawnLimit) -> str:
         fails = (values < limit.value if limit.above else values > limit.value).any(axis=1)
     holds = there & ~fails
     if not holds.any():
-        return f"The limit holds nowhere here for {meant}."
+        return f"The limit holds nowhere here{meant}."
     x, _ = axis_of(result, choice.x)
     unit = unit_of(result[choice.x])[1]
     words = [with_unit(f"{value:.4g}", unit) for value in x]
-    return f"The limit holds at {label_of(result, choice.x)} {_runs(holds, words)}, for {meant}."
+    return f"The limit holds at {label_of(result, choice.x)} {_runs(holds, words)}{meant}."

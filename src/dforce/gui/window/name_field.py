@@ -34,4 +34,6 @@ class NameField(ui.select):
         self.on("keydown.enter", self._leave, js_handler=ENTER % (self.id, TAKE % self.id))
 
     def _leave(self, event: GenericEventArguments) -> None:
-        self.error = f"No {self.noun} matches “{str(event.args)[:30]}”." if event.args else None
+        self.error = (
+            f"No {self.noun} matches “{str(event.args)[:30]}”; type your values after Start." if event.args else None
+        )

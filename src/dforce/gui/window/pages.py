@@ -55,7 +55,9 @@ SKIPS = {
     "Skip to the tabs": ".df-pane [role=tab][aria-selected=true]",
 }
 SKIP = "(event) => { event.preventDefault(); document.querySelector(PLACE)?.focus(); }"
-TO_TOP = 'document.querySelector(".df-panels").scrollTop = 0; window.scrollTo(0, 0)'
+HELP = "Point at a field to read its meaning."
+TO_TOP = f"""document.querySelector(".df-panels").scrollTop = 0; window.scrollTo(0, 0);
+    document.getElementById("df-help").replaceChildren("{HELP}")"""
 SHEETS = (HERE / "style.css", HERE.parent / "curves" / "plots.css")
 
 
@@ -249,9 +251,7 @@ class Page:
         with ui.element("div").classes("df-foot"):
             with ui.element("div").classes("df-force"):
                 self.view.force = ForceChart()
-            ui.label("Point at a field to read its meaning.").classes("df-help").props(
-                'id="df-help" aria-hidden="true"'
-            )
+            ui.label(HELP).classes("df-help").props('id="df-help" aria-hidden="true"')
 
         def said(said: Said) -> None:
             nowhere = said.wrong if said.wrong and not forms.has(said.where) else ""

@@ -47,14 +47,14 @@ BROWSERS = (
     "chrome",
     "brave-browser",
 )
-PLACES = (
-    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
-    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
-    "/Applications/Chromium.app/Contents/MacOS/Chromium",
-    r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
-    r"C:\Program Files\Microsoft\Edge\Application\msedge.exe",
-    r"C:\Program Files\Google\Chrome\Application\chrome.exe",
-)
+PLACES = (  # of everyone on this computer, then of one person
+    *(f"{root}Applications/{name}.app/Contents/MacOS/{name}" for root in ("/", "~/") for name in (
+        "Google Chrome", "Microsoft Edge", "Chromium"
+    )),
+    *(rf"{root}\{name}" for root in (r"C:\Program Files (x86)", r"C:\Program Files", r"~\AppData\Local") for name in (
+        r"Microsoft\Edge\Application\msedge.exe", r"Google\Chrome\Application\chrome.exe"
+    )),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ def _announce(server: uvicorn.Server, address: str, show: str, profile: Path, jo
 def find_browser() -> str | None:
     """Return the program of a browser of Chromium's family, None where none is found."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    return found or next((place for place in PLACES if Path(place).exists()), None)
+    return found or next((place for place in map(os.path.expanduser, PLACES) if Path(place).exists()), None)
 
 
 def open_window(address: str, profile: Path) -> bool:

@@ -345,10 +345,10 @@ class StartPage:
             say(as_sentence(in_words(self.view.document, str(error))))
             return
         session = self.view.session
-        if self.chosen.tab != "Fit":
-            await session.drop_measured()
         self.view.open(Document.first() if case == df.example(FIRST) else Document.of(case))
         session.hide_kept()
+        if self.chosen.tab != "Fit":
+            await session.drop_measured()
         self.hide()
         self.open_tab(self.chosen.tab)
         if self.chosen.key == "class":

@@ -15,7 +15,6 @@ from dforce.inverse.checks import doubts
 from dforce.inverse.fitting.certainty import NOT_TOLD, TOGETHER, known_products
 from dforce.inverse.fitting.independence import neighbors
 from dforce.inverse.fitting.sides import not_excluded
-from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.steps import FAR_FORCES, LEFT_OUT
 from dforce.inverse.values import show
 from dforce.solvers.stability import UNSTABLE, stability
@@ -32,7 +31,6 @@ OUTLIER, NEAR, FEW = (
     4.0,
     0.05,
 )  # standard deviations of an outlier and of its neighbors, and its share of the points
-BOUND = 1e-3
 VISCOUS = 3.0  # standard deviations of a viscosity that a model lacks
 SCORE = "C. R. Rao, Proc. Camb. Philos. Soc. 44, 50 (1948)"
 STATISTICS = "W. H. Press et al., Numerical Recipes, chapter 15"
@@ -147,9 +145,7 @@ def _place(found: Fitted, one: Minimum) -> str:
 
 
 def _bounds(found: Fitted) -> Iterator[Advice]:
-    low, high = limits(found.model.unknowns)
-    near = np.minimum(np.abs(found.best.varied - low), np.abs(found.best.varied - high)) < BOUND
-    names = [one.name for one, is_near in zip(found.model.unknowns, near, strict=True) if is_near]
+    names = [one.name for one, is_near in zip(found.model.unknowns, found.at_bound, strict=True) if is_near]
     if names:
         said = f"{', '.join(names)} lies at a bound of its range."
         text = f"{said} Its error is meaningless: the best value is beyond the bound."

@@ -28,6 +28,8 @@ def branches(data: xr.Dataset, found: MeasuredPoints, margin: int | None) -> tup
 
     Where the data name the branch of each point, no spike is sought beside the spikes of the calibration.
     """
+    free = float(data.attrs.get("free_phase", RIGHT_ANGLE))
+    found = replace(found, phase=found.phase + (RIGHT_ANGLE - free))  # of net attraction above a right angle
     height = found.height
     spikes = data["spike"].values.astype(bool) if "spike" in data else np.zeros(len(height), bool)
     if "branch" in data.variables:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from dforce.case import Fit
-from dforce.core.arrays import Array
+from dforce.core.arrays import Array, Bools
 from dforce.inverse.fitting.bootstrap import Bootstrap
 from dforce.inverse.fitting.certainty import Certainty
 from dforce.inverse.fitting.minimize import Minimum
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.profile import Profile
 from dforce.inverse.fitting.sides import Sides
-from dforce.inverse.fitting.starts import SearchStart
+from dforce.inverse.fitting.unknowns import limits
 from dforce.inverse.fitting.viscosity import MissingViscosity
+
+AT_BOUND = 1e-3  # of the varied number: a value nearer to a bound lies at it
 
 
 @dataclass
@@ -45,7 +49,7 @@ class Fitted:
     settings: Fit
     model: CurveModel
     minima: list[Minimum]
-    starts: list[SearchStart]
+    starts: list[Minimum]
     certain: Certainty
     sides: Sides
     passed: Array
@@ -60,6 +64,12 @@ class Fitted:
     def best(self) -> Minimum:
         """The lowest minimum."""
         return self.minima[0]
+
+    @property
+    def at_bound(self) -> Bools:
+        """Which unknowns lie at a bound of their range."""
+        away = [np.abs(self.best.varied - edge) for edge in limits(self.model.unknowns)]
+        return np.asarray(np.min(away, axis=0) < AT_BOUND)
 
     @property
     def unseen(self) -> list[str]:

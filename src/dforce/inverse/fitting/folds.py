@@ -154,7 +154,7 @@ def slide(
         small = small + 1 if here.chi2 - found.chi2 < enough else 0
         here, damping = found, max(damping, 1e-9)
     if here.chi2 < start.chi2 or start.lost:
-        return Minimum(here.varied, here.chi2, here.predicted, objective.runs)
+        return Minimum(here.varied, here.chi2, here.predicted)
     return start
 
 

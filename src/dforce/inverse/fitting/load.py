@@ -61,26 +61,14 @@ def measured_curves(case: Case, path: str | os.PathLike[str]) -> list[xr.Dataset
 
 
 def reading_of(asked: Data) -> dict[str, Any]:
-    """Return the arguments of :func:`dforce.read_measured`.
-
-    Raises
-    ------
-    ParameterError
-        For a setting that it does not have.
-    """
+    """Return the arguments of :func:`dforce.read_measured`; see :func:`known_settings`."""
     named: dict[str, Any] = {"columns": dict(asked.columns) or None, "units": dict(asked.units) or None}
     named["phase_convention"] = asked.phase_convention or None
     return known_settings(read_measured, named, asked.read, "read")
 
 
 def calibration_of(asked: Data) -> dict[str, Any]:
-    """Return the arguments of :func:`dforce.calibrate`.
-
-    Raises
-    ------
-    ParameterError
-        For a setting that it does not have.
-    """
+    """Return the arguments of :func:`dforce.calibrate`; see :func:`known_settings`."""
     return known_settings(calibrate, {}, asked.calibrate, "calibrate")
 
 

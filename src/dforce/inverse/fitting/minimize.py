@@ -21,22 +21,19 @@ MOST = 60  # evaluations for one minimum
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """A minimum, or the lowest place that was met.
+    """A minimum, or the lowest place that was met, or a place to start from.
 
     Attributes
     ----------
     varied, chi2
         Where, and how low.
     prediction
-        Of the model there; None where there is no problem.
-    runs
-        Evaluations of the model that led there.
+        Of the model there; None where there is no problem, and of starts.
     """
 
     varied: Array
     chi2: float
-    prediction: Prediction | None
-    runs: int
+    prediction: Prediction | None = None
 
     @property
     def lost(self) -> int:
@@ -70,7 +67,7 @@ class Objective:
         self.free = list(range(len(varied))) if free is None else list(free)
         self.on_run = on_run or (lambda objective: None)
         self.runs = 0
-        self.best = Minimum(varied.copy(), math.inf, None, 0)
+        self.best = Minimum(varied.copy(), math.inf)
         self._last: tuple[bytes, Prediction | None] = (b"", None)
 
     def whole(self, free: Array) -> Array:
@@ -95,13 +92,12 @@ class Objective:
         """Return all residuals in standard deviations: of the points, then of the priors."""
         varied = self.whole(free)
         predicted = self.predict(varied)
-        priors = self.model.priors(varied)
         if predicted is None:
-            return np.concatenate([np.full(self.model.measured.size, OUTSIDE), priors])
-        out = np.concatenate([self.model.residuals(predicted).ravel(), priors])
+            return np.concatenate([np.full(self.model.measured.size, OUTSIDE), self.model.priors(varied)])
+        out = self.model.all_residuals(varied, predicted)
         chi2 = float(out @ out)
         if chi2 < self.best.chi2:
-            self.best = Minimum(varied, chi2, predicted, self.runs)
+            self.best = Minimum(varied, chi2, predicted)
         self.on_run(self)
         return out
 
@@ -135,7 +131,7 @@ class Objective:
             gtol=1e-12,
             max_nfev=most,
         )
-        return Minimum(self.best.varied, self.best.chi2, self.best.prediction, self.runs)
+        return self.best
 
 
 def jacobian(model: CurveModel, varied: Array, predicted: Prediction, both_sides: bool = True) -> Array:

@@ -179,6 +179,10 @@ class CurveModel:
         out[:, self.tones :] = wrapped(out[:, self.tones :])
         return np.asarray(out / self.sigma)
 
+    def all_residuals(self, varied: Array, predicted: Prediction) -> Array:
+        """Return the residuals of the points, then the deviations of the unknowns from their priors, in standard deviations."""
+        return np.concatenate([self.residuals(predicted).ravel(), self.priors(varied)])
+
 
 def _stretch(data: MeasuredPoints, points: Any, kind: int) -> BranchPoints:
     """Return the points on one branch, in the order in which it is followed."""

@@ -24,7 +24,7 @@ from dforce.inverse.fitting.fitted import Fitted
 from dforce.inverse.fitting.independence import independence
 from dforce.inverse.fitting.points import SPIKE
 from dforce.inverse.fitting.sides import not_excluded
-from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown, limits
+from dforce.inverse.fitting.unknowns import CASE, HEIGHT, Unknown
 from dforce.inverse.quantities import FITS
 from dforce.inverse.values import with_unit
 from dforce.results.provenance import of_case
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 KIND = "fit"  # of a result, in its attributes
-AT_BOUND = 1e-3  # of the varied number: a value nearer to a bound lies at it
 LARGEST = 700.0  # logarithm of a number
 MIDDLE = (0.1587, 0.8413)  # shares of normal numbers below one standard deviation to each side
 POINTS = 201  # of the curve that the best case computes
@@ -89,8 +88,6 @@ def _of_parameters(found: Fitted, values: Array) -> dict[str, Any]:
     slope = np.array([one.slope(float(value)) for one, value in zip(unknowns, values, strict=True)])
     errors = certain.errors
     low, high, *interval = (np.array(ends) for ends in zip(*map(_ends, range(len(values)), repeat(found)), strict=True))
-    edges = limits(unknowns)
-    near = np.min([np.abs(found.best.varied - edge) for edge in edges], axis=0)
     priors = [one.prior or (math.nan, math.nan) for one in unknowns]
     start = np.array([one.start for one in unknowns])
     columns = {
@@ -104,7 +101,7 @@ def _of_parameters(found: Fitted, values: Array) -> dict[str, Any]:
         "start": start,
         "prior": np.array([one[0] for one in priors]),
         "prior_error": np.array([one[1] for one in priors]),
-        "at_bound": near < AT_BOUND,
+        "at_bound": found.at_bound,
         "seen": certain.seen,
     }
     out: dict[str, Any] = {name: ("parameter", column) for name, column in columns.items()}

@@ -1,4 +1,4 @@
-"""`df.fit`: parameters of a case from a measured curve."""
+"""`df.fit` and `df.fit_again`: parameters of a case from a measured curve."""
 
 from __future__ import annotations
 
@@ -23,10 +23,11 @@ from dforce.inverse.fitting.minimize import Minimum, Objective, jacobian
 from dforce.inverse.fitting.model import CurveModel
 from dforce.inverse.fitting.points import MeasuredPoints
 from dforce.inverse.fitting.profile import Profile, profile_of
-from dforce.inverse.fitting.result import to_dataset
+from dforce.inverse.fitting.report import check_fit
+from dforce.inverse.fitting.result import data_of, to_dataset
 from dforce.inverse.fitting.selection import checked_reading, measured
 from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
-from dforce.inverse.fitting.starts import SearchStart, different, first_guess, refined, searched
+from dforce.inverse.fitting.starts import different, first_guess, refined, searched
 from dforce.inverse.fitting.unknowns import (
     CASE,
     HEIGHT,
@@ -128,6 +129,29 @@ def fit(
     return to_dataset(found, data)
 
 
+@checked
+def fit_again(result: xr.Dataset, progress: Progress | bool | None = None) -> xr.Dataset:
+    """Repeat a fit from its own result, with the same case, settings and data.
+
+    Parameters
+    ----------
+    result
+        The result of :func:`fit`.
+    progress
+        See :func:`dforce.run`.
+
+    Raises
+    ------
+    ParameterError
+        When the result is not a fit, or is from an incompatible version of dForce.
+    """
+    check_fit(result)
+    text = result.attrs.get("start_case")
+    if not isinstance(text, str):
+        raise ParameterError("the result does not contain the settings of its fit")
+    return fit(Case.from_toml(text), data_of(result), progress=progress)
+
+
 def settings_of(case: Case, free: Sequence[str] | None, settings: Mapping[str, object]) -> Fit:
     """Return the settings of a fit: the arguments, else the case's settings."""
     given = {key: value for key, value in settings.items() if value is not None}
@@ -171,7 +195,7 @@ class _FitRun:
     ) -> None:
         self.settings, self.report_progress = settings, report_progress
         self.runs, self.chi2 = 0, np.inf
-        self.starts: list[SearchStart] = []
+        self.starts: list[Minimum] = []
         self.minima: list[Minimum] = []
         self.model = CurveModel(case, unknowns, data, check_cancelled=self.check_cancelled)
         self.case, self.data, self.unknowns = case, data, self.model.unknowns
@@ -254,7 +278,7 @@ class _FitRun:
     def _find(self) -> None:
         first = self._first_guess()
         self.check_cancelled()
-        self.starts = searched(self.model, first) if self.settings.search else [SearchStart(first, np.nan)]
+        self.starts = searched(self.model, first) if self.settings.search else [Minimum(first, np.nan)]
         self.minima = refined(self.model, self.starts, self.on_run)
         self._leave_unseen()
 

@@ -179,7 +179,7 @@ class _Ways:
         for row in np.flatnonzero(np.isfinite(chi2)).tolist() if self.fold is not None else ():
             (place,) = self.places(np.array([row]), steps[[row]])
             predicted = self.model.predict(place)
-            residuals = np.concatenate([self.model.residuals(predicted).ravel(), self.model.priors(place)])
+            residuals = self.model.all_residuals(place, predicted)
             others = np.flatnonzero(self.ahead[row].any(axis=1))
             by = jacobian(self.model, place, predicted, both_sides=False)[:, others]
             off = by @ np.linalg.pinv(by) @ residuals
@@ -232,7 +232,7 @@ def _residuals(model: CurveModel, places: Array) -> Array:
         return out
     for row, place, one in zip(np.flatnonzero(fine), places[fine], predicted, strict=True):
         if not one.lost.any():
-            out[row] = np.concatenate([model.residuals(one).ravel(), model.priors(place)])
+            out[row] = model.all_residuals(place, one)
     return out
 
 

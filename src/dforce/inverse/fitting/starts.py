@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,14 +34,6 @@ ALIKE = 0.3  # of chi2, and of the standard deviation between two curves: within
 LOWEST = 0.25  # share of the points with the least amplitudes, whose height is about their amplitude
 
 
-@dataclass(frozen=True)
-class SearchStart:
-    """A place to start from, and its chi2."""
-
-    varied: Array
-    chi2: float
-
-
 def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) -> Array:
     """Return the varied numbers at the start, with the free amplitude and the heights from the data.
 
@@ -67,7 +58,7 @@ def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) 
     return varied
 
 
-def searched(model: CurveModel, varied: Array) -> list[SearchStart]:
+def searched(model: CurveModel, varied: Array) -> list[Minimum]:
     """Return starts near a first guess, the best first; the guess itself is searched, too."""
     from scipy.stats import qmc
 
@@ -87,9 +78,9 @@ def searched(model: CurveModel, varied: Array) -> list[SearchStart]:
     many = np.clip(many, low, high)
     many = many[[allowed(model, row) for row in many]]
     if not len(many):
-        return [SearchStart(varied, np.inf)]
-    starts: list[SearchStart] = []
-    chosen: list[SearchStart] = []
+        return [Minimum(varied, np.inf)]
+    starts: list[Minimum] = []
+    chosen: list[Minimum] = []
     for more, floor in _shifted(model, many):
         starts = sorted(starts + more, key=lambda one: one.chi2)
         chosen = []
@@ -103,7 +94,7 @@ def searched(model: CurveModel, varied: Array) -> list[SearchStart]:
     return chosen
 
 
-def _shifted(model: CurveModel, many: Array) -> Iterator[tuple[list[SearchStart], float]]:
+def _shifted(model: CurveModel, many: Array) -> Iterator[tuple[list[Minimum], float]]:
     """Give many places with the heights, and the phase, at their best fit; and a lower bound of chi2 for all later places.
 
     All are followed along the first branch. Its chi2 is a lower bound for both branches, so the best are followed first.
@@ -132,7 +123,7 @@ def _shifted(model: CurveModel, many: Array) -> Iterator[tuple[list[SearchStart]
                 varied[k] += shifts[best] / unknowns[k].scale
             for k in turns:
                 varied[k] += turn[i, best]
-            out.append(SearchStart(varied, float(chi2[i, best])))
+            out.append(Minimum(varied, float(chi2[i, best])))
         yield out, float(least[later].min(initial=np.inf))
 
 
@@ -168,7 +159,7 @@ def _chi2(apart: Array, data: MeasuredPoints) -> Array:
     return np.asarray(((apart / data.sigma) ** 2).sum(axis=(2, 3)))
 
 
-def refined(model: CurveModel, starts: list[SearchStart], on_run: Callable[[Objective], None]) -> list[Minimum]:
+def refined(model: CurveModel, starts: list[Minimum], on_run: Callable[[Objective], None]) -> list[Minimum]:
     """Return the different minima that starts lead to, the lowest first."""
     far: list[Minimum] = []
     if len(starts) > 1:
@@ -183,7 +174,7 @@ def refined(model: CurveModel, starts: list[SearchStart], on_run: Callable[[Obje
         for points in (rough, model):
             minima = [Objective(points, start.varied, on_run=on_run).minimize(ROUGH, MOST_ROUGH) for start in starts]
             found = different(minima, points)
-            starts = [SearchStart(one.varied, one.chi2) for one in found if one.chi2 < found[0].chi2 + CLOSE]
+            starts = [one for one in found if one.chi2 < found[0].chi2 + CLOSE]
         far = found[len(starts) :]
     return different([*(lowest(Objective(model, start.varied, on_run=on_run)) for start in starts), *far], model)
 

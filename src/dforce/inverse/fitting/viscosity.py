@@ -64,10 +64,8 @@ def missing_viscosity(model: CurveModel, best: Minimum, by: Array, inflation: fl
     there = viscous.predict(best.varied)
     change = model.residuals(there) - model.residuals(best.predicted)
     change[there.lost | best.predicted.lost] = 0.0
-    column, residuals = np.zeros(len(by)), np.zeros(len(by))
+    column, residuals = np.zeros(len(by)), model.all_residuals(best.varied, best.predicted)
     column[: change.size] = change.ravel()
-    residuals[: change.size] = model.residuals(best.predicted).ravel()
-    residuals[change.size :] = model.priors(best.varied)
     own = column - by @ np.linalg.lstsq(by, column, rcond=None)[0]  # as no unknown changes the curve
     information = float(own @ own)
     if math.sqrt(information) < FELT:

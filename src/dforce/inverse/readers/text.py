@@ -174,17 +174,17 @@ def _table(lines: Sequence[TextLine], name: str) -> tuple[Style, dict[int, list[
 def _word_between(lines: Sequence[TextLine]) -> str:
     """Return the words between numbers for which rows are none, for a sentence; nothing where there are no such rows."""
     for line in lines:
+        most, fewest = 0, list[str]()  # the words of the way with most numbers: by another way "1,5" is a word, too
         for style in STYLES:
             cells = style.cells(line.text) if style.separator else []
             words = [cell for cell in cells if style.value(cell) is None and segment_of(cell) is None]
-            like = [word for word in words if LIKE_NUMBER.match(word)]
-            if words and len(cells) - len(words) + len(like) >= 2:
-                remedy = (
-                    "write numbers as 1234.5 or 1.2345E3"
-                    if len(cells) - len(words) < 2
-                    else "remove columns of words, except directions"
-                )
-                return f": '{shorten(words[0], 30)}' in line {line.number} is not a number; {remedy}"
+            like = sum(LIKE_NUMBER.match(word) is not None for word in words)
+            numbers = len(cells) - len(words)
+            if words and numbers + like >= 2 and (not fewest or numbers > most):
+                most, fewest = numbers, words
+        if fewest:
+            remedy = "write numbers as 1234.5 or 1.2345E3" if most < 2 else "remove columns of words, except directions"
+            return f": '{shorten(fewest[0], 30)}' in line {line.number} is not a number; {remedy}"
     return ""
 
 

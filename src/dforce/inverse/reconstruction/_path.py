@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from dforce.core.arrays import Array, Complexes
 from dforce.inverse.reconstruction._law import Law, force_of, shares
@@ -126,12 +127,9 @@ def _answer(motions: Motions, phasor: Array | Complexes, twice: Array, once: Arr
 def _integrated(force: Array) -> tuple[Array, Array]:
     r"""Return :math:`\sum_h \hat F_h e^{ih\theta} / h^2` of a force, and its slope, by trapezoids over the phase."""
     rest = force - force @ WEIGHT[:, None]
-    step = np.diff(ANGLE)
-    slope = np.zeros_like(force)
-    np.cumsum(-0.5 * (rest[:, 1:] + rest[:, :-1]) * step, axis=1, out=slope[:, 1:])
+    slope = -cumulative_trapezoid(rest, ANGLE, initial=0.0)
     slope -= slope @ WEIGHT[:, None]
-    twice = np.zeros_like(force)
-    np.cumsum(0.5 * (slope[:, 1:] + slope[:, :-1]) * step, axis=1, out=twice[:, 1:])
+    twice = cumulative_trapezoid(slope, ANGLE, initial=0.0)
     return twice - twice @ WEIGHT[:, None], slope
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -47,8 +45,6 @@ class CurvePoints:
         Frequency shift (Hz) of a curve that holds the phase; None where the frequency is held.
     drive
         Amplitude of the driving force (N), where it was recorded; NaN where it was not.
-    group
-        Number of the walk that a point belongs to: a direction, a branch.
     errors
         Standard deviation of each quantity, by its name.
     virial
@@ -60,7 +56,6 @@ class CurvePoints:
     phase: Array
     shift: Array | None
     drive: Array
-    group: Any
     errors: dict[str, Array]
     virial: Array | None = None
 
@@ -125,9 +120,10 @@ def _locked(reading: CurvePoints, problem: Problem, shift: Array) -> Balance:
     cotangent = np.cos(reading.phase) / np.sin(reading.phase)
     frequency = _lagging(mode, cotangent) + shift
     stiffness = np.asarray(mode.stiffness(frequency))
-    lossless = stiffness.imag * reading.amplitude / np.sin(reading.phase)
+    amplitude = reading.amplitude / abs(problem.readout.weights[0][0])
+    lossless = stiffness.imag * amplitude / np.sin(reading.phase)
     drive = np.where(np.isnan(reading.drive), lossless, reading.drive)
-    tip = reading.amplitude * np.exp(-1j * reading.phase)
+    tip = amplitude * np.exp(-1j * reading.phase)
     found = _balance(reading.height, tip, stiffness * tip - drive, frequency, problem)
     return Balance(found.motions, found.virial, np.where(np.isnan(reading.drive), np.nan, found.energy))
 
@@ -210,9 +206,8 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
     dims = set(data["amplitude"].dims) - {"tone"} if "amplitude" in data else set()
     if "zc" in data.dims and dims - {"direction"} == {"zc"}:
         walk = data.stack(place=[str(dim) for dim in ("direction", "zc") if dim in data.dims], create_index=False)
-        group = np.repeat(np.arange(data.sizes.get("direction", 1)), data.sizes["zc"])
     elif dims == {"point"} and "branch" in data:
-        walk, group = data.rename(point="place"), data["branch"].values
+        walk = data.rename(point="place")
     else:
         raise ParameterError("this result is not a single curve over the distance; choose one with .isel or .sel")
     seen = Evidence(case, data)
@@ -231,7 +226,6 @@ def _computed(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
         phase=np.deg2rad(walk["phase"].values[good][:, 0]),
         shift=walk["frequency_shift"].values[good] if "frequency_shift" in walk else None,
         drive=np.full(count, np.nan),
-        group=group[good],
         errors={"amplitude": np.full(count, COMPUTED_AMPLITUDE * size), "phase": np.full(count, COMPUTED_PHASE)},
         virial=walk["virial"].values[good][:, 0] if plain else None,
     )
@@ -277,7 +271,6 @@ def _measured(data: xr.Dataset, case: Case | None) -> tuple[CurvePoints, Case]:
         np.deg2rad(column("phase", 90.0)),
         column("frequency_shift", 0.0) if locked else None,
         column("drive_force", np.nan),
-        group,
         errors,
     )
     return reading, _instrument(data, case, locked, float(reading.amplitude.max(initial=0.0)))
@@ -324,7 +317,7 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
         cantilever=Cantilever(**{name: float(value) for name, value in said.items()}),
         drive=Drive(**drive),
     )
-    lag = -math.degrees(cmath.phase(found.problem.detected_free[0]))
+    lag = found.problem.free_lag(0)
     other = abs(float(data.attrs.get("free_phase", lag)) - lag) > SAME_LAG
     if other or abs(float(data.attrs.get("mode_share", 1.0)) - 1.0) > SAME_SHARE:
         raise ParameterError(
