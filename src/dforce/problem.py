@@ -287,6 +287,12 @@ class Problem:
         read.flags.writeable = False
         return read
 
+    def free_lag(self, tone: int) -> float:
+        """Return the phase (degrees) that the detector reads at a tone without tip–sample forces, from -90° to 270°."""
+        turn = self.readout.turns[tone] if self.readout.turns else 0.0
+        lag = self.tones[tone].phase - cmath.phase(self.detected_free[tone]) + turn
+        return (math.degrees(lag) + 90.0) % 360.0 - 90.0
+
     @property
     def tip_differs(self) -> bool:
         """Whether tip motion and detector signal differ."""

@@ -454,7 +454,9 @@ def test_dwell_under_noise_scatters_about_the_steady_motion():
 
 def biased(given):
     """Return the case with an alternating voltage."""
-    return given.replace("forces", [*given.forces, df.forces.Electrostatic(bias="0 V", ac_bias="0.1 V", ac_frequency="20 kHz")])
+    return given.replace(
+        "forces", [*given.forces, df.forces.Electrostatic(bias="0 V", ac_bias="0.1 V", ac_frequency="20 kHz")]
+    )
 
 
 @pytest.mark.parametrize(

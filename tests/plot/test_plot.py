@@ -63,6 +63,18 @@ def test_the_line_between_attraction_and_repulsion_is_always_in_view():
         assert low < 90.0 < high
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "free"), [("drive.lag", 0.5, 90.0 + np.degrees(0.5)), ("drive.excitation", "base", 90.224688)]
+)
+def test_the_line_between_attraction_and_repulsion_is_at_the_free_phase_of_the_case(path, value, free):
+    """A base shaken at resonance is 90 degrees + arctan(1/Q) ahead of the deflection; here Q = 255."""
+    curve = df.approach(df.example("figure-3-air").replace(path, value), zc=["15 nm", "9 nm"])
+    _, lower = plot.amplitude_phase(curve)
+    assert [line.get_ydata()[0] for line in lower.lines if line.get_linestyle() == ":"] == pytest.approx(
+        [free], abs=1e-5
+    )
+
+
 def test_points_that_failed_or_did_not_settle_are_marked():
     upper, _ = plot.amplitude_phase(synthetic.approach())
     assert legend(upper) == ["← approach", "retract →", "did not settle", "no result"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
@@ -312,10 +311,7 @@ def take_phases(work: Work, case: Case | None) -> None:
 def _free_lag(work: Work, case: Case | None, tone: int) -> tuple[float, str]:
     """Return the lag of the free motion (degrees), and where it is known from."""
     if case is not None and len(case.problem.tones) > tone:
-        problem = case.problem
-        turn = problem.readout.turns[tone] if problem.readout.turns else 0.0
-        lag = problem.tones[tone].phase - cmath.phase(problem.detected_free[tone]) + turn
-        return math.degrees(lag) % 360.0, "the free lag of the case"
+        return case.problem.free_lag(tone), "the free lag of the case"
     known = work.data.attrs
     if tone == 0 and {"f0", "Q", "drive_frequency"} <= set(known):
         r = float(known["drive_frequency"]) / float(known["f0"])

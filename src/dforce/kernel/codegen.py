@@ -309,7 +309,7 @@ def number_of(place: int, several: int | None) -> str:
 def calls_of(
     force: Force, linker: Linker, motion: str, states: tuple[str, str, str, str], place: int, number: Number
 ) -> Iterator[tuple[str, str]]:
-    """Give the calls of a force's functions by their kind: its law, what evolves its memory, what switches its branch.
+    """Give the calls of the functions of a force by their kind: law, evolve, switch.
 
     `states` are the texts of memory, its change, latch and average distance; `number` gives its numbers from `place` on.
     """
@@ -327,7 +327,7 @@ def calls_of(
 
 
 def forces_text(linker: Linker, place: int, forces: Sequence[Force], number: Number = number_of) -> list[str]:
-    """Return the functions that sum the forces; `place` is that of their first number, and `number` gives each."""
+    """Return the functions that sum the forces; their first number is at `place`, and `number` gives each."""
     state, latch = 0, 0
     terms, evolutions, switches = [], [], []
     for force in forces:

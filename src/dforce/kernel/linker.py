@@ -287,7 +287,7 @@ def global_names(node: ast.FunctionDef) -> set[str]:
 # most kernels share most of their functions
 @functools.lru_cache(maxsize=1024)
 def _read(function: Callable[..., Any], sizes: Sizes) -> tuple[ast.FunctionDef, list[str]]:
-    """Return the syntax tree of a function without what these sizes leave unused, and the names that it reads from outside."""
+    """Return the syntax tree of a function, without branches that these sizes leave unused, and the names that it reads."""
     tree = fold(parse_function(function), dict(sizes))
     return tree, sorted(global_names(tree))
 

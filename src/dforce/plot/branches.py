@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from dforce.core.errors import ParameterError, checked
 from dforce.plot._states import THIN, UNSTABLE, check_states, draw_states, repeats
 from dforce.plot._style import BLUE, GRAY, VERMILLION, axis_text, color_cycle, head, new_figure, take, tidy
-from dforce.plot.distances import phase_axis
+from dforce.plot.distances import free_phase, phase_axis
 from dforce.results.dataset import reader_unit
 from dforce.results.kinds import measured
 from dforce.results.status import Status
@@ -132,7 +132,7 @@ def _finish_pair(upper: Axes, lower: Axes, dataset: xr.Dataset, along: str) -> N
     if along == "frequency":  # off resonance the phase does not distinguish attraction and repulsion
         lower.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 9, 10]))
     elif measured(dataset)[1] == "phase":
-        phase_axis(lower)
+        phase_axis(lower, free_phase(dataset))
     held = dataset["zc"] if "zc" in dataset.coords and dataset["zc"].ndim == 0 else None
     extra = ""
     if held is not None:

@@ -13,8 +13,9 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from dforce.case import case_of
 from dforce.core.arrays import AnyArray, Array
-from dforce.core.errors import ParameterError, checked
+from dforce.core.errors import DForceError, ParameterError, checked
 from dforce.plot._points import draw_points
 from dforce.plot._states import check_under, draw_under
 from dforce.plot._style import (
@@ -36,6 +37,7 @@ from dforce.results.status import Status
 
 WORDS = {"m": "length", "N": "force", "J": "energy", "s": "time", "degree": "phase lag"}
 CURVE = ("zc", "direction")  # dimensions of the quantities that are drawn against the distance
+RESONANCE = 90.0  # degrees: the phase of free motion at resonance
 FEW_POINTS = 40  # so few that each is worth a dot
 
 
@@ -50,7 +52,8 @@ def amplitude_phase(
     """Draw amplitude and phase of a drive tone against the average distance, one above the other.
 
     Approach and retract have their own colors and dashes; points that did not settle have a ring, points
-    without a result a cross. Above the line at 90° the net force is attractive, below the line repulsive.
+    without a result a cross. Above the line at the free phase (90° at resonance) the net force is attractive, below the
+    line repulsive.
     `states` is a result of :func:`dforce.branches` of the same case: thin black lines behind the curve, unstable states
     dashed. `measured` is a curve from :func:`dforce.calibrate`: gray points, with its heights as average distances.
 
@@ -75,28 +78,37 @@ def amplitude_phase(
             draw_points(axes, measured, across, up, tone)
     upper.set_xlabel("")
     upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
-    phase_axis(lower)
+    phase_axis(lower, free_phase(dataset, tone))
     _legend(upper)
     extra = f"tone {tone}" if dataset.sizes.get("tone", 1) > 1 else ""
     head(upper, dataset, extra)
     return upper, lower
 
 
-def phase_axis(axes: Axes) -> None:
-    """Give a phase its axis: ticks at parts of a turn, and a line at 90° between attraction and repulsion."""
+def free_phase(dataset: xr.Dataset, tone: int = 1) -> float:
+    """Return the phase of free motion (degrees) in the case of a result; 90 where it has none."""
+    try:
+        problem = case_of(dataset).problem
+    except DForceError:
+        return RESONANCE
+    return problem.free_lag(tone - 1) if tone <= len(problem.tones) else RESONANCE
+
+
+def phase_axis(axes: Axes, free: float) -> None:
+    """Give a phase its axis: ticks at parts of a turn, and a line at the free phase, between attraction and repulsion."""
     low, high = axes.dataLim.intervaly
-    low, high = (low, high) if np.isfinite([low, high]).all() else (90.0, 90.0)
-    low, high = min(low, 75.0), max(high, 105.0)
+    low, high = (low, high) if np.isfinite([low, high]).all() else (free, free)
+    low, high = min(low, free - 15.0), max(high, free + 15.0)
     margin = 0.05 * (high - low)
     bottom = max(low - margin, 0.0) if low >= 0.0 else low - margin
     top = min(high + margin, 180.0) if high <= 180.0 else high + margin
     axes.set_ylim(bottom, top)
     axes.yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 5, 10]))
-    axes.axhline(90.0, color=GRAY, linewidth=0.8, linestyle=":", zorder=1)
+    axes.axhline(free, color=GRAY, linewidth=0.8, linestyle=":", zorder=1)
     for text, side, place in (("net attraction", 3.0, "bottom"), ("net repulsion", -3.0, "top")):
         axes.annotate(
             text,
-            (0.01, 90.0),
+            (0.01, free),
             (0.0, side),
             xycoords=axes.get_yaxis_transform(),
             textcoords="offset points",

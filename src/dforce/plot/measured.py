@@ -9,7 +9,7 @@ from matplotlib.figure import FigureBase
 
 from dforce.core.errors import ParameterError, checked
 from dforce.plot._style import DIRECTIONS, GRAY, axis_text, head, new_figure, tidy
-from dforce.plot.distances import phase_axis
+from dforce.plot.distances import RESONANCE, phase_axis
 from dforce.results.dataset import reader_unit
 
 MARKER = {"approach": "o", "retract": "s"}
@@ -20,8 +20,8 @@ def measured(dataset: xr.Dataset, figure: FigureBase | None = None) -> tuple[Axe
     """Draw amplitude and phase of a measured curve against height, one above the other.
 
     Approach and retract have their own colors and marks; points of the free part (from :func:`dforce.calibrate`) are filled
-    gray. A bar shows one standard deviation of a point on both sides, if it is larger than a mark. Above the line at 90° the
-    net force is attractive, below the line repulsive.
+    gray. A bar shows one standard deviation of a point on both sides, if it is larger than a mark. Above the line at the
+    free phase the net force is attractive, below the line repulsive.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def measured(dataset: xr.Dataset, figure: FigureBase | None = None) -> tuple[Axe
         tidy(axes)
     upper.set_ylim(bottom=min(0.0, upper.get_ylim()[0]))
     if dataset.attrs.get("phase_convention") == "lag":
-        phase_axis(lower)
+        phase_axis(lower, float(dataset.attrs.get("free_phase", RESONANCE)))
     else:
         lower.set_ylabel("phase as in the file (°)")
     lower.set_xlabel(axis_text(dataset["height"], unit))

@@ -116,7 +116,7 @@ def chunks(periods: float, check_cancelled: CancelCheck, chunk: int = 16) -> Ite
 def still_ahead(change: Any, before: Any, tolerance: float) -> tuple[Any, Any]:
     """Return how far motions still have to go, and whether they have settled, from two changes in a row over equal spans.
 
-    With the changes c1 and c2 the rest is that of a geometric series, c2 r / (1 - r) with r = c2 / c1, and never less than c2
+    The changes c1 and c2 continue as a geometric series: the rest is c2 r / (1 - r) with r = c2 / c1, and never less than c2
     itself. It is infinite where the change before is.
     """
     known = np.isfinite(before)

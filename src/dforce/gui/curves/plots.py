@@ -168,10 +168,14 @@ class Plots:
         Where another figure is composed meanwhile, its states are solved, too.
         """
         layers: Sequence[figures.Layer] = ()
-        while self.shown is not None and layers is not self.layers:
-            layers = self.layers
-            await asyncio.to_thread(self.set_point.marked, layers, self.shown)
-            await asyncio.to_thread(self.states.met, self.view.curve, self.view.document.set_point)
+        while (shown := self.shown) is not None and layers is not self.layers:
+            layers, curve, share = self.layers, self.view.curve, self.view.document.set_point
+            await asyncio.to_thread(self._solve, layers, shown, curve, share)
+
+    def _solve(self, layers: Sequence[figures.Layer], shown: Picture, curve: DrawnResult | None, share: float) -> None:
+        """Solve the states of layers and of a curve at a set point. Blocking."""
+        self.set_point.marked(layers, shown)
+        self.states.met(curve, share)
 
     def compose(self, result: xr.Dataset | None) -> figures.Figure:
         """Return the figure of a result with the kept results drawn beside it."""

@@ -22,7 +22,16 @@ from dforce.gui.curves.chart import packed
 from dforce.gui.curves.figures import Drawn, Figure, Layer
 from dforce.gui.curves.panel import Panel, Scene
 from dforce.gui.curves.setpoint import cell_of, nones_of, of_quantity
-from dforce.gui.document.compute import BEHIND, LIVE_CURVES, LULL, Overtaken, RecentCurves, in_thread, key_of
+from dforce.gui.document.compute import (
+    BEHIND,
+    LIVE_CURVES,
+    LULL,
+    MOST_RECENT,
+    Overtaken,
+    RecentCurves,
+    in_thread,
+    key_of,
+)
 from dforce.gui.window.view import View
 from dforce.results.curves import Line, Picture, drawable, goes_along, lines_of
 from dforce.results.kinds import measured
@@ -38,7 +47,7 @@ PATIENCE = 20.0  # s of computing; the states found by then are drawn
 CURVE = "this curve"
 NAMES = {True: "stable states", False: "unstable states"}
 ONE = {True: "a stable state", False: "an unstable state"}
-RECENT_STATES = RecentCurves(25_000_000)
+RECENT_STATES = RecentCurves(MOST_RECENT)
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ LULL = 0.15  # s without a live curve of any page, after which there is time for
 GIVING_WAY = 0.02  # s between two checks for a live curve
 
 TURN = 1.0  # s that a run computes while others wait
+MOST_RECENT = 10_000_000  # bytes of curves, and of states behind them: some 50 cases of a class
 MOST_RUNS = 64  # begun at a time; later ones wait until one has ended
 
 # compiled solvers release Python's lock, so that threads use the cores
@@ -170,7 +171,7 @@ def key_of(case: df.Case) -> Key:
     return case.to_toml(), repr(case.problem)
 
 
-RECENT = RecentCurves(25_000_000)
+RECENT = RecentCurves(MOST_RECENT)
 
 
 class Overtaken(Exception):  # no error: something newer is computed

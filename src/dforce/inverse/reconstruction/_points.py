@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -319,7 +317,7 @@ def _instrument(data: xr.Dataset, case: Case | None, locked: bool, largest: floa
         cantilever=Cantilever(**{name: float(value) for name, value in said.items()}),
         drive=Drive(**drive),
     )
-    lag = -math.degrees(cmath.phase(found.problem.detected_free[0]))
+    lag = found.problem.free_lag(0)
     other = abs(float(data.attrs.get("free_phase", lag)) - lag) > SAME_LAG
     if other or abs(float(data.attrs.get("mode_share", 1.0)) - 1.0) > SAME_SHARE:
         raise ParameterError(
