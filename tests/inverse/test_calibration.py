@@ -178,6 +178,19 @@ def test_a_drift_is_found_although_noise_hides_it_over_a_short_stretch():
     assert not any("is subtracted" in line for data in plain for line in data.attrs["history"])
 
 
+@pytest.mark.parametrize(("tail", "least", "most"), [(True, 0, 3), (False, 30, SETS)])
+def test_a_phase_drifts_along_a_straight_line_and_the_tail_of_a_force_does_not(tail, least, most):
+    """Both shift the phase by 3 degrees up to 25 nm; the tail falls by e**2 along the free part."""
+    said = []
+    for seed in range(SETS):
+        data = measured_curve.dataset(points=60, seed=seed)
+        depth = (40e-9 - data["height"]) / 15e-9
+        data["phase"] = data["phase"] + 3.0 * (np.exp(2.0 * (depth - 1.0)) if tail else depth)
+        said.append("\n".join(df.calibrate(data).attrs["history"]))
+    drift = "drift: the phase of the approach"
+    assert least <= sum(drift in history for history in said) <= most
+
+
 def test_a_drift_between_approach_and_retract_is_doubted():
     there, back = (measured_curve.dataset(points=120, seed=seed) for seed in (1, 2))
     back = back.isel(point=slice(None, None, -1)).assign_coords(direction=("point", np.repeat("retract", 120)))

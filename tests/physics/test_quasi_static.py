@@ -129,12 +129,13 @@ def test_a_jump_from_a_motion_that_does_not_repeat_to_another_motion_is_found():
         )
         for points, protocol in ((16, "stepwise"), (3, "quasi_static"))
     )
-    changes = np.abs(np.diff(slow.sortby("zc").amplitude.values[:, 0]))
+    slow = slow.sortby("zc")
+    changes, repeats = np.abs(np.diff(slow.amplitude.values[:, 0])), np.isfinite(slow.repeat_periods.values)
     place = int(np.argmax(changes))
-    assert changes[place] > 20.0 * np.median(changes)
+    assert changes[place] > 20.0 * np.median(changes[repeats[1:] & repeats[:-1]])
     assert (curve.repeat_periods[:2] != 1).all()
     assert len(jumps_of(curve)) > 0
-    off = abs(curve.jump_zc - slow.sortby("zc").zc[place])
+    off = abs(curve.jump_zc - slow.zc[place])
     assert float((off - curve.jump_error * case.problem.tones[0].A0).min()) < 0.0
 
 

@@ -319,6 +319,29 @@ def test_a_stop_that_ends_the_program_breaks_off_a_compilation():
     assert done
 
 
+def test_a_stop_that_ends_the_program_does_not_break_off_a_call_of_llvm():
+    """LLVM calls back with each code that it has made: half done it has none, and crashes."""
+    from llvmlite import binding
+
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    machine = binding.Target.from_default_triple().create_target_machine(jit=True)
+    engine = binding.create_mcjit_compiler(binding.parse_assembly("define i32 @one() { ret i32 1 }"), machine)
+    made = []
+
+    def keep(module, code):
+        terminate()
+        made.append(code)
+
+    engine.set_object_cache(keep, lambda module: None)
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), sigterm_as_ctrl_c(ends_program=True):
+        engine.finalize_object()
+        time.sleep(30.0)
+    assert made
+    assert time.monotonic() - begun < 10.0
+
+
 def test_a_job_that_compiles_ends_where_it_looks_once_the_work_is_stopped():
     reached, ended = threading.Event(), []
 

@@ -4,8 +4,9 @@ Computed points are kept.
 
 A stop raises KeyboardInterrupt at once. An import and a compilation are not interrupted: half done, they break later code.
 There the stop waits, and is raised right afterwards. A stop that ends the program also interrupts a compilation, because
-nothing is compiled afterwards. Other code may swallow an exception. So a stop is due until the code that keeps the computed
-points calls :func:`heard`; each :func:`look` raises a stop that is still due.
+nothing is compiled afterwards, but no call of LLVM: half done, it crashes the program. Other code may swallow an exception.
+So a stop is due until the code that keeps the computed points calls :func:`heard`; each :func:`look` raises a stop that is
+still due.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import _thread
 import contextlib
 import functools
 import math
+import os
 import signal
 import sys
 import threading
@@ -27,7 +29,8 @@ from dforce.core import log
 
 SAME = 1.0  # s within which a second signal is the first one: `timeout` sends it to the process and to its group
 AGAIN = 0.05  # s between tries to raise a stop that waits for an import or a compilation
-IMPORTS = "<frozen importlib"  # how the files of Python's own importer begin
+# in the names of files: Python's importer, calls of LLVM
+UNBROKEN = "<frozen importlib", f"llvmlite{os.sep}binding{os.sep}"
 SENTENCE = "Stopped by {}: the finished points are kept. An incomplete result has attrs['interrupted'] = 1."
 _watching: ContextVar[Callable[[], None] | None] = ContextVar("watching", default=None)
 
@@ -51,12 +54,12 @@ class Ending:
         self._reached = False
         self._unbroken = 0
         self.ends_program = False  # once it was heard nothing is compiled any more: a compilation may be broken off
-        self._imports = 0  # running imports around the outermost context
+        self._around = 0  # running imports around the outermost context
         self.forget()
 
-    def forget(self, imports: int = 0) -> None:
-        """Take the next signal for a first one, inside of `imports` imports."""
-        self._came, self._number, self._imports = -math.inf, 0, imports
+    def forget(self, around: int = 0) -> None:
+        """Take the next signal for a first one, inside of `around` imports."""
+        self._came, self._number, self._around = -math.inf, 0, around
         self.is_due = self._waits = self._tried_again = self.is_heard = False
 
     @contextlib.contextmanager
@@ -107,9 +110,9 @@ class Ending:
         self._raise(frame)
 
     def _raise(self, frame: FrameType | None) -> None:
-        """Raise KeyboardInterrupt, or try again soon where an import or a compilation would be broken off."""
+        """Raise KeyboardInterrupt, or try again soon where an import, a compilation or LLVM would be broken off."""
         compiles = self._unbroken > 0 and not self.ends_program
-        self._waits = compiles or imports_around(frame) > self._imports
+        self._waits = compiles or unbroken_around(frame) > self._around
         if not self._waits:
             raise KeyboardInterrupt
         self._raise_soon()
@@ -254,7 +257,7 @@ def sigterm_as_ctrl_c(ends_program: bool = False) -> Iterator[bool]:
             usual[getattr(signal, name)] = signal.SIG_DFL
     ours = [number for number, handler in usual.items() if _in_main_thread() and signal.getsignal(number) is handler]
     if ours:
-        _ending.forget(imports_around(sys._getframe()))
+        _ending.forget(unbroken_around(sys._getframe()))
         _ending.ends_program = ends_program
     for number in ours:
         signal.signal(number, _ending.come)
@@ -269,11 +272,11 @@ def sigterm_as_ctrl_c(ends_program: bool = False) -> Iterator[bool]:
             signal.signal(number, usual[number])
 
 
-def imports_around(frame: FrameType | None) -> int:
-    """Return how many frames around one are Python's importer at work."""
+def unbroken_around(frame: FrameType | None) -> int:
+    """Return how many frames around one are Python's importer or LLVM at work."""
     count = 0
     while frame is not None:
-        count += frame.f_code.co_filename.startswith(IMPORTS)
+        count += any(name in frame.f_code.co_filename for name in UNBROKEN)
         frame = frame.f_back
     return count
 

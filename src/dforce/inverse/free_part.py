@@ -18,6 +18,7 @@ SPIKE = 8.0  # times the scatter of the others: a point so far off is a spike
 DIGITS = 1.5  # last digits of the values: a point nearer to the others is neither far off nor a spike
 LAST = 2  # points of a stretch: where one of them is far off, no spike but a force begins
 LONGER = 1.5  # times a stretch without a slope: a straight line so long is a drift
+TAIL = 0.25  # curvature over slope, both in units of their errors, of a force that falls by e**2 along a stretch
 MARGIN = 0.1  # of a stretch is left out at its near end, where a change may be too small to be seen
 
 
@@ -167,15 +168,27 @@ def _is_straight(height: Array, values: Array, most: float) -> bool:
     rest = line_of(height, values)[2]
     if abs(found.slope) * float(np.ptp(height)) > most:
         return False
+    return abs(_curvature(height, rest)) <= FLAT * found.noise and _few_strays(rest, values, found.noise)
+
+
+def is_drift(height: Array, values: Array) -> bool:
+    """Return whether a straight line describes a stretch, and no tail of a force, whose slope grows towards the sample."""
+    kept = steady(values)
+    height, values = height[kept], values[kept]
+    found = stretch(height, values)
+    towards = -np.sign(found.slope) * _curvature(height, line_of(height, values)[2])
+    steep = abs(found.slope) / found.slope_error if found.slope_error else 0.0
+    return bool(towards < (TAIL * steep - FLAT) * found.noise)
+
+
+def _curvature(height: Array, rest: Array) -> float:
+    """Return the part of the residuals of a line that is a parabola of unit length; infinite for fewer than three heights."""
     x = height - height.mean()
     basis = np.stack([np.ones_like(x), x / max(float(np.abs(x).max()), 1e-300)], axis=1)
-    square = (x / max(float(np.abs(x).max()), 1e-300)) ** 2
+    square = basis[:, 1] ** 2
     bend = square - basis @ np.linalg.lstsq(basis, square, rcond=None)[0]
     size = float(np.sqrt((bend**2).sum()))
-    if size == 0.0:
-        return False
-    curvature = float((bend * rest).sum()) / size
-    return abs(curvature) <= FLAT * found.noise and _few_strays(rest, values, found.noise)
+    return float((bend * rest).sum()) / size if size else np.inf
 
 
 def _few_strays(rest: Array, values: Array, noise: float) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from dforce.core import units
 from dforce.core.arrays import Array, Bools, Indices
 from dforce.core.errors import ParameterError
-from dforce.inverse.free_part import FLAT, WIDE, FreeChannel, fewest, free_count, steady, steady_stretch
+from dforce.inverse.free_part import FLAT, WIDE, FreeChannel, fewest, free_count, is_drift, steady, steady_stretch
 from dforce.inverse.heights import WAYS
 from dforce.inverse.table import APPROACH
 from dforce.inverse.values import show as shown
@@ -184,16 +184,17 @@ def level(work: Work) -> None:
             )
             if work.given.baseline == "none" and work.tilted[word]:
                 raise ParameterError(f"{text}; baseline = 'line' subtracts a drift")
-            if not work.tilted[word] or len(work.free[word]) < LONG * len(rows):
+            values, own, long = work.values(name), work.free[word], len(work.free[word]) >= LONG * len(rows)
+            if work.tilted[word] and long and abs(part.slope) <= WIDE * part.slope_error:
+                continue  # a line through few points would add more noise than it takes away
+            likely = "amplitude" in name or is_drift(height[own], values[own])  # forces far away change the phase first
+            if not (work.tilted[word] and long and likely):
                 why = FAR_FORCES if work.tilted[word] else "the free part was set"
                 work.history.append(f"doubt: {text}; nothing is subtracted, because {why}")
                 continue
-            if abs(part.slope) <= WIDE * part.slope_error:
-                continue  # a line through few points would add more noise than it takes away
-            values = work.values(name)
-            values[rows] -= part.slope * (height[rows] - height[work.free[word]].mean())
+            values[rows] -= part.slope * (height[rows] - height[own].mean())
             work.data[name] = ("point", values)
-            found[name] = steady_stretch(height[work.free[word]], values[work.free[word]])
+            found[name] = steady_stretch(height[own], values[own])
             work.history.append(f"drift: {text}; the line is subtracted")
 
 
