@@ -102,6 +102,17 @@ def test_nonlinear_motion_agrees_with_a_very_long_plain_window():
     assert 0.99 * plain["peak_force"] < float(result.peak_force) <= plain["peak_force"]
 
 
+@pytest.mark.parametrize("ratio", [6.0455, 6.143, 6.4446])
+def test_slow_beats_of_a_high_order_are_averaged_over_a_longer_window(ratio):
+    """The 22nd, 7th and 9th multiple of the second tone are near a multiple of the first."""
+    result = tapping(ratio)
+    assert int(result.status) == df.Status.OK
+    long = df.dwell(bimodal(ratio, settle="fixed", periods=3000, measured_periods=24_000), "8 nm", recorded_periods=1)
+    assert result.amplitude.values == pytest.approx(long.amplitude.values, rel=1e-5)
+    assert result.phase.values == pytest.approx(long.phase.values, abs=1e-3)
+    assert result.virial.values == pytest.approx(long.virial.values, rel=1e-4)
+
+
 def test_incommensurate_tones_do_not_care_for_the_phase_between_them():
     """All phases between the tones are met in time, so the averages cannot depend on the one at the start."""
     ratio = math.sqrt(39.0)

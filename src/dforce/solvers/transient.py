@@ -12,7 +12,7 @@ import numpy as np
 
 from dforce.core.arrays import AnyArray, Array
 from dforce.observables import measure
-from dforce.observables.averaging import common_period, weights, window_length
+from dforce.observables.averaging import LONGEST, common_period, weights, window_length
 from dforce.observables.finish import finish
 from dforce.problem import Problem
 from dforce.solvers.integrator import Integrator, Motion
@@ -21,6 +21,8 @@ DECAY_TIMES = 40  # of the slowest mode before giving up, unless max_periods say
 LEAST_MOST = 400  # periods allowed at least
 LEAST_SPANS = 5  # windows allowed at least, where they are longer than the decay
 CHUNK_SECONDS = 0.1  # between checks for a stop, so that Ctrl-C and Stop answer at once
+LONGER = 4  # times the window, where averages over tones that never repeat together still differ
+AVERAGED = 10.0  # times the settling tolerance: a smaller change between such longer windows does not count
 LATE = 10  # decay times after which the rest of a transient is below the smallest change that counts
 LONG, LEAST_LONG = 256, 16  # periods, and common periods at least, to measure a motion without a steady state
 WANDERS = 4.0  # times its whole range: a motion whose way from period to period is longer does not come to rest
@@ -126,15 +128,18 @@ def still_ahead(change: Any, before: Any, tolerance: float) -> tuple[Any, Any]:
     return rest, known & (np.minimum(rest, 100.0 * change) < tolerance)
 
 
-def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> tuple[Motion, bool, float]:
+def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> tuple[Motion, bool, float, int]:
     """Integrate until the tones' complex amplitudes stop moving from one decay time of the slowest mode to the next.
+
+    Amplitudes of tones that never repeat together are averages over a window. Where they still differ long after the
+    transient, a beat of a high order is slower than the window, which then becomes longer.
 
     Returns
     -------
-    motion, settled, drift
+    motion, settled, drift, window
         The state; whether the estimated rest of the way is within the tolerance; this estimate, relative to the free amplitude,
-        infinite for a motion that wanders. A motion that wanders by less than a change that counts does so by errors of its
-        steps: it has settled, within this range.
+        infinite for a motion that wanders; the periods to average over. A motion that wanders by less than a change that counts
+        does so by errors of its steps: it has settled, within this range.
     """
     problem, settings = integrator.problem, integrator.settings
     frequencies = [tone.frequency for tone in problem.tones]
@@ -142,14 +147,17 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
     decay = max(4, decay_periods(problem))
     span = window * math.ceil(decay / window)
     most = settings.max_periods or max(LEAST_MOST, DECAY_TIMES * decay, LEAST_SPANS * span)
+    longest = LONGEST if settings.max_periods else min(LONGEST, LONGER**2 * window)
+    if common_period(frequencies) is not None:
+        longest = window
     size = np.array([tone.A0 for tone in problem.tones]) / integrator.scales.length
     mean = weights(frequencies, window)
     before, change_before, drift, path = None, math.inf, math.inf, list[AnyArray]()
-    start = motion.period
+    start, is_longer = motion.period, False
     while motion.period - start < most:
         motion, c = march(integrator, motion, min(span, most - (motion.period - start)), check_cancelled, window)
         if not motion.is_finite:
-            return motion, False, math.nan
+            return motion, False, math.nan, window
         if len(c) < window:
             break
         now = mean @ c
@@ -157,28 +165,36 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
         if before is not None:
             change = float(np.max(np.abs(now - before) / size))
             drift, is_settled = still_ahead(change, change_before, settings.settle_tolerance)
+            if is_longer and change < AVERAGED * settings.settle_tolerance:
+                drift, is_settled = change, True
             if is_settled:
-                return motion, True, float(drift)
+                return motion, True, float(drift), window
             change_before = change
+            done = motion.period - start
+            if done >= LATE * decay and LONGER * window <= longest:
+                window, span, is_longer = LONGER * window, LONGER * window, True
+                mean, before, change_before, path = weights(frequencies, window), None, math.inf, []
+                most = settings.max_periods or max(most, done + 2 * window)
+                continue
         before = now
         late = np.array(path[-LATE:])
         if wanders(late[:, 0]):
             reach = max(_range(c) for c in late.T)
             is_small = reach < REPEATS * settings.settle_tolerance
-            return motion, is_small, reach if is_small else math.inf
-    return motion, False, float(drift)
+            return motion, is_small, reach if is_small else math.inf, window
+    return motion, False, float(drift), window
 
 
 def steady(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck) -> Steady:
     """Settle at the integrator's distance, then measure over whole windows; the motion ends at the start of a common period."""
     problem, settings = integrator.problem, integrator.settings
     start, frequencies = motion.period, [tone.frequency for tone in problem.tones]
-    window = window_length(frequencies)
     if settings.settle == "fixed":
+        window = window_length(frequencies)
         motion, before = march(integrator, motion, settings.periods, check_cancelled, window)
         settled, drift = False, math.nan
     else:
-        motion, settled, drift = settle(integrator, motion, check_cancelled)
+        motion, settled, drift, window = settle(integrator, motion, check_cancelled)
     periods = motion.period - start
     count = window * math.ceil(settings.measured_periods / window)
     lasting = not settled and motion.is_finite and common_period(frequencies) is not None
