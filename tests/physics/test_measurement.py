@@ -67,7 +67,7 @@ def test_the_engine_measures_as_exactly_as_it_integrates(contact):
     settings = df.SolverSettings(method="transient", integrator="engine", settle_tolerance=1e-9)
     integrator = INTEGRATORS["engine"](problem, settings, 1)
     integrator.place(zc)
-    motion, settled, _ = settle(integrator, with_amplitudes(integrator, integrator.problem.free), lambda: None)
+    motion, settled, *_ = settle(integrator, with_amplitudes(integrator, integrator.problem.free), lambda: None)
     assert settled
     _, rows = integrator.observe(motion, 1)
     found = finish(problem, 1, rows, np.ones(1))
