@@ -266,7 +266,7 @@ class _FitRun:
 
     def _first_guess(self) -> Array:
         """Return the first guess, with the user's offset of the heights where the data prefer it: soft samples yield."""
-        guess = first_guess(self.data, self.unknowns, set(self.settings.start))
+        guess = first_guess(self.data, self.unknowns, set(self.settings.start), self.model.case.problem.tip_share)
         own = np.where([one.kind == HEIGHT for one in self.unknowns], start_vector(self.unknowns), guess)
         if (own == guess).all():
             return guess

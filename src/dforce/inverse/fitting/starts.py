@@ -34,10 +34,11 @@ ALIKE = 0.3  # of chi2, and of the standard deviation between two curves: within
 LOWEST = 0.25  # share of the points with the least amplitudes, whose height is about their amplitude
 
 
-def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) -> Array:
+def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str], share: float) -> Array:
     """Return the varied numbers at the start, with the free amplitude and the heights from the data.
 
-    On a stiff sample the average distance is about the amplitude, so the least amplitudes show the offset of the heights.
+    On a stiff sample the average distance is about the amplitude of the tip, which is `share` times the reading. So the least
+    amplitudes show the offset of the heights.
     """
     varied = start_vector(unknowns)
     for i, one in enumerate(unknowns):
@@ -51,7 +52,7 @@ def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) 
         elif one.kind == HEIGHT:
             used = np.flatnonzero(data.used)
             low = used[np.argsort(data.amplitude[used, 0])[: max(3, int(LOWEST * len(used)))]]
-            guess = float(np.median(data.amplitude[low, 0] - data.height[low]))
+            guess = float(np.median(share * data.amplitude[low, 0] - data.height[low]))
             size = one.scale  # the free amplitude
             if abs(guess - one.start) > 2.0 * max(ASTRAY[0] * size, ASTRAY[1]):
                 varied[i] = one.varied(guess)
