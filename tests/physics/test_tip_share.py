@@ -108,3 +108,17 @@ def test_calibration_and_fit_find_the_heights_for_any_share():
     assert found[SHARE] == pytest.approx(found[1.0], rel=1e-3)
     assert found[3.0] == pytest.approx(found[1.0], rel=1e-3)
     assert found[1.0] == pytest.approx((9e-9, 9e-9), abs=1e-9)
+
+
+def test_the_default_range_of_a_force_curve_goes_by_the_motion():
+    whole, *parts = (df.force_curve(read_as(share))["distance"].values for share in (1.0, SHARE, 3.0))
+    for part in parts:
+        np.testing.assert_allclose(part, whole, rtol=1e-9)
+
+
+def test_the_default_range_of_a_force_curve_goes_by_the_drive_of_the_driven_mode():
+    case, second = read_as(1.0), {"f0": "430 kHz", "k": "80 N/m", "Q": 300}
+    modes = [{"f0": "70 kHz", "k": "2 N/m", "Q": 100}, second]
+    alone = case.replace(cantilever=second, readout={})
+    both = case.replace(cantilever={"modes": modes}, readout={}, drive={"A0": MOTION, "mode": 2})
+    np.testing.assert_allclose(*(df.force_curve(one)["distance"].values for one in (alone, both)), rtol=1e-9)
