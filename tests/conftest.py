@@ -16,6 +16,9 @@ for name in ("COLUMNS", "LINES"):
 # Before anything imports numpy: a process a core runs tests, and threads of OpenBLAS would take the core of another to wait.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
+# pytest.approx allows an absolute error of 1e-12 besides the relative one: forces and energies in SI are smaller than that.
+type(pytest.approx(0.0)).DEFAULT_ABSOLUTE_TOLERANCE = 0.0
+
 # Before anything imports matplotlib: no test needs a screen.
 os.environ["MPLBACKEND"] = "Agg"
 

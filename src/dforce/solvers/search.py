@@ -162,16 +162,16 @@ class Known:
         return there is not None and float(np.abs(there.x - x).max()) < SAME
 
 
-def candidates(known: Known, check_cancelled: CancelCheck, rounds: int = ROUNDS) -> Iterator[Orbit]:
+def candidates(known: Known, check_cancelled: CancelCheck, rounds: int | None = None) -> Iterator[Orbit]:
     """Give orbits, known or not, as long as one may be missing; in one round from few starts."""
     yield from _of_transients(known, check_cancelled)
     yield from _of_edges(known, check_cancelled)
     if why_unproven(known.among.problem):
         return
     starts = _starts(known)
-    for turn in range(rounds):
+    for turn in range(ROUNDS if rounds is None else rounds):
         yield from _of_newton(known, starts, check_cancelled)
-        if turn == 0 and rounds > 1 and known.among.size == 2:
+        if turn == 0 and rounds != 1 and known.among.size == 2:
             yield from _of_squares(known, check_cancelled)
         if known.index_sum == 1:
             return

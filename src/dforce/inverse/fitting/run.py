@@ -269,7 +269,7 @@ class _FitRun:
 
         If the amplitude hardly falls, only refined fits show which offset the data prefer: both are returned.
         """
-        guess = first_guess(self.data, self.unknowns, set(self.settings.start))
+        guess = first_guess(self.data, self.unknowns, set(self.settings.start), self.model.case.problem.tip_share)
         own = np.where([one.kind == HEIGHT for one in self.unknowns], start_vector(self.unknowns), guess)
         if (own == guess).all():
             return [guess]

@@ -36,11 +36,11 @@ SHALLOW = 0.9  # of the free amplitude: if the least amplitudes are larger, thei
 ONSETS = 60  # heights that are tried as the first contact
 
 
-def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) -> Array:
+def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str], share: float) -> Array:
     """Return the varied numbers at the start, with the free amplitude and the heights from the data.
 
-    On a stiff sample the average distance is about the amplitude, so the least amplitudes show the offset of the heights. If
-    the amplitude hardly falls, the first contact does: there the height is the free amplitude.
+    On a stiff sample the average distance is about the amplitude of the tip, which is `share` times the reading. So the least
+    amplitudes show the offset of the heights. If the amplitude hardly falls, the first contact does.
     """
     varied = start_vector(unknowns)
     for i, one in enumerate(unknowns):
@@ -53,9 +53,9 @@ def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) 
         elif one.kind == HEIGHT:
             used = np.flatnonzero(data.used)
             low = used[np.argsort(data.amplitude[used, 0])[: max(3, int(LOWEST * len(used)))]]
-            guess = float(np.median(data.amplitude[low, 0] - data.height[low]))
+            guess = float(np.median(share * data.amplitude[low, 0] - data.height[low]))
             if is_shallow(data):
-                guess = _free_amplitude(data, 0) - _onset(data)
+                guess = share * _free_amplitude(data, 0) - _onset(data)
             size = one.scale  # the free amplitude
             if abs(guess - one.start) > 2.0 * max(ASTRAY[0] * size, ASTRAY[1]):
                 varied[i] = one.varied(guess)
