@@ -299,6 +299,14 @@ class Problem:
         others = any(weight != 1.0 for weights in self.readout.weights for weight in weights)
         return others or self.shaken is not None or any(self.readout.turns)
 
+    @functools.cached_property
+    def tip_share(self) -> float:
+        """Free amplitude of the tip at the first tone over its reading A0: lengths of the motion are in multiples of it."""
+        if not self.tip_differs:
+            return 1.0
+        tone = self.tones[0]
+        return float(abs(self.free[0, tone.mode] + self.base[0] * cmath.exp(1j * tone.phase)) / tone.A0)
+
     def at_height(self, zc: float) -> Self:
         """Return the problem as it is at an average distance (m), where the lever changes with it; else the same one.
 

@@ -149,3 +149,24 @@ def test_forgotten_phase_offset_shows_in_chi2() -> None:
     assert fit.attrs["chi2"] > 400.0
     assert "reduced_chi2" in [piece.name for piece in advice_in(fit)]
     assert df.chi2_in_words(fit).startswith("χ² is too large, ") and "too large" in df.fit_report(fit)
+
+
+def test_heights_of_a_soft_sample_are_found_where_the_amplitude_hardly_falls() -> None:
+    offset = -17e-9
+    case = df.Case(
+        cantilever={"f0": 30e3, "k": 0.1, "Q": 3.0}, drive={"A0": 10e-9}, tip={"radius": 10e-9},
+        sample={"youngs_modulus": 1e6, "poisson_ratio": 0.5}, forces=[df.forces.Hertz()],
+    )  # fmt: skip
+    curve = df.approach(case, zc=np.linspace(18e-9, 1e-9, 100), direction="approach")
+    rng, sigma = np.random.default_rng(1), (0.1e-9, 0.5)
+    amplitude, phase = (
+        curve[name].values.ravel() + rng.normal(0.0, error, 100)
+        for name, error in zip(("amplitude", "phase"), sigma, strict=True)
+    )
+    assert amplitude.min() > 0.9 * 10e-9
+    data = fc.dataset(curve["zc"].values - offset, amplitude, phase, np.ones(100), sigma)
+    fit = df.fit(case.replace("sample.youngs_modulus", 2e7), data, free=[E])
+    for name, truth in ((E, 1e6), ("zc_offset", offset)):
+        one = fit.sel(parameter=name)
+        assert abs(float(one["value"]) - truth) < 3.0 * float(one["error"]), name
+    assert fit.attrs["chi2"] < 1.3 * fit.attrs["degrees_of_freedom"]

@@ -415,6 +415,14 @@ def test_mean_stiffness_and_normalized_shift_follow_from_the_frequency_that_is_f
     assert read == pytest.approx(normalized, rel=1e-4, abs=0.0)
 
 
+def test_a_mode_without_a_tone_has_no_mean_stiffness():
+    modes = [{"f0": "48.9 kHz", "k": "0.9 N/m", "Q": 255}, {"f0": "306 kHz", "k": "35 N/m", "Q": 500}]
+    curve = df.run(case(AIR, [DMT], "9.5 nm", A0="10 nm").replace(cantilever={"modes": modes}))
+    first, second = curve["mean_stiffness"].values[0]
+    assert np.isfinite(first)
+    assert np.isnan(second)  # its motion at the first tone is an answer to all forces: -2 V/A^2 was -28.7 N/m
+
+
 def test_states_at_a_frequency_shift_lie_on_the_curve():
     zc = {"start": "12 nm", "stop": "9.4 nm", "points": 261}
     asked = case(AIR, [DMT], "9.5 nm", A0="10 nm").replace("experiment", {"kind": "approach", "zc": zc})

@@ -98,7 +98,7 @@ OBSERVABLES = table(
                "k A^1.5 times the relative frequency shift: independent of the amplitude if it is large", ("tone",),
                scale=Scale.NONE),
     Observable("mean_stiffness", r"\langle k_\mathrm{ts} \rangle", "N/m", "N/m", "mean stiffness",
-               "weighted mean stiffness of the force for each mode, -2 V/A^2: k (r^2 - 1) at a phase of 90°", ("mode",),
+               "weighted mean stiffness of the force for each driven mode, -2 V/A^2: k (r^2 - 1) at a phase of 90°", ("mode",),
                scale=Scale.NONE),
     Observable("settling_periods", "N", "1", "1", "settling periods",
                "periods of the first tone until amplitudes and phases were constant", scale=Scale.NONE),

@@ -328,12 +328,12 @@ class PathExperiment(CurveExperiment):
 
 def tapping_distance(problem: Problem) -> str:
     """Return a distance at which a tip taps."""
-    return units.show(SET_POINT * problem.tones[0].A0, "m", 3)
+    return units.show(SET_POINT * problem.tones[0].A0 * problem.tip_share, "m", 3)
 
 
 def whole_range(problem: Problem) -> dict[str, str]:
     """Return a range of distances from free motion to a tenth of its amplitude."""
-    A0 = problem.tones[0].A0
+    A0 = problem.tones[0].A0 * problem.tip_share
     return {"start": units.show(1.2 * A0, "m", 3), "stop": units.show(0.1 * A0, "m", 3)}
 
 

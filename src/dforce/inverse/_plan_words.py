@@ -50,7 +50,7 @@ def sentences(axes: Sequence[Axis], shares: Array, wishes: Wishes, judged: Judge
 def why_no_state(case: Case, curves: Curves, shares: Array) -> str:
     """Return why no curve has a stable state at any set point, and the remedy."""
     lowest, change = curves.lowest_ratio(), "choose other set points, or other values under vary."
-    share = f"the lowest A/A0 down to zc = {NEAR[-1]:g} A0 is {100.0 * lowest:.3g} %"
+    share = f"the lowest A/A0 down to zc = {NEAR[-1] * case.problem.tip_share:.3g} A0 is {100.0 * lowest:.3g} %"
     if lowest < shares.max():
         why = f"the motion alternates or beats, or the amplitude jumps across them ({share})"
         return f"no curve has a stable state at any of the set points: {why}; {change}"

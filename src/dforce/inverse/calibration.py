@@ -114,8 +114,8 @@ def calibrate(
     checks.check_passive(work, case)
     checks.check_turn(work)
     checks.check_sign(work)
-    checks.check_slope(work)
-    checks.estimate_offset(work)
+    checks.check_slope(work, case)
+    checks.estimate_offset(work, case)
     work.data.attrs["history"] = work.history
     if {"k", "Q"} <= set(work.data.attrs):
         work.data = work.data.merge(energy(work.data), combine_attrs="override")

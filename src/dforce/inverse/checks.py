@@ -128,15 +128,16 @@ def check_spikes(work: Work) -> None:
             work.note_spikes(f"{name} of the {word}", found)
 
 
-def check_slope(work: Work) -> None:
+def check_slope(work: Work, case: Case | None) -> None:
     """Report the slope of the amplitude over the repulsive part: 1 over a stiff sample."""
+    share = 1.0 if case is None or case.problem.shaken is not None else case.problem.tip_share
     free = float(work.data.attrs.get("free_phase", AT_RESONANCE))
     for word in work.directions:
         rows = work.rows(word)
         near = rows[work.values("phase")[rows] < free - REPULSIVE]
         if len(near) < FEWEST:
             continue
-        slope, spread, rest = line_of(work.values("height")[near], work.values("amplitude")[near])
+        slope, spread, rest = line_of(work.values("height")[near], share * work.values("amplitude")[near])
         error = float(np.sqrt((rest**2).sum() / (len(near) - 2)) / spread)
         text = f"slope: the amplitude changes by {shown(slope, error, '1')} of the height along the repulsive {word}"
         if slope < SHALLOW - WIDE * error:
@@ -146,14 +147,14 @@ def check_slope(work: Work) -> None:
         work.history.append(text)
 
 
-def estimate_offset(work: Work) -> None:
-    """Estimate the offset of heights from the average distance, which near the surface is about the amplitude."""
+def estimate_offset(work: Work, case: Case | None) -> None:
+    """Estimate the offset of heights from the average distance, which near the surface is about the tip's amplitude."""
     height, amplitude = work.values("height"), work.values("amplitude")
     touched = amplitude < 0.9 * float(work.data.attrs["free_amplitude"])
     if touched.sum() < FEWEST:
         work.history.append("height offset: not estimated, because the amplitude never falls to 90 %")
         return
-    apart = (amplitude - height)[touched]
+    apart = ((1.0 if case is None else case.problem.tip_share) * amplitude - height)[touched]
     offset, spread = float(np.median(apart)), float(np.ptp(apart))
     work.data.attrs |= {"height_offset": offset, "height_offset_spread": spread}
     work.history.append(

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-FAR = 1.6  # free amplitudes: where curves start
-# free amplitudes: where they end; lower where the amplitude on a soft sample does not fall before
+FAR = 1.6  # free amplitudes of the tip: where curves start
+# free amplitudes of the tip: where they end; lower where the amplitude on a soft sample does not fall before
 NEAR = (0.3, -0.2, -1.2)
 STEPS = 0.0125  # of the free amplitude: between two points of a curve
 SEARCHED, LARGEST_STEP = 7, 0.05  # of branches: distances at which others are looked for, and their largest step
@@ -199,7 +199,7 @@ def walk(curves: Curves, number: int, case: Case, lowest: float, check_cancelled
     The walk goes on to nearer distances while another motion than the curves' has more than the `lowest` amplitude ratio.
     Motions of one common period alone are followed, and none is measured as accurately as asked: seeds need neither.
     """
-    A0, nearest = case.problem.tones[0].A0, curves.nearest(number)
+    A0, nearest = case.problem.tones[0].A0 * case.problem.tip_share, curves.nearest(number)
     searched = np.linspace(FAR * A0, nearest, SEARCHED).tolist()
     for near in (nearest, *(share * A0 for share in NEAR if share * A0 < nearest - STEPS * A0)):
         searched += [0.5 * (searched[-1] + near), near] if near < nearest else []
@@ -251,10 +251,10 @@ def _branch(among: ParameterRange, curve: Curve) -> Branch:
 def curves_of(case: Case, rows: dict[str, Any], lowest: float, progress: Progress | bool | None) -> Curves:
     """Return the curves of cases, each from far away to where its amplitude ratio is below `lowest`, in both directions."""
     left = np.arange(len(next(iter(rows.values()))))
-    curves = Curves([])
+    curves, share = Curves([]), case.problem.tip_share
     for stop in NEAR:
         points = 1 + round((FAR - stop) / STEPS)
-        grid = {"of": "drive.A0", "start": FAR, "stop": stop, "points": points}
+        grid = {"of": "drive.A0", "start": share * FAR, "stop": share * stop, "points": points}
         # operating points are measured as accurately as asked, their starts are not
         rough = case.solver.model_copy(update={"accuracy": None})
         asked = case.replace(experiment=Approach(zc=grid, direction="both", harmonics=1), sweep=None, solver=rough)

@@ -246,6 +246,7 @@ def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str,
     """
     reference, force = np.array([(tone.frequency, tone.force) for tone in problem.tones]).T
     shift, stiffness = frequency - reference, np.array([problem.modes[tone.mode].k for tone in problem.tones])
+    driven = np.isin(np.arange(len(problem.modes)), problem.own_modes)  # another mode only answers at the first tone
     seen = np.array([abs(row[tone.mode]) for row, tone in zip(problem.readout.weights, problem.tones, strict=True)])
     if problem.shaken is not None:
         each = [
@@ -258,7 +259,7 @@ def of_locks(problem: Problem, frequency: Array, ratio: Array, values: dict[str,
         "drive_force": ratio * force,
         "drive_ratio": ratio,
         "normalized_frequency_shift": stiffness * (values["amplitude"] / seen) ** 1.5 * shift / reference,
-        "mean_stiffness": -2.0 * values["virial"] / values["mode_amplitude"] ** 2,
+        "mean_stiffness": np.where(driven, -2.0 * values["virial"] / values["mode_amplitude"] ** 2, np.nan),
     }
 
 

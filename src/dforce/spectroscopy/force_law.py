@@ -170,8 +170,8 @@ def _range(problem: Problem, speed: float, zc: float | None) -> Array:
     r"""Return distances from the onset of the forces to the indentation of tapping.
 
     The indentation follows from the balance of the impulses in a period: the contact's, about
-    :math:`\tfrac{1}{5} F \sqrt{2\delta/A_0}\, T`, against the largest that the drive allows, about
-    :math:`k A_0 T/2Q`. Twice the indentation is shown.
+    :math:`\tfrac{1}{5} F \sqrt{2\delta/A_0}\, T` with the free amplitude of the tip, against the largest that the drive
+    allows, about :math:`F_0 T/2`. Twice the indentation is shown.
     """
     depths = np.concatenate([[0.0], np.geomspace(1e-12, MOST_DEPTH, 80)])
     far = np.linspace(FARTHEST_START, problem.a0, 200)
@@ -179,9 +179,9 @@ def _range(problem: Problem, speed: float, zc: float | None) -> Array:
     total = np.zeros((2, len(path)))
     for force in problem.forces:
         total += np.nan_to_num(_there_and_back(force, path, speed, ROUGH, zc)[0])
-    mode, tone = problem.modes[0], problem.tones[0]
-    pressing = total[0, len(far) - 1 :] * np.sqrt(2.0 * depths / tone.A0) / 5.0
-    reached = depths[pressing > mode.k * tone.A0 / (2.0 * mode.Q)]
+    tone = problem.tones[0]
+    pressing = total[0, len(far) - 1 :] * np.sqrt(2.0 * depths / (tone.A0 * problem.tip_share)) / 5.0
+    reached = depths[pressing > 0.5 * tone.force]
     depth = max(LEAST_DEPTH, 2.0 * float(reached[0]) if len(reached) else LEAST_DEPTH)
     felt = np.abs(total).max(axis=0) > FELT * np.abs(total[:, total[0] <= 0.0]).max(initial=0.0)
     outermost = int(np.argmax(felt)) if felt.any() else len(path) - 1

@@ -202,10 +202,11 @@ class Evidence:
         single = len(problem.forces) == len(problem.modes) == len(problem.tones) == 1
         if not stiffness or not single or tone.frequency != problem.modes[0].f0 or self.range_of_zc is None:
             return None
-        near, far = (min(max(zc / tone.A0, 0.0), 1.0) for zc in self.range_of_zc)
+        A0 = self.free_motion(0)
+        near, far = (min(max(zc / A0, 0.0), 1.0) for zc in self.range_of_zc)
         ratio = min(max(near, math.sqrt(1.0 / 3.0)), far)  # largest at A = A0 / sqrt(3)
         mean_force = 0.5 * tone.force * math.sqrt(1.0 - ratio**2)
-        return math.sqrt(16.0 / 3.0 * mean_force / stiffness * math.sqrt(0.5 * ratio * tone.A0))
+        return math.sqrt(16.0 / 3.0 * mean_force / stiffness * math.sqrt(0.5 * ratio * A0))
 
 
 def _in_order(result: xr.Dataset) -> xr.Dataset:

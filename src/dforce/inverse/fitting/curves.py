@@ -185,7 +185,7 @@ class ModelBranches:
         values = stretch.heights + offsets[:, None]
         first = values[:, 0]
         if stretch.kind == FROM_FREE:
-            first = np.maximum(first, FAR * block.batch.length)
+            first = np.maximum(first, FAR * block.batch.example.tip_share * block.batch.length)
             start = _motions(block, block.batch.at_heights(first).free())
         else:
             start = _motions(block, moving(block.batch.at_heights(first), stretch.amplitude, stretch.phase - turns))

@@ -74,8 +74,8 @@ def identify(
     case
         Instrument, sample and forces, at the expected values.
     zc
-        Average distances: an array (m), a list of texts, or a grid; default: 101 from 1.15 to 0.3 times the free amplitude. Or
-        a measured curve (:func:`calibrate`), with its heights plus `height_offset`, and its noise.
+        Average distances: an array (m), a list of texts, or a grid; default: 101 from 1.15 to 0.3 times the free amplitude of
+        the tip. Or a measured curve (:func:`calibrate`), with its heights plus `height_offset`, and its noise.
     free
         Paths of the parameters; default: from the table `[fit]`.
     errors
@@ -151,7 +151,8 @@ def _distances(case: Case, zc: object) -> Array:
     """Return the distances from far to near."""
     A0 = case.problem.tones[0].A0
     if zc is None:
-        return np.linspace(FARTHEST * A0, NEAREST * A0, POINTS)
+        moved = A0 * case.problem.tip_share
+        return np.linspace(FARTHEST * moved, NEAREST * moved, POINTS)
     grid = Approach(zc=zc).distances(A0)
     found = np.unique(np.asarray(grid, dtype=float))[::-1]
     if len(found) < 2:

@@ -27,7 +27,7 @@ from dforce.inverse.fitting.report import check_fit
 from dforce.inverse.fitting.result import data_of, to_dataset
 from dforce.inverse.fitting.selection import checked_reading, measured
 from dforce.inverse.fitting.sides import Sides, not_excluded, plain_sides, sides_of
-from dforce.inverse.fitting.starts import different, first_guess, refined, searched
+from dforce.inverse.fitting.starts import different, first_guess, is_shallow, refined, searched
 from dforce.inverse.fitting.unknowns import (
     CASE,
     HEIGHT,
@@ -258,27 +258,33 @@ class _FitRun:
 
     def _lowest(self) -> Minimum:
         """Return the lowest place that was met on all points."""
-        start = self.starts[0].varied if self.starts else self._first_guess()
+        start = self.starts[0].varied if self.starts else self._first_guesses()[0]
         objective = Objective(self.model, start)
         objective.residuals(start)
         met = self.met
         return met if met is not None and met.chi2 < objective.best.chi2 else objective.best
 
-    def _first_guess(self) -> Array:
-        """Return the first guess, with the user's offset of the heights where the data prefer it: soft samples yield."""
-        guess = first_guess(self.data, self.unknowns, set(self.settings.start))
+    def _first_guesses(self) -> list[Array]:
+        """Return the first guess, with the user's offset of the heights where the data prefer it: soft samples yield.
+
+        If the amplitude hardly falls, only refined fits show which offset the data prefer: both are returned.
+        """
+        guess = first_guess(self.data, self.unknowns, set(self.settings.start), self.model.case.problem.tip_share)
         own = np.where([one.kind == HEIGHT for one in self.unknowns], start_vector(self.unknowns), guess)
         if (own == guess).all():
-            return guess
+            return [guess]
+        if is_shallow(self.data) and self.settings.search:
+            return [guess, own]
         places = [Objective(self.model, varied) for varied in (guess, own)]
         for place in places:
             place.residuals(place.start)
-        return min(places, key=lambda place: place.best.chi2).start
+        return [min(places, key=lambda place: place.best.chi2).start]
 
     def _find(self) -> None:
-        first = self._first_guess()
+        guesses = self._first_guesses()
         self.check_cancelled()
-        self.starts = searched(self.model, first) if self.settings.search else [Minimum(first, np.nan)]
+        found = [searched(self.model, one) if self.settings.search else [Minimum(one, np.nan)] for one in guesses]
+        self.starts = sorted((start for starts in found for start in starts), key=lambda start: start.chi2)
         self.minima = refined(self.model, self.starts, self.on_run)
         self._leave_unseen()
 

@@ -32,30 +32,58 @@ DIFFERENT = 0.35  # of REACH: starts nearer to each other are one
 CLOSE = 25.0  # of chi2: minima that are roughly found farther above the best are not refined again
 ALIKE = 0.3  # of chi2, and of the standard deviation between two curves: within both they are one minimum
 LOWEST = 0.25  # share of the points with the least amplitudes, whose height is about their amplitude
+SHALLOW = 0.9  # of the free amplitude: if the least amplitudes are larger, their heights do not show the offset
+ONSETS = 60  # heights that are tried as the first contact
 
 
-def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str]) -> Array:
+def first_guess(data: MeasuredPoints, unknowns: list[Unknown], given: set[str], share: float) -> Array:
     """Return the varied numbers at the start, with the free amplitude and the heights from the data.
 
-    On a stiff sample the average distance is about the amplitude, so the least amplitudes show the offset of the heights.
+    On a stiff sample the average distance is about the amplitude of the tip, which is `share` times the reading. So the least
+    amplitudes show the offset of the heights. If the amplitude hardly falls, the first contact does.
     """
     varied = start_vector(unknowns)
     for i, one in enumerate(unknowns):
         if one.name in given or one.prior is not None:
             continue
         if one.kind == CASE and one.path.endswith("A0"):
-            far = np.argsort(-data.height)[:5]
-            measured = float(data.attrs.get("free_amplitude", np.median(data.amplitude[far, one.tone])))
+            measured = _free_amplitude(data, one.tone)
             if 0.8 * one.start < measured < 1.25 * one.start and one.low < measured < one.high:
                 varied[i] = one.varied(measured)
         elif one.kind == HEIGHT:
             used = np.flatnonzero(data.used)
             low = used[np.argsort(data.amplitude[used, 0])[: max(3, int(LOWEST * len(used)))]]
-            guess = float(np.median(data.amplitude[low, 0] - data.height[low]))
+            guess = float(np.median(share * data.amplitude[low, 0] - data.height[low]))
+            if is_shallow(data):
+                guess = share * _free_amplitude(data, 0) - _onset(data)
             size = one.scale  # the free amplitude
             if abs(guess - one.start) > 2.0 * max(ASTRAY[0] * size, ASTRAY[1]):
                 varied[i] = one.varied(guess)
     return varied
+
+
+def is_shallow(data: MeasuredPoints) -> bool:
+    """Return whether the amplitude nowhere falls far below the free amplitude."""
+    amplitude = np.sort(data.amplitude[data.used, 0])
+    return bool(np.median(amplitude[: max(3, int(LOWEST * len(amplitude)))]) > SHALLOW * _free_amplitude(data, 0))
+
+
+def _free_amplitude(data: MeasuredPoints, tone: int) -> float:
+    far = np.argsort(-data.height)[:5]
+    return float(data.attrs.get("free_amplitude", np.median(data.amplitude[far, tone])))
+
+
+def _onset(data: MeasuredPoints) -> float:
+    """Return the height of the first contact: farther away the curve is flat, nearer it is best a parabola."""
+    height, values = data.height[data.used], data.values[data.used]
+    values = difference(values, values[np.argmax(height)]) / data.sigma
+    left, size = [], _free_amplitude(data, 0)
+    tried = np.linspace(height.max(), height.min(), ONSETS, endpoint=False)[1:]
+    for onset in tried:
+        nearer = np.maximum(onset - height, 0.0) / size
+        columns = np.stack([np.ones_like(height), nearer, nearer**2], axis=1)
+        left.append(((values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]) ** 2).sum())
+    return float(tried[np.argmin(left)])
 
 
 def searched(model: CurveModel, varied: Array) -> list[Minimum]:
