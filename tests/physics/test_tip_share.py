@@ -122,3 +122,9 @@ def test_the_default_range_of_a_force_curve_goes_by_the_drive_of_the_driven_mode
     alone = case.replace(cantilever=second, readout={})
     both = case.replace(cantilever={"modes": modes}, readout={}, drive={"A0": MOTION, "mode": 2})
     np.testing.assert_allclose(*(df.force_curve(one)["distance"].values for one in (alone, both)), rtol=1e-9)
+
+
+def test_basins_start_from_the_same_motions_for_any_share():
+    whole, part = (df.experiments.Basins(zc="18 nm").coordinates(read_as(share).problem) for share in (1.0, SHARE))
+    np.testing.assert_allclose(part["start_amplitude"], whole["start_amplitude"], rtol=1e-12)
+    assert whole["start_amplitude"].max() == pytest.approx(1.2 * MOTION)

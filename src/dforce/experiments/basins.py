@@ -102,7 +102,7 @@ class Basins(MotionExperiment):
         """Return the two axes of the starts, in SI (phases in degrees); see :class:`Experiment`."""
         if self.deflection is not None and self.velocity is not None:
             return {"start_deflection": self.deflection.values(), "start_velocity": self.velocity.values()}
-        amplitude = self.amplitude or AmplitudeGrid(stop=1.2 * problem.tones[0].A0)
+        amplitude = self.amplitude or AmplitudeGrid(stop=1.2 * problem.tones[0].A0 * problem.tip_share)
         phase = self.phase or PhaseGrid()
         return {"start_amplitude": amplitude.values(), "start_phase": np.degrees(phase.values())}
 
