@@ -22,7 +22,6 @@ LEAST_MOST = 400  # periods allowed at least
 LEAST_SPANS = 5  # windows allowed at least, where they are longer than the decay
 CHUNK_SECONDS = 0.1  # between checks for a stop, so that Ctrl-C and Stop answer at once
 LONGER = 4  # times the window, where averages over tones that never repeat together still differ
-AVERAGED = 10.0  # times the settling tolerance: a smaller change between such longer windows does not count
 LATE = 10  # decay times after which the rest of a transient is below the smallest change that counts
 LONG, LEAST_LONG = 256, 16  # periods, and common periods at least, to measure a motion without a steady state
 WANDERS = 4.0  # times its whole range: a motion whose way from period to period is longer does not come to rest
@@ -165,13 +164,12 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
         if before is not None:
             change = float(np.max(np.abs(now - before) / size))
             drift, is_settled = still_ahead(change, change_before, settings.settle_tolerance)
-            if is_longer and change < AVERAGED * settings.settle_tolerance:
+            if is_longer and change < settings.settle_tolerance:
                 drift, is_settled = change, True
             if is_settled:
                 return motion, True, float(drift), window
-            change_before = change
-            done = motion.period - start
-            if done >= LATE * decay and LONGER * window <= longest:
+            change_before, done = change, motion.period - start
+            if change > settings.settle_tolerance and done >= LATE * decay and LONGER * window <= longest:
                 window, span, is_longer = LONGER * window, LONGER * window, True
                 mean, before, change_before, path = weights(frequencies, window), None, math.inf, []
                 most = settings.max_periods or max(most, done + 2 * window)
