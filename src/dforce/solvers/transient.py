@@ -146,7 +146,7 @@ def settle(integrator: Integrator, motion: Motion, check_cancelled: CancelCheck)
     decay = max(4, decay_periods(problem))
     span = window * math.ceil(decay / window)
     most = settings.max_periods or max(LEAST_MOST, DECAY_TIMES * decay, LEAST_SPANS * span)
-    longest = LONGEST if settings.max_periods else min(LONGEST, LONGER**2 * window)
+    longest = min(LONGEST, settings.max_periods // 3 if settings.max_periods else LONGER**2 * window)
     if common_period(frequencies) is not None:
         longest = window
     size = np.array([tone.A0 for tone in problem.tones]) / integrator.scales.length
