@@ -37,7 +37,7 @@ from dforce.results.status import Status
 
 WORDS = {"m": "length", "N": "force", "J": "energy", "s": "time", "degree": "phase lag"}
 CURVE = ("zc", "direction")  # dimensions of the quantities that are drawn against the distance
-RESONANCE = 90.0  # degrees: the phase of free motion at resonance
+RESONANCE = 90.0  # degrees: the phase of free motion at resonance; above it attraction prevails, below it repulsion
 FEW_POINTS = 40  # so few that each is worth a dot
 
 

@@ -17,13 +17,13 @@ from matplotlib.ticker import MaxNLocator
 from dforce.core.arrays import Array
 from dforce.core.errors import ParameterError, checked, nearest
 from dforce.plot._style import LIGHT, axis_text, head, new_figure, shown, take
+from dforce.plot.distances import RESONANCE
 from dforce.plot.regimes import draw_edges, fill_regimes, is_regime_map
 from dforce.results.curves import first_state
 from dforce.results.dataset import COLUMN_DIMS, reader_unit
 from dforce.results.significance import is_none
 
 LINES = 7  # of equal value, about
-RESONANCE = 90.0  # degrees: the phase lag of a free lever; above it attraction prevails, below it repulsion
 ONE_SIDED, TWO_SIDED = "viridis", "RdBu_r"
 EVEN = 1e-6  # of a step: values of a range are as even as this
 
